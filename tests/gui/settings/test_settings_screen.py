@@ -9,9 +9,9 @@ from PyQt6.QtWidgets import QAbstractSpinBox, QComboBox, QLineEdit, QWidget
 
 from workbench.gui.first_flight import last_setup
 from workbench.gui.preferences import PREFERENCES
-from workbench.gui.settings.settings_screen import LIMITS, PreferenceRow, SettingsScreen, setup_of
+from workbench.gui.settings.settings_screen import LIMITS, PreferenceRow, SettingsScreen
 from workbench.scenario.parameters import parameter_table
-from workbench.scenario.scenario import Rates, Scenario, SensorsConfig, load_scenario
+from workbench.scenario.scenario import Rates, SensorsConfig, load_scenario
 
 
 class FakeLive:
@@ -182,19 +182,22 @@ def test_a_period_stays_a_multiple_of_another_step(screen, canned):
     step = screen._form._periods["physics_step"]
     step.setCurrentIndex(step.findData(1 / 256))
     screen._form._choose_period("")
-    for period in screen._form.setup.rates:
+    rates = screen._form.scenario().rates
+    for period in (rates.physics_step, rates.control_period, rates.mode_period):
         assert (period * 256).is_integer()
 
 
-def test_a_setup_is_that_of_its_scenario():
-    scenario = Scenario(
-        world="room", sensors=SensorsConfig(use=["all"], seed=3), rates=Rates(control_period=1 / 64)
-    )
-    setup = setup_of(scenario, ("imu", "gps"))
-    assert setup.sensors == ("imu", "gps")
-    made = setup.scenario(scenario)
-    assert made.sensors.use == ["imu", "gps"] and made.sensors.seed == 3
-    assert made.rates.control_period == 1 / 64
+def test_what_is_not_changed_stays_as_it_flies(screen, canned):
+    sensors, rates = SensorsConfig(use=["all"], seed=3), Rates(control_period=1 / 64)
+    scenario = replace(canned.views[0].scenario, world="room", sensors=sensors, rates=rates)
+    screen.begin(replace(canned.views[0], scenario=scenario))
+    assert not screen._fly.isEnabled()
+    rates = replace(rates, record_period=1 / 64)
+    assert screen._form.scenario() == replace(scenario, rates=rates)
+    screen._form._boxes["lidar"].click()
+    made = screen._form.scenario()
+    kinds = {each.kind for each in canned.views[0].vehicle.sensors}
+    assert set(made.sensors.use) == kinds - {"lidar"} and made.sensors.seed == 3
     assert scenario.sensors.use == ["all"]
 
 

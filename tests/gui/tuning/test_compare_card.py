@@ -13,15 +13,16 @@ from workbench.analysis.subject import Subject
 from workbench.analysis.worker import find_answerer
 from workbench.design.judge.report import judge as judge_all
 from workbench.design.step_response import fly_step
+from workbench.gui.charts.curve import CurveStyle
 from workbench.gui.tuning.compare_card import (
     FREQUENCY,
     POLES,
     STEP,
     TABLE,
-    Known,
     compared_rows,
     csv_text,
 )
+from workbench.gui.tuning.designs import Design
 from workbench.gui.tuning.limits import STEP_LIMITS, find_limit
 from workbench.gui.tuning.response_card import ResponseHistory
 from workbench.scenario.excitation import Excitation, Exciting, Shape
@@ -90,7 +91,7 @@ def known(name, rise, margin, **numbers):
     loop = JudgedLoop(*margins, name="roll")
     judged = type("Judgement", (), {"loops": (loop,), "stable": True, "said": ""})()
     predicted = Predicted(None, None, StepNumbers(**values), lost=False)
-    return Known(name, predicted, judged)
+    return Design(name, {}, CurveStyle.SOLID, 0, predicted=predicted, judged=judged)
 
 
 def test_the_best_of_a_row_is_that_of_a_table_by_hand():

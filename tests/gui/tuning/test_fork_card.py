@@ -8,6 +8,7 @@ from workbench.analysis.questions import Fork, Step
 from workbench.analysis.replies import StepNumbers
 from workbench.control.controller import SHIPPED
 from workbench.design.branches import Branch, FlownBranch
+from workbench.gui.tuning.designs import Designs
 from workbench.gui.tuning.fork_card import ForkCard
 from workbench.gui.tuning.tuning_screen import FUTURE_NAME, Ghost
 
@@ -29,9 +30,14 @@ def branch(name: str, speed: float, lost: str = "") -> FlownBranch:
 
 
 @pytest.fixture
-def card(offline, trial, qtbot):
+def designs(offline, trial):
+    return Designs(offline.flight, trial)
+
+
+@pytest.fixture
+def card(offline, trial, designs, qtbot):
     trial.set_step(STEP)
-    made = ForkCard(offline, trial)
+    made = ForkCard(offline, trial, designs)
     qtbot.addWidget(made)
     made.resize(420, 330)
     made.show()
@@ -128,15 +134,17 @@ def choose(qtbot, box, words):
 
 
 def test_two_controllers_are_forked_from_one_instant_and_one_can_be_kept(
-    card, offline, flying, trial, tmp_path, qtbot
+    card, designs, offline, flying, trial, tmp_path, qtbot
 ):
     """The one that flies is `now`; a file that has flown can be chosen for good."""
     texts = [card.other.itemText(index) for index in range(card.other.count())]
     assert texts == ["now", "proposed", *(name for name in SHIPPED if name != "pd")]
     mine = str(tmp_path / "mine.py")
     offline.flight.show(replace(flying, scenario=replace(flying.scenario, controller=mine)))
+    designs.begin()
     card.begin()
     offline.flight.show(flying)
+    designs.begin()
     card.begin()
     choose(qtbot, card.other, "lqi")
     press(qtbot, card.button)

@@ -7,6 +7,7 @@ import pytest
 from PyQt6.QtCore import Qt
 
 from workbench.analysis.questions import FlyAgain
+from workbench.gui.tuning.designs import Designs
 from workbench.gui.tuning.what_if_card import DRAWS, NO_LOG, NO_MODEL, WhatIfCard
 from workbench.gui.workspace import OpenedLog
 
@@ -17,7 +18,7 @@ LOG = Path("/logs/flight.csv")
 def made(offline, trial, qtbot):
     """The card before a log is opened."""
     offline = replace(offline, log=OpenedLog())
-    card = WhatIfCard(offline, trial)
+    card = WhatIfCard(offline, trial, Designs(offline.flight, trial))
     card.workspace = offline
     qtbot.addWidget(card)
     card.resize(420, 420)

@@ -3,10 +3,9 @@
 import math
 import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
-from PyQt6.QtCore import QRect, QRectF, QSize, Qt, QTimer
+from PyQt6.QtCore import QRectF, QSize, QSizeF, Qt, QTimer
 from PyQt6.QtGui import QFontInfo, QHideEvent, QResizeEvent, QShowEvent
 from PyQt6.QtWidgets import QApplication, QScrollArea, QWidget
 
@@ -204,121 +203,81 @@ def _concern(state: SensorState) -> int:
     return list(Health).index(state.health) if state.measures else 0
 
 
-@dataclass(frozen=True)
-class Slot:
-    """A card's place in a column.
-
-    Attributes:
-        name: name of the card.
-        height: least height at scale 1 [px].
-        stretch: its share of the remaining height.
-    """
-
-    name: str
-    height: float
-    stretch: float = 0.0
-
-
-@dataclass(frozen=True)
-class Plan:
-    """Columns of equal width.
-
-    Attributes:
-        width: width at scale 1 [px].
-        height: height at scale 1 [px].
-        columns: slots from top to bottom.
-    """
-
-    width: float
-    height: float
-    columns: tuple[tuple[Slot, ...], ...]
-
-    def scale(self, width: float, height: float) -> float:
-        """Return the scale that fits a number of pixels."""
-        return min(width / self.width, height / self.height)
-
-
-@dataclass(frozen=True)
-class Arrangement:
-    """The layout of all cards.
-
-    Attributes:
-        scale: scale of text and margins.
-        width: total width [px].
-        height: total height [px].
-        spots: area of each card, by its name [px].
-    """
-
-    scale: float
-    width: float
-    height: float
-    spots: Mapping[str, QRectF]
-
-
-THREE = Plan(
+Plan = tuple[float, float, Sequence[Mapping[str, tuple[float, float]]]]
+"""Width and height at scale 1 [px], and columns of equal width: for each card from top to bottom
+its least height at scale 1 [px], and its share of the remaining height."""
+THREE: Plan = (
     1190.0,
     600.0,
     (
-        (
-            Slot("clock", 76.0),
-            Slot("condition", 92.0),
-            Slot("motion", 132.0),
-            Slot("battery", 62.0),
-            Slot("rotors", 140.0, 1.0),
-        ),
-        (Slot("attitude", 290.0, 0.7), Slot("imu", 138.0, 0.15), Slot("height", 112.0, 0.15)),
-        (Slot("lidar", 290.0, 1.2), Slot("gps", 230.0, 1.0)),
+        {
+            "clock": (76.0, 0.0),
+            "condition": (92.0, 0.0),
+            "motion": (132.0, 0.0),
+            "battery": (62.0, 0.0),
+            "rotors": (140.0, 1.0),
+        },
+        {"attitude": (290.0, 0.7), "imu": (138.0, 0.15), "height": (112.0, 0.15)},
+        {"lidar": (290.0, 1.2), "gps": (230.0, 1.0)},
     ),
 )
-TWO = Plan(
+TWO: Plan = (
     760.0,
     600.0,
     (
-        (
-            Slot("clock", 62.0),
-            Slot("attitude", 174.0, 1.0),
-            Slot("motion", 118.0),
-            Slot("imu", 104.0),
-            Slot("height", 86.0),
-        ),
-        (
-            Slot("condition", 82.0),
-            Slot("battery", 48.0),
-            Slot("lidar", 160.0, 1.0),
-            Slot("gps", 130.0, 0.6),
-            Slot("rotors", 126.0, 0.4),
-        ),
+        {
+            "clock": (62.0, 0.0),
+            "attitude": (174.0, 1.0),
+            "motion": (118.0, 0.0),
+            "imu": (104.0, 0.0),
+            "height": (86.0, 0.0),
+        },
+        {
+            "condition": (82.0, 0.0),
+            "battery": (48.0, 0.0),
+            "lidar": (160.0, 1.0),
+            "gps": (130.0, 0.6),
+            "rotors": (126.0, 0.4),
+        },
     ),
 )
+
+
+def scale_of(plan: Plan, width: float, height: float) -> float:
+    """Return the scale at which a plan fits a number of pixels."""
+    return min(width / plan[0], height / plan[1])
 
 
 def choose_plan(width: float, height: float) -> Plan:
     """Return the plan with the best use of a number of pixels."""
-    three, two = THREE.scale(width, height), TWO.scale(width, height)
+    three, two = scale_of(THREE, width, height), scale_of(TWO, width, height)
     return THREE if three >= min(two, max(LARGE_ENOUGH, WIDE_ENOUGH * two)) else TWO
 
 
-def arrange(width: float, height: float) -> Arrangement:
-    """Return the layout of the cards on a number of pixels, or on more if these are too few."""
+def arrange(width: float, height: float) -> tuple[float, QSizeF, dict[str, QRectF]]:
+    """Return the scale of text and margins, the size of all cards, and the area of each [px].
+
+    Args:
+        width: width to fill [px]; the cards need more if it is too small.
+        height: height to fill [px], likewise.
+    """
     plan = choose_plan(width, height)
-    scale = plan.scale(width, height)
-    if scale < SMALLEST:
-        scale = SMALLEST
-        width, height = max(width, scale * plan.width), max(height, scale * plan.height)
-    count = len(plan.columns)
+    scale = max(SMALLEST, scale_of(plan, width, height))
+    width, height = max(width, SMALLEST * plan[0]), max(height, SMALLEST * plan[1])
+    columns = plan[2]
     margin, gap = scale * MARGIN, scale * GAP
-    column = (width - 2 * margin - (count - 1) * gap) / count
+    across = (width - 2 * margin - (len(columns) - 1) * gap) / len(columns)
     spots: dict[str, QRectF] = {}
-    for index, slots in enumerate(plan.columns):
-        left, top = margin + index * (column + gap), margin
-        spare = height - 2 * margin - (len(slots) - 1) * gap
-        spare -= sum(scale * slot.height for slot in slots)
-        total = sum(slot.stretch for slot in slots)
-        for slot in slots:
-            tall = scale * slot.height + max(0.0, spare) * slot.stretch / total
-            spots[slot.name] = QRectF(left, top, column, tall)
+    for index, column in enumerate(columns):
+        left, top = margin + index * (across + gap), margin
+        spare = height - 2 * margin - (len(column) - 1) * gap
+        spare -= sum(scale * least for least, _ in column.values())
+        total = sum(share for _, share in column.values())
+        for name, (least, share) in column.items():
+            tall = scale * least + max(0.0, spare) * share / total
+            spots[name] = QRectF(left, top, across, tall)
             top += tall + gap
-    return Arrangement(scale, width, height, spots)
+    return scale, QSizeF(width, height), spots
 
 
 class Turns:
@@ -455,19 +414,15 @@ class HomeScreen(Screen):
         return clock, {card.name: card for card in cards}
 
     def _arrange(self) -> None:
-        viewport = self._scroll.maximumViewportSize()
-        arrangement = arrange(viewport.width(), viewport.height())
-        if arrangement.height > viewport.height():  # width of the scroll bar
-            arrangement = arrange(viewport.width() - BAR, viewport.height())
-        self._board.resize(round(arrangement.width), round(arrangement.height))
-        own = QFontInfo(QApplication.font()).pixelSize()
-        size = arrangement.scale * min(TEXT[1], max(TEXT[0], own))
-        for name, spot in arrangement.spots.items():
-            left, top = round(spot.left()), round(spot.top())
-            right, bottom = round(spot.right()), round(spot.bottom())
-            card = self.cards[name]
-            card.set_text_size(size)
-            card.setGeometry(QRect(left, top, right - left, bottom - top))
+        room = self._scroll.maximumViewportSize()
+        scale, total, spots = arrange(room.width(), room.height())
+        if total.height() > room.height():  # width of the scroll bar
+            scale, total, spots = arrange(room.width() - BAR, room.height())
+        self._board.resize(total.toSize())
+        size = scale * min(TEXT[1], max(TEXT[0], QFontInfo(QApplication.font()).pixelSize()))
+        for name, spot in spots.items():
+            self.cards[name].set_text_size(size)
+            self.cards[name].setGeometry(spot.toRect())
 
     def _tick(self) -> None:
         """Show the time of day, and whether the flight is silent."""

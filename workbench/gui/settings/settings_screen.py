@@ -4,13 +4,12 @@ import copy
 import dataclasses
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from functools import partial
 from itertools import groupby
 from pathlib import Path
 from typing import Any
 
-from PyQt6.QtCore import QSignalBlocker, Qt, pyqtSignal
+from PyQt6.QtCore import QObject, QSignalBlocker, Qt, pyqtSignal
 from PyQt6.QtGui import QWheelEvent
 from PyQt6.QtWidgets import (
     QCheckBox,
@@ -242,53 +241,6 @@ WIDEST = 900
 """Largest width: longer lines are hard to follow [px]."""
 
 
-@dataclass(frozen=True)
-class FlightSetup:
-    """The part of a scenario that this screen can change.
-
-    Attributes:
-        world: name or path of the world.
-        sensors: active sensors, by name or kind.
-        noise: whether they are noisy.
-        seed: seed of noise and turbulence.
-        rates: periods [s].
-    """
-
-    world: str
-    sensors: tuple[str, ...]
-    noise: bool
-    seed: int
-    rates: tuple[float, float, float]
-
-    def scenario(self, base: Scenario) -> Scenario:
-        """Return a scenario with this set-up."""
-        made = copy.deepcopy(base)
-        made.world = self.world
-        made.sensors = dataclasses.replace(
-            made.sensors, use=list(self.sensors), noise=self.noise, seed=self.seed
-        )
-        made.rates = Rates(*self.rates, record_period=self.rates[1])
-        return made
-
-
-def setup_of(scenario: Scenario, kinds: tuple[str, ...]) -> FlightSetup:
-    """Return the set-up of a scenario.
-
-    Args:
-        scenario: the scenario.
-        kinds: kinds of sensor of its vehicle; "all" stands for these.
-    """
-    use = tuple(scenario.sensors.use)
-    rates = scenario.rates
-    return FlightSetup(
-        world=scenario.world,
-        sensors=kinds if "all" in use else use,
-        noise=scenario.sensors.noise,
-        seed=scenario.sensors.seed,
-        rates=(rates.physics_step, rates.control_period, rates.mode_period),
-    )
-
-
 def period_text(period: float) -> str:
     """Return a period as text, as 7.8125 ms (128 Hz)."""
     rate = 1.0 / period
@@ -299,7 +251,7 @@ WIDEST_SENSORS = 380
 """Largest width of the boxes of sensors, which wrap [px]."""
 
 
-class FlightForm(QWidget):
+class FlightForm(QObject):
     """Rows that describe a flight; they have no effect until a flight is started with them."""
 
     edited = pyqtSignal()
@@ -307,8 +259,8 @@ class FlightForm(QWidget):
 
     def __init__(self) -> None:
         super().__init__()
-        self._flown: FlightSetup | None = None
-        self._base: Scenario | None = None
+        self._flown: tuple[Any, ...] = ()  # what the rows show of the present flight, in order
+        self._base = Scenario()
         self._world = Choices(list_worlds(), lambda _: self._show_changes())
         self._sensors = QWidget()
         self._sensors.setMaximumWidth(WIDEST_SENSORS)
@@ -330,61 +282,56 @@ class FlightForm(QWidget):
         for row in self.rows:
             row.reset.setText("As flown")
             row.reset.clicked.connect(self._back)
-        self.setEnabled(False)
 
     @property
     def is_changed(self) -> bool:
         """Whether it describes a valid flight that differs from the present one."""
-        return self._flown is not None and self.setup != self._flown and not self._seed.fault
+        return bool(self._flown) and self._shown != self._flown and not self._seed.fault
 
     @property
-    def setup(self) -> FlightSetup:
-        """The described set-up."""
-        return FlightSetup(
-            world=self._world.currentText(),
-            sensors=tuple(kind for kind, box in self._boxes.items() if box.isChecked()),
-            noise=self._noise.isChecked(),
-            seed=int(self._seed.si),
-            rates=self._rates(),
-        )
+    def _shown(self) -> tuple[Any, ...]:
+        """What each row shows."""
+        kinds = tuple(kind for kind, box in self._boxes.items() if box.isChecked())
+        seed = int(self._seed.si)
+        return self._world.currentText(), kinds, self._noise.isChecked(), seed, *self._rates()
 
     def scenario(self) -> Scenario:
-        """Return the present scenario with the described set-up."""
-        base, setup = self._base or Scenario(), self.setup
-        made = setup.scenario(base)
-        if self._flown is not None and setup.sensors == self._flown.sensors:
-            made.sensors.use = list(base.sensors.use)  # which may name one of several of a kind
+        """Return the present scenario with what is shown."""
+        made = copy.deepcopy(self._base)
+        made.world, kinds, noise, seed, *periods = self._shown
+        made.sensors = dataclasses.replace(made.sensors, noise=noise, seed=seed)
+        if kinds != self._flown[1]:  # else it may name one of several of a kind
+            made.sensors.use = list(kinds)
+        made.rates = Rates(*periods, record_period=periods[1])
         return made
 
     def begin(self, view: LiveView) -> None:
         """Show the present flight."""
         if view.scenario is None or view.vehicle is None:
             return
-        kinds = tuple(dict.fromkeys(sensor.kind for sensor in view.vehicle.sensors))
-        named = {sensor.name: sensor.kind for sensor in view.vehicle.sensors}
-        found = setup_of(view.scenario, kinds)
-        use = dict.fromkeys(named.get(name, name) for name in found.sensors)
         self._base = view.scenario
+        kinds = tuple(dict.fromkeys(sensor.kind for sensor in view.vehicle.sensors))
         self._show_kinds(kinds)
-        self._flown = FlightSetup(
-            found.world, tuple(kind for kind in kinds if kind in use), *_rest(found)
-        )
-        self.setEnabled(True)
-        self.show_setup(self._flown)
-
-    def show_setup(self, wanted: FlightSetup) -> None:
-        """Show a set-up."""
-        self._world.show_value(wanted.world)
-        for kind, box in self._boxes.items():
-            box.setChecked(kind in wanted.sensors)
-        self._noise.show_value(wanted.noise)
-        self._seed.show_si(wanted.seed)
-        self._show_rates(*wanted.rates)
-        self._show_changes()
+        kind_of = {sensor.name: sensor.kind for sensor in view.vehicle.sensors}
+        sensors, rates = view.scenario.sensors, view.scenario.rates
+        use = {kind_of.get(name, name) for name in sensors.use}
+        measuring = tuple(kind for kind in kinds if kind in use or "all" in use)
+        periods = (getattr(rates, name) for name in RATES)
+        self._flown = view.scenario.world, measuring, sensors.noise, sensors.seed, *periods
+        self._back()
 
     def _back(self) -> None:
-        if self._flown is not None:
-            self.show_setup(self._flown)
+        """Show the present flight again."""
+        if not self._flown:
+            return
+        world, kinds, noise, seed, *periods = self._flown
+        self._world.show_value(world)
+        for kind, box in self._boxes.items():
+            box.setChecked(kind in kinds)
+        self._noise.show_value(noise)
+        self._seed.show_si(seed)
+        self._show_rates(*periods)
+        self._show_changes()
 
     def _show_kinds(self, kinds: tuple[str, ...]) -> None:
         """Show a box for every kind of sensor of the vehicle."""
@@ -418,23 +365,11 @@ class FlightForm(QWidget):
         self._show_changes()
 
     def _show_changes(self) -> None:
-        if self._flown is None:
+        if not self._flown:
             return
-        now, flown = self.setup, self._flown
-        same = [
-            now.world == flown.world,
-            now.sensors == flown.sensors,
-            now.noise == flown.noise,
-            now.seed == flown.seed,
-            *(a == b for a, b in zip(now.rates, flown.rates, strict=True)),
-        ]
-        for row, equal in zip(self.rows, same, strict=True):
-            row.mark(not equal)
+        for row, now, flown in zip(self.rows, self._shown, self._flown, strict=True):
+            row.mark(now != flown)
         self.edited.emit()
-
-
-def _rest(setup: FlightSetup) -> tuple[bool, int, tuple[float, float, float]]:
-    return setup.noise, setup.seed, setup.rates
 
 
 def _offer(box: Choices, periods: list[float], chosen: float) -> None:

@@ -41,6 +41,9 @@ class Card(QFrame):
         self.head = hbox(label(title, "heading"), (self.said, 1), spacing=SPACING)
         self.body = vbox(self.head, of=self, margins=(9, 8, 9, 8), spacing=SPACING)
 
+    def set_seen(self, seen: bool) -> None:
+        """Ask and draw only while the card is visible."""
+
 
 class Sentence(ElidedLabel):
     """A sentence in one line that is elided if necessary, coloured by its tone."""

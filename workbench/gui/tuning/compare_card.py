@@ -13,7 +13,7 @@ from PyQt6.QtWidgets import (
     QStackedWidget,
 )
 
-from workbench.analysis.replies import Judged, JudgedLoop, Predicted
+from workbench.analysis.replies import JudgedLoop
 from workbench.design.metrics import find_metric
 from workbench.gui.charts.curve import COMMAND, CurveStyle
 from workbench.gui.charts.legend import Entry, Legend
@@ -42,28 +42,6 @@ VIEWS = (STEP, FREQUENCY, POLES, TABLE)
 COMMANDED = "command"
 HIGH = 250
 """Least height at which the phase is below the magnitude [px]."""
-
-
-@dataclass(frozen=True)
-class Known:
-    """Known results of a design.
-
-    Attributes:
-        name: name of the design.
-        predicted: its step response, None if unknown or not requested.
-        judged: its margins, None if unknown.
-        said: why something is unknown, "" if it is still expected.
-    """
-
-    name: str
-    predicted: Predicted | None = None
-    judged: Judged | None = None
-    said: str = ""
-
-    def loop(self, name: str) -> JudgedLoop | None:
-        """Return one of its loops, None if it does not exist or is unknown."""
-        loops = self.judged.loops if self.judged is not None else ()
-        return next((loop for loop in loops if loop.name == name), None)
 
 
 @dataclass(frozen=True)
@@ -105,7 +83,7 @@ class Compared:
         return Row(self.label, tuple(cells))
 
 
-def compared_rows(designs: Sequence[Known], loop: str, limit_of: LimitOf) -> tuple[Compared, ...]:
+def compared_rows(designs: Sequence[Design], loop: str, limit_of: LimitOf) -> tuple[Compared, ...]:
     """Return the numbers of designs: of the step, of each one's weakest loop, and of one loop.
 
     Args:
@@ -125,7 +103,7 @@ def compared_rows(designs: Sequence[Known], loop: str, limit_of: LimitOf) -> tup
 
 
 def table_rows(
-    compared: Sequence[Compared], designs: Sequence[Known], loop: str, limit_of: LimitOf
+    compared: Sequence[Compared], designs: Sequence[Design], loop: str, limit_of: LimitOf
 ) -> tuple[Row, ...]:
     """Return the rows of the table, with a line that names the loop above its margins.
 
@@ -150,7 +128,7 @@ def table_rows(
     return tuple(rows)
 
 
-def csv_text(compared: Sequence[Compared], designs: Sequence[Known]) -> str:
+def csv_text(compared: Sequence[Compared], designs: Sequence[Design]) -> str:
     """Return the numbers as CSV in SI: one per line, with names and units of the command line."""
     lines = [",".join(["metric", "unit", *(each.name for each in designs)])]
     for row in compared:
@@ -160,7 +138,7 @@ def csv_text(compared: Sequence[Compared], designs: Sequence[Known]) -> str:
     return "\n".join(lines) + "\n"
 
 
-def plain_text(rows: Sequence[Row], designs: Sequence[Known]) -> str:
+def plain_text(rows: Sequence[Row], designs: Sequence[Design]) -> str:
     """Return the table as shown, in columns; a star marks the best value of a row."""
     lines = [["", *(f"{each.name} " for each in designs)]]
     for row in rows:
@@ -173,7 +151,7 @@ def plain_text(rows: Sequence[Row], designs: Sequence[Known]) -> str:
     return text
 
 
-def _of_step(limit: Limit, designs: Sequence[Known]) -> Compared:
+def _of_step(limit: Limit, designs: Sequence[Design]) -> Compared:
     values, help = [], []
     for each in designs:
         numbers = each.predicted.numbers if each.predicted is not None else None
@@ -189,7 +167,7 @@ def _of_step(limit: Limit, designs: Sequence[Known]) -> Compared:
 
 
 def _of_loop(
-    name: str, limit: Limit, designs: Sequence[Known], loops: Sequence[JudgedLoop | None]
+    name: str, limit: Limit, designs: Sequence[Design], loops: Sequence[JudgedLoop | None]
 ) -> Compared:
     values, help = [], []
     for each, loop in zip(designs, loops, strict=True):
@@ -210,7 +188,7 @@ def _label(limit: Limit) -> str:
     return f"{limit.label} {limit.unit}"
 
 
-def _why(design: Known) -> str:
+def _why(design: Design) -> str:
     """Return why nothing is known of a design, "" if it is known."""
     return design.said or ("not known yet" if design.judged is None else "")
 
@@ -361,27 +339,23 @@ class CompareCard(Card):
         """Name of the selected loop, "" before one is known."""
         return self.loop.currentData() or ""
 
-    def _known(self) -> tuple[Known, ...]:
-        answers = self._answers
-        return tuple(
-            Known(each.name, answers.predicted(each), answers.judged(each), answers.refusal(each))
-            for each in self.chosen
-        )
+    def _known(self) -> tuple[Design, ...]:
+        """Return the compared designs with their known results."""
+        return tuple(map(self._answers.known, self.chosen))
 
     def _show(self) -> None:
         """Show the known results."""
         if not self._seen:
             return
-        designs = self.chosen
+        designs = self._known()
         self._offer_loops(designs)
         self.stack.setCurrentIndex(self.view.currentIndex())
-        known = self._known()
-        self._compared = compared_rows(known, self._loop, self._limits.value)
+        self._compared = compared_rows(designs, self._loop, self._limits.value)
         views: dict[str, Callable[[Sequence[Design]], None]] = {
             STEP: self._show_steps,
             FREQUENCY: self._show_frequency,
             POLES: self._show_poles,
-            TABLE: lambda _: self._show_table(known),
+            TABLE: self._show_table,
         }
         views[self.view.currentText()](designs)
         self._show_legend()
@@ -415,10 +389,13 @@ class CompareCard(Card):
 
     def _show_steps(self, designs: Sequence[Design]) -> None:
         step = self._trial.step
-        found = {each.name: self._answers.predicted(each) for each in designs}
-        drawn = {name for name, each in found.items() if each is not None and not each.lost}
+        found = {
+            each.name: (each.predicted.time, each.predicted.response, each.style, each.colour)
+            for each in designs
+            if each.predicted is not None and not each.predicted.lost
+        }
         for name in self.plot.names:
-            if step is None or name not in (*drawn, COMMANDED):
+            if step is None or name not in (*found, COMMANDED):
                 self.plot.remove_curve(name)
         if step is None:
             self.plot.set_hint("A chirp has no step to be compared")
@@ -432,42 +409,39 @@ class CompareCard(Card):
         self.plot.set_curve(
             COMMANDED, np.array([0.0, step.duration]), asked, CurveStyle.SOLID, COMMAND
         )
-        for each in designs:
-            known = found[each.name]
-            if known is not None and each.name in drawn:
-                self.plot.set_curve(each.name, known.time, known.response, each.style, each.colour)
+        for name, curve in found.items():
+            self.plot.set_curve(name, *curve)
 
     def _show_frequency(self, designs: Sequence[Design]) -> None:
         """Show the open loop L of each design, as a Bode plot."""
-        found = [(each, self._answers.curves(each)) for each in designs]
-        for design, known in found:
-            if known is None:
+        names = []
+        for design in designs:
+            if (known := design.curves) is None:
                 continue
+            names.append(design.name)
             frequency, loop = known.frequency, known.open_loop
             stroke = design.style, design.colour
             self.magnitude.set_curve(design.name, frequency, decibel(loop), *stroke)
             phase = unwrapped(frequency, loop, known.margins.crossover)
             self.phase.set_curve(design.name, frequency, phase, *stroke)
-        names = [each.name for each, known in found if known is not None]
         for plot in self.bode.plots:
             keep(plot, names)
 
     def _show_poles(self, designs: Sequence[Design]) -> None:
         poles = []
         for each in designs:
-            judged = self._answers.judged(each)
-            for value in judged.poles if judged is not None else ():
+            for value in each.judged.poles if each.judged is not None else ():
                 if value.imag >= -1e-9:
                     filled = each.style is CurveStyle.DASHED
                     poles.append(Pole(complex(value), filled, each.name, each.colour))
         self.plane.show_poles(poles)
 
-    def _rows(self, known: Sequence[Known]) -> tuple[Row, ...]:
+    def _rows(self, known: Sequence[Design]) -> tuple[Row, ...]:
         """Return the rows of the table."""
         limit_of = self._limits.value
         return table_rows(compared_rows(known, self._loop, limit_of), known, self._loop, limit_of)
 
-    def _show_table(self, known: Sequence[Known]) -> None:
+    def _show_table(self, known: Sequence[Design]) -> None:
         rows = self._rows(known)
         self.table.set_head([each.name for each in known], ["\n".join(d.long) for d in self.chosen])
         self.table.expect(len(rows))
@@ -479,10 +453,9 @@ class CompareCard(Card):
         found: dict[str, None] = {}
         weakest = ""
         for each in sorted(designs, key=lambda design: design.name != PROPOSED):
-            judged = self._answers.judged(each)
-            if judged is not None:
-                found |= dict.fromkeys(loop.name for loop in judged.loops)
-                loop = weakest_loop(judged, self._limits.value)
+            if each.judged is not None:
+                found |= dict.fromkeys(loop.name for loop in each.judged.loops)
+                loop = weakest_loop(each.judged, self._limits.value)
                 weakest = weakest or (loop.name if loop is not None else "")
         texts = {name: loop_label(name) for name in found}
         if found and offer(self.loop, texts, weakest):
@@ -490,9 +463,8 @@ class CompareCard(Card):
 
     def _sentence(self) -> tuple[str, str]:
         """Return how complete the answers are, or which design is best in most rows."""
-        designs = self.chosen
-        refused = [(each, self._answers.refusal(each)) for each in designs]
-        reasons = [f"{each.name}: {why}" for each, why in refused if why]
+        designs = self._known()
+        reasons = [f"{each.name}: {each.said}" for each in designs if each.said]
         if reasons:
             return "; ".join(reasons), "warning"
         missing = self._answers.missing

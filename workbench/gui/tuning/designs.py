@@ -1,7 +1,7 @@
 """The designs that can be compared, gains and controllers, and their known results."""
 
 from collections.abc import Hashable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from PyQt6.QtCore import QObject, pyqtSignal
@@ -14,7 +14,7 @@ from workbench.analysis.questions import (
     Question,
     Step,
 )
-from workbench.analysis.replies import Judged, Predicted
+from workbench.analysis.replies import Judged, JudgedLoop, Predicted
 from workbench.control.controller import COMMON, LIMITS, SHIPPED
 from workbench.design.judge.gang_of_four import GangOfFour
 from workbench.gui.analysis import Analysis, Follower, key_of
@@ -55,40 +55,6 @@ screen asks about the proposed gains all the time, and its answers are used here
 About = Step | str | None
 """Subject of a question: a step, the curves of a loop by name, or None for the margins."""
 KINDS: tuple[type[Question], ...] = (Judge, Predict, DrawFrequency, AskOther)
-
-
-class OtherControllers:
-    """Shipped controllers, and files that have flown since the window was opened.
-
-    Args:
-        flight: the flight, whose controller is not among them.
-    """
-
-    def __init__(self, flight: FlightModel) -> None:
-        self._flight = flight
-        self._files: list[str] = []
-
-    @property
-    def present(self) -> str:
-        """The flying one: name of a shipped one, or path of a file."""
-        scenario = self._flight.view.scenario
-        return scenario.controller if scenario is not None else SHIPPED[0]
-
-    @property
-    def all(self) -> tuple[str, ...]:
-        """All known controllers, in a fixed order."""
-        return (*SHIPPED, *self._files)
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """All names except that of the flying one."""
-        present = self.present
-        return tuple(name for name in self.all if name != present)
-
-    def note_flight(self) -> None:
-        """Record the flying controller."""
-        if self.present not in self.all:
-            self._files.append(self.present)
 
 
 def controller_label(name: str) -> str:
@@ -141,6 +107,10 @@ class Design:
             one.
         short: its differences from the kept gains, as a short text.
         long: the same with a line for each gain, and when it flew.
+        predicted: its step response, None if unknown or not requested.
+        judged: its margins, None if unknown.
+        curves: frequency response of a loop, None if unknown or not requested.
+        said: why something is unknown, "" if it is still expected.
     """
 
     name: str
@@ -150,15 +120,15 @@ class Design:
     controller: str = ""
     short: str = ""
     long: tuple[str, ...] = ()
+    predicted: Predicted | None = None
+    judged: Judged | None = None
+    curves: GangOfFour | None = None
+    said: str = ""
 
-
-@dataclass(frozen=True)
-class Flown:
-    """Gains that flew from a simulated time [s] on, and their controller."""
-
-    since: float
-    controller: str
-    gains: Mapping[str, float]
+    def loop(self, name: str) -> JudgedLoop | None:
+        """Return one of its loops, None if it does not exist or is unknown."""
+        loops = self.judged.loops if self.judged is not None else ()
+        return next((loop for loop in loops if loop.name == name), None)
 
 
 class Designs(QObject):
@@ -176,15 +146,31 @@ class Designs(QObject):
     def __init__(self, flight: FlightModel, trial: Trial, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._flight, self._trial = flight, trial
-        self._others = OtherControllers(flight)
-        self._flown: list[Flown] = []
+        self._files: list[str] = []  # controllers that have flown since the window was opened
+        self._flown: list[tuple[float, str, Mapping[str, float]]] = []
         trial.changed.connect(self._follow)
         trial.gains.state_changed.connect(self._follow)
 
     @property
     def names(self) -> tuple[str, ...]:
         """Names of all existing sets of gains, and of the controllers that do not fly."""
-        return (*self._sets(), *self._others.names)
+        return (*self._sets(), *self.others)
+
+    @property
+    def present(self) -> str:
+        """The flying controller: name of a shipped one, or path of a file."""
+        scenario = self._flight.view.scenario
+        return scenario.controller if scenario is not None else SHIPPED[0]
+
+    @property
+    def controllers(self) -> tuple[str, ...]:
+        """Shipped controllers, and files that have flown, in a fixed order."""
+        return (*SHIPPED, *self._files)
+
+    @property
+    def others(self) -> tuple[str, ...]:
+        """All controllers except the flying one."""
+        return tuple(name for name in self.controllers if name != self.present)
 
     def all(self) -> tuple[Design, ...]:
         """Return all designs, in order; none before a flight has begun."""
@@ -192,7 +178,7 @@ class Designs(QObject):
         if not sets:
             return ()
         made = [self._of_gains(name, values) for name, values in sets.items()]
-        return (*made, *map(self._of_controller, self._others.names))
+        return (*made, *map(self._of_controller, self.others))
 
     def begin(self) -> None:
         """Clear the flown gains: another flight begins."""
@@ -201,7 +187,8 @@ class Designs(QObject):
 
     def take_over(self) -> None:
         """Record the flying controller."""
-        self._others.note_flight()
+        if self.present not in self.controllers:
+            self._files.append(self.present)
         self._follow()
 
     def gains_of(self, name: str) -> dict[str, float]:
@@ -221,10 +208,10 @@ class Designs(QObject):
         The name is that of a slot or the kept set with the same gains now, else "tried" with the
         differences from the kept gains; or that of their controller if another one flies now.
         """
-        before = [each for each in self._flown if each.since <= time]
-        controller = before[-1].controller if before else self._others.present
+        before = [controller for since, controller, _ in self._flown if since <= time]
+        controller = before[-1] if before else self.present
         name, note = TRIED, ""
-        if controller != self._others.present:
+        if controller != self.present:
             name = controller_label(controller)
         else:
             for each, values in self._sets().items():
@@ -262,7 +249,7 @@ class Designs(QObject):
         )
 
     def _of_controller(self, name: str) -> Design:
-        colour = OTHER_COLOURS[self._others.all.index(name) % len(OTHER_COLOURS)]
+        colour = OTHER_COLOURS[self.controllers.index(name) % len(OTHER_COLOURS)]
         gains = {key: value for key, value in self._trial.flown.items() if key in SHARED}
         said = f"The controller {name}, with its own gains for this vehicle"
         return Design(
@@ -278,23 +265,19 @@ class Designs(QObject):
     def _follow(self) -> None:
         """Record what flies now."""
         flown, view = self._trial.flown, self._flight.view
-        present = self._others.present
-        last = self._flown[-1] if self._flown else None
-        if flown and (last is None or last.gains != flown or last.controller != present):
+        if flown and (not self._flown or self._flown[-1][1:] != (self.present, flown)):
             time = view.snapshot.time if view.snapshot is not None else 0.0
-            self._flown = [*self._flown[1 - MOST :], Flown(time, present, flown)]
+            self._flown = [*self._flown[1 - MOST :], (time, self.present, flown)]
         self.changed.emit()
 
     def _when(self, values: Mapping[str, float]) -> str:
         """Return when gains last flew, in words."""
-        present = self._others.present
-        ends = [*(each.since for each in self._flown[1:]), None]
-        for each, end in reversed([*zip(self._flown, ends, strict=True)]):
-            if each.controller == present and each.gains == values:
-                since = simulated_text(each.since, 1)
-                if end is None:
-                    return f"flies since {since}"
-                return f"flew from {since} to {simulated_text(end, 1)}"
+        end = ""
+        for since, controller, gains in reversed(self._flown):
+            begun = simulated_text(since, 1)
+            if controller == self.present and gains == values:
+                return f"flew from {begun} to {end}" if end else f"flies since {begun}"
+            end = begun
         return "has not flown"
 
 
@@ -354,25 +337,17 @@ class DesignAnswers(QObject):
         self._designs, self._step, self._loop = tuple(designs), step, loop
         self._rest.start()
 
-    def judged(self, design: Design) -> Judged | None:
-        """Return the stability of a design, None while unknown."""
-        known: Judged | None = self._analysis.known(_question(design, None))
-        return known
-
-    def predicted(self, design: Design) -> Predicted | None:
-        """Return the step response of a design, None while unknown."""
-        known = self._analysis.known(_question(design, self._step))
-        return known if isinstance(known, Predicted) else None
-
-    def curves(self, design: Design) -> GangOfFour | None:
-        """Return the frequency response of a design's loop, None while unknown."""
-        known: GangOfFour | None = self._analysis.known(_question(design, self._loop))
-        return known
-
-    def refusal(self, design: Design) -> str:
-        """Return why something of a design is unknown, "" if it is known or expected."""
+    def known(self, design: Design) -> Design:
+        """Return a design with what is known of it, and why something is not."""
+        analysis, step = self._analysis, self._step
         said = (self._refused.get(key_of(each), "") for each in self._wanted(design))
-        return next(filter(None, said), "")
+        return replace(
+            design,
+            judged=analysis.known(_question(design, None)),
+            predicted=analysis.known(_question(design, step)) if step is not None else None,
+            curves=analysis.known(_question(design, self._loop)) if self._loop else None,
+            said=next(filter(None, said), ""),
+        )
 
     @property
     def missing(self) -> tuple[Design, ...]:
@@ -382,7 +357,7 @@ class DesignAnswers(QObject):
     def _wanted(self, design: Design) -> list[Question]:
         """Return the questions about a design."""
         about: list[About] = [None] if self._step is None else [None, self._step]
-        judged = self.judged(design)
+        judged: Judged | None = self._analysis.known(_question(design, None))
         if judged is not None and self._loop in [loop.name for loop in judged.loops]:
             about.append(self._loop)
         return [_question(design, each) for each in about]

@@ -124,12 +124,8 @@ def drawn_measurement(
     )
 
 
-@dataclass(frozen=True)
-class Mark:
-    """A margin on the curve: its frequency [rad/s], and the curve's value there [dB] or [rad]."""
-
-    frequency: float
-    value: float
+Mark = tuple[float, float]
+"""A margin on the curve: its frequency [rad/s], and the curve's value there [dB] or [rad]."""
 
 
 def decibel(response: np.ndarray) -> np.ndarray:
@@ -165,11 +161,14 @@ def phase_margin_mark(loop: DrawnLoop) -> Mark | None:
     margin = loop.margins.phase_margin
     phase = unwrapped(loop.frequency, loop.open_loop, loop.crossover)
     found = [
-        Mark(frequency, float(np.interp(frequency, loop.frequency, phase)))
+        (frequency, float(np.interp(frequency, loop.frequency, phase)))
         for frequency in _crossings(loop.frequency, decibel(loop.open_loop))
     ]
-    off = (abs(abs(math.remainder(each.value - math.pi, math.tau)) - margin) for each in found)
-    return min(zip(off, found, strict=True), key=lambda pair: pair[0], default=(0.0, None))[1]
+    return min(
+        found,
+        key=lambda mark: abs(abs(math.remainder(mark[1] - math.pi, math.tau)) - margin),
+        default=None,
+    )
 
 
 def gain_margin_mark(loop: DrawnLoop, factor: float) -> Mark | None:
@@ -184,16 +183,16 @@ def gain_margin_mark(loop: DrawnLoop, factor: float) -> Mark | None:
     for turns in range(-2, 2):
         level = -math.pi + 2.0 * math.pi * turns
         for frequency in _crossings(loop.frequency, phase - level):
-            found.append(Mark(frequency, float(np.interp(frequency, loop.frequency, size))))
+            found.append((frequency, float(np.interp(frequency, loop.frequency, size))))
     wanted = -20.0 * math.log10(factor)
-    nearest = min(found, key=lambda each: abs(each.value - wanted), default=None)
-    return nearest if nearest is not None and abs(nearest.value - wanted) < 1.0 else None
+    near = [mark for mark in found if abs(mark[1] - wanted) < 1.0]
+    return min(near, key=lambda mark: abs(mark[1] - wanted), default=None)
 
 
 def peak(frequency: np.ndarray, response: np.ndarray) -> Mark:
     """Return the largest magnitude of a response, and its frequency [rad/s]."""
     place = int(np.nanargmax(np.abs(response)))
-    return Mark(float(frequency[place]), float(np.abs(response[place])))
+    return float(frequency[place]), float(np.abs(response[place]))
 
 
 def _crossings(frequency: np.ndarray, values: np.ndarray) -> list[float]:

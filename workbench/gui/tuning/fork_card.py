@@ -1,7 +1,7 @@
 """The card of forks: from the present instant, fly two sets of gains or controllers in parallel."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -18,7 +18,7 @@ from workbench.gui.gains.gain_rows import controller_gains
 from workbench.gui.layout import button, fill, hbox
 from workbench.gui.number_field import NumberField
 from workbench.gui.tuning.card import Card, fields_beside, offer
-from workbench.gui.tuning.designs import OtherControllers, controller_label, gains_text
+from workbench.gui.tuning.designs import Designs, controller_label, gains_text
 from workbench.gui.tuning.limits import STEP_LIMITS
 from workbench.gui.tuning.number_table import Cell, NumberTable, Row
 from workbench.gui.tuning.trial import Trial
@@ -35,21 +35,6 @@ DURATIONS = (0.5, 20.0)
 """Limits of a fork's duration [s]."""
 
 
-@dataclass(frozen=True)
-class Quantity:
-    """A quantity of a branch over time.
-
-    Attributes:
-        label: name in words.
-        values: returns the values of a branch along an axis, in SI.
-        unit_of: returns the SI unit along an axis.
-    """
-
-    label: str
-    values: Callable[[FlownBranch, str], np.ndarray]
-    unit_of: Callable[[str], str]
-
-
 def way(flown: FlownBranch, axis: str) -> np.ndarray:
     """Return the displacement along an axis since the fork [m]; for yaw the total distance."""
     place = find_axis(axis).place
@@ -59,12 +44,14 @@ def way(flown: FlownBranch, axis: str) -> np.ndarray:
 
 Flown = Sequence[tuple[FlownBranch, StepNumbers | None]]
 """Branches, each with the metrics of its step."""
-QUANTITIES = (
-    Quantity("velocity", FlownBranch.response, lambda axis: find_axis(axis).unit),
-    Quantity("way flown", way, lambda axis: "m"),
-    Quantity("tilt", lambda flown, axis: flown.tilt, lambda axis: "rad"),
-    Quantity("rotor use", lambda flown, axis: flown.rotor_use, lambda axis: "1"),
-)
+QUANTITIES: dict[str, tuple[Callable[[FlownBranch, str], np.ndarray], str]] = {
+    "velocity": (FlownBranch.response, ""),
+    "way flown": (way, "m"),
+    "tilt": (lambda flown, axis: flown.tilt, "rad"),
+    "rotor use": (lambda flown, axis: flown.rotor_use, "1"),
+}
+"""Quantities by name: the values of a branch along an axis, in SI, and their unit; "" for that of
+the axis."""
 
 
 class ForkCard(Card):
@@ -76,6 +63,7 @@ class ForkCard(Card):
     Args:
         workspace: flight, analysis and colours.
         trial: the gains that are being tried.
+        designs: the controllers.
 
     Attributes:
         is_busy: whether a fork is in progress.
@@ -84,18 +72,18 @@ class ForkCard(Card):
     busy_changed = pyqtSignal(bool)
     """Whether a fork for the user is in progress: a ghost must not replace it."""
 
-    def __init__(self, workspace: Workspace, trial: Trial) -> None:
+    def __init__(self, workspace: Workspace, trial: Trial, designs: Designs) -> None:
         super().__init__("Fork the flight")
         self._flight, self._analysis, self._trial = workspace.flight, workspace.analysis, trial
         self._control = FlightControl(workspace.flight, workspace.preferences, self)
-        self._others = OtherControllers(workspace.flight)
+        self._designs = designs
         self.is_busy = False
         self._asked: Fork | None = None
         self._branches: tuple[Branch, ...] = ()
         self._forked: Flown = ()
         self._axis = "x"
         self.one, self.other, self.quantity = QComboBox(), QComboBox(), QComboBox()
-        self.quantity.addItems([each.label for each in QUANTITIES])
+        self.quantity.addItems([*QUANTITIES])
         self.duration = NumberField("Time ahead", 1, 0.5)
         self.duration.set_range(Unit("s"), *DURATIONS)
         self.duration.show_si(5.0)
@@ -134,7 +122,6 @@ class ForkCard(Card):
 
     def begin(self) -> None:
         """Clear the forks of another flight or controller."""
-        self._others.note_flight()
         self._forked, self._asked = (), None
         self._draw()
         self._set_busy(False)
@@ -195,21 +182,20 @@ class ForkCard(Card):
         self.table.setVisible(any(numbers for _, numbers in self._forked))
         if not self._forked:
             return
-        quantity = QUANTITIES[self.quantity.currentIndex()]
-        self.plot.set_axes("time ahead", quantity.label, quantity.unit_of(self._axis))
+        values_of, unit = QUANTITIES[self.quantity.currentText()]
+        unit = unit or find_axis(self._axis).unit
+        self.plot.set_axes("time ahead", self.quantity.currentText(), unit)
         branches = [branch for branch, _ in self._forked]
         for index, branch in enumerate(branches):
             style = CurveStyle.SOLID if index == 0 else CurveStyle.DASHED
             time = branch.time - branch.time[0] if len(branch.time) else branch.time
-            self.plot.set_curve(
-                branch.name, time, quantity.values(branch, self._axis), style, index
-            )
+            self.plot.set_curve(branch.name, time, values_of(branch, self._axis), style, index)
         self.table.set_rows(tuple(_row(branch.name, each) for branch, each in self._forked))
         lost = [f"{each.name}: {each.lost}" for each in branches if each.lost]
         if lost:
             self.said.say("; ".join(lost), "bad")
         else:
-            self.said.say(_words(self._branches, controller_label(self._others.present)))
+            self.said.say(_words(self._branches, controller_label(self._designs.present)))
 
     def _keep(self, index: int) -> None:
         branch = self._branches[index]
@@ -225,7 +211,7 @@ class ForkCard(Card):
         """Offer all branches for both."""
         gains = {NOW: NOW, PROPOSED: PROPOSED}
         gains |= {each: f"slot {each}" for each in self._trial.gains.slots}
-        laws = {each: controller_label(each) for each in self._others.names}
+        laws = {each: controller_label(each) for each in self._designs.others}
         for box, first in ((self.one, NOW), (self.other, PROPOSED)):
             if not offer(box, gains | laws, first):
                 continue

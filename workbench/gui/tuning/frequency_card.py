@@ -494,10 +494,10 @@ class FrequencyCard(Card):
         else:
             margins = now.margins
             phase, gain = find_limit("phase_margin"), find_limit("gain_margin")
-            top = peak(now.frequency, now.sensitivity)
+            _, top = peak(now.frequency, now.sensitivity)
             self.said.say(
                 f"{phase.text(margins.phase_margin)}° at {margins.crossover:.3g} rad/s, "
-                f"{gain.text(margins.gain_margin)} dB, Ms {top.value:.2f}"
+                f"{gain.text(margins.gain_margin)} dB, Ms {top:.2f}"
             )
 
     def _show_legend(self) -> None:

@@ -210,18 +210,19 @@ def margin_guides(loop: DrawnLoop | None) -> tuple[Shown, Shown]:
         said.append(f"{margins.crossover:.3g} rad/s")
     at = phase_margin_mark(loop)
     if at is not None:
-        degrees = math.degrees(at.value)
+        degrees = math.degrees(at[1])
         level = 360.0 * round((degrees - 180.0) / 360.0) + 180.0
         turns = [
             Guide(EVERYWHERE, (level, level)),
-            Guide((at.frequency,) * 2, (level, degrees), "warning"),
+            Guide((at[0],) * 2, (level, degrees), "warning"),
         ]
         turned = _words(PHASE, margins)
     for limit in (GAIN, REDUCTION):
         mark = gain_margin_mark(loop, getattr(margins, limit.name))
         if mark is not None:
-            sizes.append(Guide((mark.frequency,) * 2, (mark.value, 0.0), "warning"))
-            turns.append(Guide((mark.frequency,) * 2, EVERYWHERE))
+            frequency, size = mark
+            sizes.append(Guide((frequency, frequency), (size, 0.0), "warning"))
+            turns.append(Guide((frequency, frequency), EVERYWHERE))
             said.append(_words(limit, margins))
     return (sizes, ", ".join(said)), (turns, turned)
 
@@ -295,13 +296,14 @@ class GangPlots(FrequencyPlots):
 
 def peak_guide(what: str, mark: Mark) -> Shown:
     """Return lines at a peak, with its magnitude and frequency."""
+    frequency, size = mark
     lines = [
-        Guide(EVERYWHERE, (mark.value, mark.value), "warning"),
-        Guide((mark.frequency,) * 2, EVERYWHERE),
+        Guide(EVERYWHERE, (size, size), "warning"),
+        Guide((frequency, frequency), EVERYWHERE),
     ]
     if what == "peak":  # its unit replaces its frequency for lack of room
-        return lines, f"peak {mark.value:.4g}"
-    return lines, f"{what} {mark.value:.3g} at {mark.frequency:.3g} rad/s"
+        return lines, f"peak {size:.4g}"
+    return lines, f"{what} {size:.3g} at {frequency:.3g} rad/s"
 
 
 class Plane(Canvas):

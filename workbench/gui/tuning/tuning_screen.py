@@ -1,7 +1,6 @@
 """The tuning screen: gains, excitation, response, margins, and further aids."""
 
 from collections.abc import Callable, Sequence
-from enum import Enum
 
 import numpy as np
 from PyQt6.QtCore import QObject, QSize, Qt, pyqtSignal
@@ -66,17 +65,6 @@ AHEAD = 5.0
 """Predicted time [s]."""
 
 
-class Columns(Enum):
-    """Parts side by side; the others are in tabs."""
-
-    ALL = 3
-    """Gains, response, and margins with the tabs."""
-    GAINS = 2
-    """Gains, and tabs."""
-    NONE = 1
-    """Only tabs."""
-
-
 class Arrangement(QWidget):
     """Gains on the left, the response beside them, margins and tabs on the right or in tabs.
 
@@ -93,7 +81,7 @@ class Arrangement(QWidget):
         super().__init__()
         self._gains, self._response = gains, response
         self._margins, self._tabs = margins, tabs
-        self._columns: Columns | None = None
+        self._columns = 0
         tabs.setDocumentMode(True)
         tabs.setUsesScrollButtons(True)
         tabs.setElideMode(Qt.TextElideMode.ElideNone)
@@ -116,18 +104,22 @@ class Arrangement(QWidget):
         """Arrange the parts according to the width."""
         super().resizeEvent(event)
         both = self._gains.minimumSizeHint().width() + LEAST + 3 * GAP
-        columns = Columns.GAINS if self.width() >= both else Columns.NONE
-        self.arrange(Columns.ALL if self.width() >= WIDE else columns)
+        self.arrange(3 if self.width() >= WIDE else 2 if self.width() >= both else 1)
         style = next((each for width, each in TABS if self.width() < width), "")
         if style != self._tabs.styleSheet():
             self._tabs.setStyleSheet(style)
 
-    def arrange(self, columns: Columns) -> None:
-        """Arrange the parts side by side, or in tabs."""
-        if columns is self._columns:
+    def arrange(self, columns: int) -> None:
+        """Arrange the parts side by side, or in tabs.
+
+        Args:
+            columns: 3 for gains, response, and margins with the tabs; 2 for gains, and tabs; 1 for
+                only tabs.
+        """
+        if columns == self._columns:
             return
         self._columns = columns
-        wide = columns is Columns.ALL
+        wide = columns == 3
         self._gains.setMinimumWidth(NARROWEST_GAINS if wide else 0)
         chosen = self._tabs.currentWidget()
         middle, right = self._middle.layout(), self._right.layout()
@@ -153,7 +145,7 @@ class Arrangement(QWidget):
             self._tabs.insertTab(0, self._response, "Step")
             self._tabs.insertTab(1, self._margins, "Margins")
             self._right.hide()
-            if columns is Columns.GAINS:
+            if columns == 2:
                 self._tabs.removeTab(self._tabs.indexOf(self._gains))
                 self.splitter.insertWidget(0, self._gains)
                 self._gains.show()
@@ -297,34 +289,24 @@ class TuningScreen(Screen):
         self.map = MapCard(workspace, self.trial)
         self.weights = WeightsCard(workspace, self.trial)
         self.compare = CompareCard(workspace, self.trial, self.designs, self.limits)
-        self.fork = ForkCard(workspace, self.trial)
+        self.fork = ForkCard(workspace, self.trial, self.designs)
         self.autotune = AutoTuneCard(workspace, self.trial)
         self.pin = PinCard(workspace, self.trial)
-        self.what_if = WhatIfCard(workspace, self.trial)
+        self.what_if = WhatIfCard(workspace, self.trial, self.designs)
         self.ghost = Ghost(workspace.flight, analysis, self.trial, self._is_free, self)
-        self._begun = (
-            self.frequency,
-            self.poles,
-            self.map,
-            self.weights,
-            self.fork,
-            self.autotune,
-            self.pin,
-            self.what_if,
-            self.ghost,
-        )
+        self._cards = {
+            "Frequency": self.frequency,
+            "Poles": self.poles,
+            "Map": self.map,
+            "Sensitivity": self.weights,
+            "Compare": self.compare,
+            "Fork": self.fork,
+            "Tune": self.autotune,
+            "Pin": self.pin,
+            "What if": self.what_if,
+        }
         self.tabs = QTabWidget()
-        for card, name in (
-            (self.frequency, "Frequency"),
-            (self.poles, "Poles"),
-            (self.map, "Map"),
-            (self.weights, "Sensitivity"),
-            (self.compare, "Compare"),
-            (self.fork, "Fork"),
-            (self.autotune, "Tune"),
-            (self.pin, "Pin"),
-            (self.what_if, "What if"),
-        ):
+        for name, card in self._cards.items():
             self.tabs.addTab(card, name)
         self.panel = GainPanel(workspace, self.gains)
         self.diff_judgement = Judgement(analysis, self)
@@ -361,22 +343,22 @@ class TuningScreen(Screen):
         self.excitation.begin()
         self.response.begin(view)
         self.trial.set_step(self.response.step)
-        for card in self._begun:
-            card.begin()
-        self.trial.changed.emit()
         self.designs.begin()
-        self.compare.begin()
+        self._begin_cards()
 
     def take_over(self, view: LiveView) -> None:
         """Evaluate the controller that has taken over."""
         self.gains.take_over(view)
         self.judgement.clear()
         self._predictor.forget()
-        for card in self._begun:
-            card.begin()
-        self.trial.changed.emit()
         self.designs.take_over()
-        self.compare.begin()
+        self._begin_cards()
+
+    def _begin_cards(self) -> None:
+        for card in self._cards.values():
+            card.begin()
+        self.ghost.begin()
+        self.trial.changed.emit()
 
     def show_view(self, view: LiveView) -> None:
         """Show a view."""
@@ -468,5 +450,5 @@ class TuningScreen(Screen):
         self._predictor.set_seen(seen)
         self.ghost.set_seen(seen)
         shown = self.tabs.currentWidget()
-        for card in (self.frequency, self.map, self.weights, self.compare, self.what_if):
+        for card in self._cards.values():
             card.set_seen(seen and shown is card)

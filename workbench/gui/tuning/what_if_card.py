@@ -14,7 +14,7 @@ from workbench.gui.file_dialogs import LOG_FILES, open_file
 from workbench.gui.layout import button, fill
 from workbench.gui.preferences import log_folder
 from workbench.gui.tuning.card import Card, Sentence, fields_beside, offer
-from workbench.gui.tuning.designs import OtherControllers, controller_label, gains_text
+from workbench.gui.tuning.designs import Designs, controller_label, gains_text
 from workbench.gui.tuning.trial import Trial
 from workbench.gui.workspace import Workspace
 
@@ -46,6 +46,7 @@ class WhatIfCard(Card):
     Args:
         workspace: the opened log, flight, analysis and colours.
         trial: the gains that are being tried.
+        designs: the controllers.
 
     Attributes:
         flown: the controller that flew the log.
@@ -55,10 +56,10 @@ class WhatIfCard(Card):
         own: proposes the gains that flew the log.
     """
 
-    def __init__(self, workspace: Workspace, trial: Trial) -> None:
+    def __init__(self, workspace: Workspace, trial: Trial, designs: Designs) -> None:
         super().__init__("What if")
         self._workspace, self._trial = workspace, trial
-        self._others = OtherControllers(workspace.flight)
+        self._designs = designs
         self._answer: FlownAgain | None = None
         self._asked: FlyAgain | None = None
         self._refusal = ""
@@ -86,7 +87,6 @@ class WhatIfCard(Card):
 
     def begin(self) -> None:
         """Clear the answers of another vehicle's model, or about another controller."""
-        self._others.note_flight()
         self._offer()
         self._forget()
 
@@ -198,7 +198,7 @@ class WhatIfCard(Card):
 
     def _law_name(self) -> str:
         """Return the name of the controller whose gains are shown on the left."""
-        return controller_label(self._others.present)
+        return controller_label(self._designs.present)
 
     def _adopt(self) -> None:
         if self._answer is not None:
@@ -211,8 +211,8 @@ class WhatIfCard(Card):
     def _offer(self) -> None:
         """Offer all known controllers."""
         for box, first, names in (
-            (self.flown, AS_LOGGED, self._others.all),
-            (self.law, SLIDERS, self._others.names),
+            (self.flown, AS_LOGGED, self._designs.controllers),
+            (self.law, SLIDERS, self._designs.others),
         ):
             offer(box, {"": first} | {name: controller_label(name) for name in names})
 
