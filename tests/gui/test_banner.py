@@ -1,6 +1,5 @@
 """The banner and the queue behind it."""
 
-import math
 import re
 from dataclasses import replace
 from pathlib import Path
@@ -11,7 +10,7 @@ from PyQt6.QtGui import QAction, QGuiApplication
 
 from workbench.control.controller import load_controller
 from workbench.gui import flight_model
-from workbench.gui.banner import MOST, REMEDIES, STAYS, Banner, BannerQueue
+from workbench.gui.banner import MOST, REMEDIES, STAYS, Banner
 from workbench.gui.notices import Notice, Severity
 from workbench.live.messages import Phase
 
@@ -20,54 +19,6 @@ NOTE, WARNING, FAILURE = Severity.INFORMATION, Severity.WARNING, Severity.FAILUR
 
 def note(what, severity=NOTE):
     return Notice(severity, what)
-
-
-def test_the_same_sentence_is_counted():
-    queue = BannerQueue()
-    for _ in range(500):
-        queue.add(note("the disk is full", FAILURE), 0.0)
-    assert len(queue) == 1
-    assert queue.first.times == 500
-
-
-def test_the_same_words_of_another_weight_are_another_notice():
-    queue = BannerQueue()
-    queue.add(note("slow"), 0.0)
-    queue.add(note("slow", WARNING), 0.0)
-    assert len(queue) == 2
-    assert queue.first.notice.severity is WARNING
-
-
-def test_failures_come_first_and_of_equals_the_newest():
-    queue = BannerQueue()
-    for what, severity in (("a", FAILURE), ("b", NOTE), ("c", WARNING), ("d", FAILURE)):
-        queue.add(note(what, severity), 0.0)
-    seen = []
-    while queue.first:
-        seen.append(queue.first.notice.what)
-        queue.dismiss()
-    assert seen == ["d", "a", "c", "b"]
-
-
-def test_notes_and_warnings_go_by_themselves_failures_do_not():
-    queue = BannerQueue()
-    for what, severity in (("a", NOTE), ("b", WARNING), ("c", FAILURE)):
-        queue.add(note(what, severity), 100.0)
-    queue.expire(100.0 + STAYS[NOTE] - 0.1)
-    assert len(queue) == 3
-    queue.expire(100.0 + STAYS[NOTE])
-    assert len(queue) == 2
-    queue.expire(1e9)
-    assert [queue.first.notice.what, len(queue), queue.first.until] == ["c", 1, math.inf]
-
-
-def test_a_flood_pushes_no_failure_out():
-    queue = BannerQueue()
-    queue.add(note("broken", FAILURE), 0.0)
-    for number in range(1000):
-        queue.add(note(f"note {number}"), 0.0)
-    assert len(queue) == MOST
-    assert queue.first.notice.what == "broken"
 
 
 @pytest.fixture
@@ -80,6 +31,58 @@ def banner(qtbot, workspace, actions):
     made = Banner(workspace, actions)
     qtbot.addWidget(made)
     return made
+
+
+def test_the_same_sentence_is_counted(banner):
+    for _ in range(500):
+        banner.add(note("the disk is full", FAILURE))
+    assert banner.accessibleName() == "failure: the disk is full  (×500) "
+    banner.dismiss()
+    assert banner.isHidden()
+
+
+def test_the_same_words_of_another_weight_are_another_notice(banner):
+    banner.add(note("slow"))
+    banner.add(note("slow", WARNING))
+    assert banner.shown.severity is WARNING
+    banner.dismiss()
+    assert banner.shown.severity is NOTE
+
+
+def test_failures_come_first_and_of_equals_the_newest(banner):
+    for what, severity in (("a", FAILURE), ("b", NOTE), ("c", WARNING), ("d", FAILURE)):
+        banner.add(note(what, severity))
+    assert shown_in_turn(banner) == ["d", "a", "c", "b"]
+
+
+def test_notes_and_warnings_go_by_themselves_failures_do_not(banner, monkeypatch):
+    now = [100.0]
+    monkeypatch.setattr("workbench.gui.banner.time.monotonic", lambda: now[0])
+    for what, severity in (("a", NOTE), ("b", WARNING), ("c", FAILURE)):
+        banner.add(note(what, severity))
+    for time, waiting in ((STAYS[NOTE] - 0.1, 2), (STAYS[NOTE], 1), (1e9, 0)):
+        now[0] = 100.0 + time
+        banner._expire()
+        assert banner._more.text() == (f"{waiting} more" if waiting else "")
+    assert banner.shown.what == "c"
+
+
+def test_a_flood_pushes_no_failure_out(banner):
+    banner.add(note("broken", FAILURE))
+    for number in range(1000):
+        banner.add(note(f"note {number}"))
+    seen = shown_in_turn(banner)
+    assert len(seen) == MOST
+    assert seen[0] == "broken"
+
+
+def shown_in_turn(banner):
+    """Return what is shown, and dismissed, until nothing is left."""
+    seen = []
+    while banner.shown:
+        seen.append(banner.shown.what)
+        banner.dismiss()
+    return seen
 
 
 def test_a_notice_is_told_in_word_shape_and_sentence(banner, workspace):

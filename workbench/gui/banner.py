@@ -1,8 +1,8 @@
 """Lines at the lower edge of the window: notices with remedies, and the guide for beginners."""
 
+import math
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from PyQt6.QtCore import QSettings, Qt, QTimer
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from workbench.gui.gains.gain_editor import GainEditor
 
 
-STAYS = {Severity.INFORMATION: 8.0, Severity.WARNING: 20.0, Severity.FAILURE: float("inf")}
+STAYS = {Severity.INFORMATION: 8.0, Severity.WARNING: 20.0, Severity.FAILURE: math.inf}
 """How long a notice stays if the user does not dismiss it [s]."""
 MOST = 20
 """Limit of waiting notices; beyond it the oldest are dropped, failures last."""
@@ -50,69 +50,10 @@ COLOURS = {
 ICON = 22
 
 
-@dataclass(frozen=True)
-class Told:
-    """A notice in the queue.
-
-    Attributes:
-        notice: the newest of equal notices.
-        times: how often it was reported.
-        until: when it expires, in the clock's time [s].
-    """
-
-    notice: Notice
-    times: int
-    until: float
-
-
-class BannerQueue:
-    """Notices, the most severe first, and then the newest.
-
-    A repeated sentence is counted and shown once.
-    """
-
-    def __init__(self) -> None:
-        self._told: list[Told] = []
-
-    def __len__(self) -> int:
-        return len(self._told)
-
-    @property
-    def first(self) -> Told | None:
-        """The notice to show."""
-        ranks = list(Severity)
-        return max(self._told, key=lambda each: ranks.index(each.notice.severity), default=None)
-
-    def add(self, notice: Notice, now: float) -> None:
-        """Add a notice at a time [s]."""
-        times = 1
-        for each in self._told:
-            same = each.notice.what == notice.what
-            if same and each.notice.severity is notice.severity:
-                times = each.times + 1
-                self._told.remove(each)
-                break
-        self._told.insert(0, Told(notice, times, now + STAYS[notice.severity]))
-        while len(self._told) > MOST:
-            passing = [each for each in self._told if each.until < float("inf")]
-            self._told.remove((passing or self._told)[-1])
-
-    def dismiss(self) -> None:
-        """Drop the shown notice."""
-        if self.first is not None:
-            self._told.remove(self.first)
-
-    def forget(self, severity: Severity) -> None:
-        """Drop failures: their cause is gone."""
-        self._told = [each for each in self._told if each.notice.severity is not severity]
-
-    def expire(self, now: float) -> None:
-        """Drop expired notices."""
-        self._told = [each for each in self._told if each.until > now]
-
-
 class Banner(QFrame):
     """One notice at a time, at the lower edge, where it moves nothing under the pointer.
+
+    The most severe one is shown, of equals the newest. A repeated sentence is only counted.
 
     Args:
         workspace: source of the notices.
@@ -125,7 +66,7 @@ class Banner(QFrame):
         self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Fixed)
         self._look = workspace.look
         self._actions = actions
-        self._queue = BannerQueue()
+        self._told: list[tuple[Notice, int, float]] = []  # how often, and until when [s]
         self._shape = QLabel()
         self._word = label(kind="heading")
         self._what = label(wraps=True)
@@ -147,10 +88,14 @@ class Banner(QFrame):
         self.hide()
 
     @property
+    def _first(self) -> tuple[Notice, int, float] | None:
+        ranks = list(Severity)
+        return max(self._told, key=lambda each: ranks.index(each[0].severity), default=None)
+
+    @property
     def shown(self) -> Notice | None:
         """The shown notice."""
-        first = self._queue.first
-        return first.notice if first else None
+        return self._first[0] if self._first else None
 
     @property
     def offers(self) -> tuple[QPushButton, ...]:
@@ -159,23 +104,38 @@ class Banner(QFrame):
 
     def add(self, notice: Notice) -> None:
         """Add a notice."""
-        self._queue.add(notice, time.monotonic())
+        equal = [
+            each
+            for each in self._told
+            if (each[0].what, each[0].severity) == (notice.what, notice.severity)
+        ]
+        times = 1 + sum(times for _, times, _ in equal)
+        until = time.monotonic() + STAYS[notice.severity]
+        self._told = [(notice, times, until), *(each for each in self._told if each not in equal)]
+        if len(self._told) > MOST:
+            passing = [each for each in self._told if each[2] < math.inf]
+            self._told.remove((passing or self._told)[-1])
         self._timer.start()
         self._show()
 
     def dismiss(self) -> None:
         """Dismiss the shown notice."""
-        self._queue.dismiss()
-        self._show()
+        self._keep(lambda each: each is not self._first)
+
+    def _keep(self, wanted: Callable[[tuple[Notice, int, float]], bool]) -> None:
+        """Drop the other notices."""
+        kept = [each for each in self._told if wanted(each)]
+        if len(kept) != len(self._told):
+            self._told = kept
+            self._show()
 
     def _forget_failures(self, _: LiveView) -> None:
         """Drop failures that ended with the last flight; the end of a pause drops none."""
-        self._queue.forget(Severity.FAILURE)
-        self._show()
+        self._keep(lambda each: each[0].severity is not Severity.FAILURE)
 
     def _forget_warnings(self, view: LiveView) -> None:
         """Drop warnings about a controller's file once its text flies; the event list has them."""
-        self._queue.forget(Severity.WARNING)
+        self._keep(lambda each: each[0].severity is not Severity.WARNING)
         if view.controller is not None:
             self.add(
                 Notice(
@@ -184,28 +144,26 @@ class Banner(QFrame):
             )
 
     def _expire(self) -> None:
-        before = len(self._queue)
-        self._queue.expire(time.monotonic())
-        if len(self._queue) != before:
-            self._show()
+        now = time.monotonic()
+        self._keep(lambda each: each[2] > now)
 
     def _show(self) -> None:
-        told = self._queue.first
-        self.setVisible(told is not None)
-        if told is None:
+        first = self._first
+        self.setVisible(first is not None)
+        if first is None:
             self._timer.stop()
             return
-        notice = told.notice
+        notice, count, _ = first
         word = notice.severity.value
         colour = self._look.colour(COLOURS[notice.severity])
         set_class(self, word)
         self._shape.setPixmap(picture(word, colour, ICON, self.devicePixelRatioF()))
         self._word.setText(word.capitalize())
-        times = f"  (×{told.times})" if told.times > 1 else ""
+        times = f"  (×{count})" if count > 1 else ""
         self._what.setText(notice.what[:1].upper() + notice.what[1:] + times)
         self._remedy.setText(notice.remedy)
         self._remedy.setVisible(bool(notice.remedy))
-        waiting = len(self._queue) - 1
+        waiting = len(self._told) - 1
         self._more.setText(f"{waiting} more" if waiting else "")
         self._more.setVisible(waiting > 0)
         self._copy.setVisible(bool(notice.details))

@@ -1,14 +1,13 @@
-"""Signals of a flight over time, and changes of live parameters; no Qt."""
+"""Signals of a flight over time, its events, and changes of live parameters; no Qt."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from workbench.common.errors import unknown_name
 from workbench.gui.ring import Ring
 from workbench.link.backplane import Published
-from workbench.link.drone_topics import PARAMETERS
+from workbench.link.drone_topics import EVENTS, EVENTS_TOPIC, PARAMETERS, PARAMETERS_TOPIC
 from workbench.link.topics import CODES, PREFIX, Topic, Value
 
 WIDEST = 64
@@ -19,6 +18,7 @@ SLOWEST = 10.0
 
 KEPT = 180.0
 """Stored time of every signal [s]."""
+SEVERITIES = ("information", "warning", "failure")
 
 
 class TopicTable:
@@ -145,39 +145,31 @@ class Signals:
         return {}
 
 
-@dataclass(frozen=True)
-class ParameterChange:
-    """A change of a parameter.
-
-    Attributes:
-        time: simulated time [s].
-        name: name in the parameter table.
-        value: value in SI units.
-    """
-
-    time: float
-    name: str
-    value: float
+def parameter_changes(published: Iterable[Published]) -> Iterator[tuple[float, str, float]]:
+    """Yield simulated time [s], name and new value in SI of each changed parameter, in order."""
+    for each in published:
+        for number, payload in each.payloads:
+            if number == PARAMETERS:
+                told = PARAMETERS_TOPIC.unpack(payload)
+                assert isinstance(told["value"], float)
+                yield each.t_ns * 1e-9, str(told["name"]), told["value"]
 
 
-class ParameterReader:
-    """Reads parameter changes of one flight after another."""
+Event = tuple[float, str, str]
+"""Simulated time [s]; information, warning, failure or parameter; and the event in words."""
 
-    def __init__(self) -> None:
-        self._topic: Topic | None = None
 
-    def begin(self, topics: Iterable[Topic]) -> None:
-        """Start reading a flight that publishes these topics."""
-        self._topic = next((each for each in topics if each.id == PARAMETERS), None)
-
-    def read(self, published: Iterable[Published]) -> Iterator[ParameterChange]:
-        """Yield the changes, in order of time."""
-        if self._topic is None:
-            return
-        for each in published:
-            for number, payload in each.payloads:
-                if number == PARAMETERS:
-                    told = self._topic.unpack(payload)
-                    value = told["value"]
-                    assert isinstance(value, float)
-                    yield ParameterChange(each.t_ns * 1e-9, str(told["name"]), value)
+def events_in(published: Iterable[Published]) -> list[Event]:
+    """Return events and changed parameters in published data, newest last."""
+    found: list[Event] = []
+    for each in published:
+        time = each.t_ns * 1e-9
+        for number, payload in each.payloads:
+            if number == EVENTS:
+                told = EVENTS_TOPIC.unpack(payload)
+                assert isinstance(told["severity"], int)
+                severity = SEVERITIES[min(max(told["severity"], 0), 2)]
+                found.append((time, severity, str(told["said"])))
+        for _, name, value in parameter_changes((each,)):
+            found.append((time, "parameter", f"{name} = {value:g}"))
+    return found

@@ -11,10 +11,9 @@ from workbench.gui.errands import Errands
 from workbench.gui.flight_model import FlightModel
 from workbench.gui.notices import Notices
 from workbench.gui.preferences import Preferences
-from workbench.gui.signals import Signals
+from workbench.gui.signals import Signals, events_in
 from workbench.gui.theme import Look
 from workbench.gui.view3d.scene import Scene
-from workbench.gui.visualization.event_list import EventList
 from workbench.link.backplane import Published
 from workbench.live.view import LiveView
 
@@ -90,17 +89,15 @@ def make_workspace(preferences: Preferences | None = None) -> Workspace:
         notices=notices,
         look=Look(preferences),
     )
-    events = EventList()
-    workspace.flight.begun.connect(partial(_begin, workspace, events))
+    workspace.flight.begun.connect(partial(_begin, workspace))
     workspace.flight.taken_over.connect(partial(_judge, workspace))
     workspace.flight.streamed.connect(workspace.signals.add)
-    workspace.flight.streamed.connect(partial(_warn, workspace, events))
+    workspace.flight.streamed.connect(partial(_warn, workspace))
     return workspace
 
 
-def _begin(workspace: Workspace, events: EventList, view: LiveView) -> None:
+def _begin(workspace: Workspace, view: LiveView) -> None:
     workspace.signals.begin(view.topics)
-    events.begin(view.topics)
     _judge(workspace, view)
 
 
@@ -109,9 +106,9 @@ def _judge(workspace: Workspace, view: LiveView) -> None:
         workspace.analysis.begin(view.scenario, view.values, view.controller)
 
 
-def _warn(workspace: Workspace, events: EventList, published: list[Published]) -> None:
+def _warn(workspace: Workspace, published: list[Published]) -> None:
     """Report the flight's warnings; its failures end it, and are reported with its end."""
-    for event in events.add(published):
-        if event.kind == "warning":
-            what, _, remedy = event.said.partition(". ")
+    for _, kind, said in events_in(published):
+        if kind == "warning":
+            what, _, remedy = said.partition(". ")
             workspace.notices.warn(what, remedy and f"{remedy}.")

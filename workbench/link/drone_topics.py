@@ -66,6 +66,28 @@ class Outfit:
     estimate: bool = False
 
 
+PARAMETERS_TOPIC = Topic(
+    PARAMETERS,
+    f"{PREFIX}parameters",
+    Direction.OUT,
+    0.0,
+    (Field("name", "char", "", count=LONGEST_NAME), Field("value", "float64", "")),
+    Delivery.EVENT,
+)
+EVENTS_TOPIC = Topic(
+    EVENTS,
+    f"{PREFIX}events",
+    Direction.OUT,
+    0.0,
+    (
+        Field("severity", "int32", "1", low=0, high=2),
+        Field("said", "char", "", count=LONGEST_TEXT),
+    ),
+    Delivery.EVENT,
+    {"severity": ["information", "warning", "failure"]},
+)
+
+
 def drone_topics(outfit: Outfit) -> tuple[Topic, ...]:
     """Return the topics of a drone, ordered by number; a number never changes its meaning."""
     topics = [
@@ -90,26 +112,8 @@ def drone_topics(outfit: Outfit) -> tuple[Topic, ...]:
             _numbers("thrust", "N", "B", outfit.rotors),
         ),
         _out(WIND, "wind", outfit.slow, _numbers("wind", "m/s", "W", 3)),
-        Topic(
-            PARAMETERS,
-            f"{PREFIX}parameters",
-            Direction.OUT,
-            0.0,
-            (Field("name", "char", "", count=LONGEST_NAME), Field("value", "float64", "")),
-            Delivery.EVENT,
-        ),
-        Topic(
-            EVENTS,
-            f"{PREFIX}events",
-            Direction.OUT,
-            0.0,
-            (
-                Field("severity", "int32", "1", low=0, high=2),
-                Field("said", "char", "", count=LONGEST_TEXT),
-            ),
-            Delivery.EVENT,
-            {"severity": ["information", "warning", "failure"]},
-        ),
+        PARAMETERS_TOPIC,
+        EVENTS_TOPIC,
     ]
     topics.sort(key=lambda topic: topic.id)
     return tuple(topic for topic in topics if topic.fields)

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from workbench.gui.home.gps_card import MOST_POINTS, PathMap, Trail, TrailPoint
+from workbench.gui.home.gps_card import MOST_POINTS, PathMap, Trail
 from workbench.gui.instruments.map_frame import (
     LEAST,
     MapFrame,
@@ -87,21 +87,21 @@ def test_the_frame_holds_all_with_room_and_stays_while_it_fits():
 
 def test_a_trail_has_few_points_however_long_it_is():
     trail = Trail()
-    trail.add(TrailPoint(0.1 * k, 0.05 * k, 0.0) for k in range(20_000))
+    trail.add((0.1 * k, 0.05 * k, 0.0) for k in range(20_000))
     assert MOST_POINTS / 4 < len(trail.points) <= MOST_POINTS
-    assert trail.points[0] == TrailPoint(0.0, 0.0, 0.0)
-    assert trail.points[-1].east == pytest.approx(0.05 * 19_999, abs=20.0)
+    assert trail.points[0] == (0.0, 0.0, 0.0)
+    assert trail.points[-1][1] == pytest.approx(0.05 * 19_999, abs=20.0)
 
 
 def test_a_drone_that_stays_leaves_one_point():
     trail = Trail()
-    trail.add(TrailPoint(0.1 * k, 1.0, 1.0) for k in range(100))
+    trail.add((0.1 * k, 1.0, 1.0) for k in range(100))
     assert len(trail.points) == 1
 
 
 def test_places_that_are_no_numbers_leave_no_trail():
     trail = Trail()
-    assert not trail.add([TrailPoint(0.0, math.nan, 0.0), TrailPoint(0.1, 0.0, math.inf)])
+    assert not trail.add([(0.0, math.nan, 0.0), (0.1, 0.0, math.inf)])
 
 
 @pytest.fixture
@@ -147,7 +147,7 @@ def painted(shown):
 
 
 def test_the_trail_thins_with_age(shown):
-    east = [TrailPoint(0.1 * k, -1.6 + 0.02 * k, 0.8) for k in range(80)]
+    east = [(0.1 * k, -1.6 + 0.02 * k, 0.8) for k in range(80)]
     shown.show_pose(Place(0.4, 0.8), 0.0, east, 8.0)
     new = painted(shown)
     shown.show_pose(Place(0.5, 0.8), 0.0, [], 40.0)
@@ -169,7 +169,7 @@ def test_a_place_that_is_no_number_changes_nothing(shown):
 
 
 def test_a_new_flight_begins_without_a_trail(shown):
-    shown.show_pose(Place(9.0, 9.0), 0.0, [TrailPoint(0.0, 5.0, 5.0)], 1.0)
+    shown.show_pose(Place(9.0, 9.0), 0.0, [(0.0, 5.0, 5.0)], 1.0)
     shown.begin(Place(2.0, 3.0))
     assert shown.trail.points == []
     assert shown.frame.middle == Place(2.0, 3.0)

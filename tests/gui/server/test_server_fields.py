@@ -10,7 +10,7 @@ from PyQt6.QtCore import QSettings
 from workbench.common.errors import WorkbenchError
 from workbench.gui.server.server_screen import (
     LONGEST,
-    RefusalLog,
+    RefusalsPanel,
     Running,
     connect_line,
     file_faults,
@@ -113,18 +113,28 @@ def test_an_address_that_means_all_is_said_as_one_that_can_be_typed():
     assert host != "0.0.0.0"
 
 
-def test_the_log_takes_each_refusal_once_and_has_an_end():
-    log = RefusalLog()
-    assert log.hear(("a", "b"), {"x": 2}, "1") == ["1  a", "1  b"]
-    assert log.hear(("a", "b"), {"x": 2}, "2") == []
-    assert log.hear(("b", "b"), {"x": 3}, "3") == ["3  b"]  # the same words once more
-    flood = log.hear(tuple("abc"), {"x": 10}, "4")
-    assert flood == ["4  … 4 more, too many to list", "4  a", "4  b", "4  c"]
+def test_the_list_takes_each_refusal_once_and_has_an_end(qtbot):
+    panel = RefusalsPanel()
+    qtbot.addWidget(panel)
+
+    def lines():
+        return [line.partition("  ")[2] for line in panel.list.toPlainText().splitlines()]
+
+    def report(told, count):
+        panel.show_server(ServerStatus("127.0.0.1:7733", "", (), {"x": count}, tuple(told)))
+
+    report("ab", 2)
+    report("ab", 2)
+    assert lines() == ["a", "b"]
+    report("bb", 3)  # the same words once more
+    report("abc", 10)
+    assert lines() == ["a", "b", "b", "… 4 more, too many to list", "a", "b", "c"]
     for turn in range(2 * LONGEST):
-        log.hear((str(turn),), {"x": 11 + turn}, "5")
-    assert len(log.lines) == LONGEST
-    log.begin()
-    assert log.hear(("new",), {"x": 1}, "6") == ["6  new"]
+        report([str(turn)], 11 + turn)
+    assert len(lines()) == LONGEST
+    panel.show_server(None)
+    report(["new"], 1)
+    assert lines()[-1] == "new" and panel.counts.text().endswith("x 1×.")
 
 
 def test_refusals_are_counted_in_words():

@@ -12,7 +12,7 @@ from workbench.gui.charts.curve import LIMIT
 from workbench.gui.signals import Signals
 from workbench.gui.visualization.chart_board import chart_signal, lines_over_time
 from workbench.gui.visualization.layouts import STEPS, ChartSpec, Layout
-from workbench.gui.visualization.log_messages import CaseLimits, MetricLimit, SpecContents
+from workbench.gui.visualization.log_messages import CaseLimits, SpecContents
 from workbench.gui.visualization.log_worker import limits_of
 
 SPEC = models_dir() / "specs" / "steps.spec.yaml"
@@ -78,9 +78,9 @@ def test_bounds_of_a_signal_are_levels_over_time(page):
     spec = SpecContents(
         Path("a.spec.yaml"),
         (
-            CaseLimits("fast", "v_x", 2.0, (MetricLimit("maximum of v_x", -np.inf, 2.2),), ()),
-            CaseLimits("calm", "v_x", np.nan, (MetricLimit("minimum", -0.1, np.inf),), ()),
-            CaseLimits("imu", "", np.nan, (MetricLimit("mean of imu.f_z", 9.0, 10.0),), ()),
+            CaseLimits("fast", "v_x", 2.0, {"maximum of v_x": (-np.inf, 2.2)}, {}),
+            CaseLimits("calm", "v_x", np.nan, {"minimum": (-0.1, np.inf)}, {}),
+            CaseLimits("imu", "", np.nan, {"mean of imu.f_z": (9.0, 10.0)}, {}),
         ),
     )
     page.show_limits(spec)

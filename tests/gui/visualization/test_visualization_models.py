@@ -8,7 +8,7 @@ import pytest
 from workbench.gui.charts.colour_scale import colour_table, colour_words, colours_of
 from workbench.gui.cloud_rays import rays_from
 from workbench.gui.poses import Viewpoint, poses_in_parent, poses_in_world, turned
-from workbench.gui.visualization.event_list import MOST, EventList
+from workbench.gui.signals import events_in
 from workbench.gui.visualization.sensor_pages import (
     BEYOND,
     TOO_NEAR,
@@ -106,25 +106,13 @@ def test_bytes_become_colours():
 
 def test_events_and_parameters_are_picked_out():
     topics = {topic.id: topic for topic in drone_topics(Outfit(rotors=4, fast=100.0, slow=20.0))}
-    events = EventList()
-    events.begin(topics.values())
-    found = events.add(
+    found = events_in(
         [
             Published(2_000_000_000, 0, ((EVENTS, topics[EVENTS].pack([1, "battery low"])),)),
             Published(3_000_000_000, 0, ((PARAMETERS, topics[PARAMETERS].pack(["kp_roll", 2.5])),)),
         ]
     )
-    assert [(each.time, each.kind, each.said) for each in found] == [
+    assert found == [
         (2.0, "warning", "battery low"),
         (3.0, "parameter", "kp_roll = 2.5"),
     ]
-
-
-def test_only_the_newest_events_are_kept():
-    topics = {topic.id: topic for topic in drone_topics(Outfit(rotors=4, fast=100.0, slow=20.0))}
-    events = EventList()
-    events.begin(topics.values())
-    payload = topics[EVENTS].pack([0, "again"])
-    events.add([Published(each, 0, ((EVENTS, payload),)) for each in range(MOST + 5)])
-    assert len(events.events) == MOST
-    assert events.events[0].time == pytest.approx(5e-9)

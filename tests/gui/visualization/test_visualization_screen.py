@@ -262,7 +262,7 @@ def test_events_have_times(screen, workspace, canned):
 
 def test_a_flight_that_begins_anew_forgets(screen, canned):
     screen.begin(canned.views[0])
-    assert screen.events.events == ()
+    assert not screen.events.events
 
 
 def test_everything_that_takes_the_focus_has_a_name(screen):

@@ -27,7 +27,7 @@ from workbench.gui.charts.curve import Curve, CurveSet, Extent, Samples
 from workbench.gui.charts.decimation import Peaks
 from workbench.gui.charts.legend import Entry, Legend
 from workbench.gui.charts.statistics import (
-    StatisticsRow,
+    HEADS,
     StatisticsTable,
     value_at,
     window_statistics,
@@ -447,17 +447,22 @@ class ChartModel:
             made.append(entry)
         return made
 
-    def statistics(self) -> list[StatisticsRow]:
-        """Return statistics of the visible curves."""
+    def statistics(self) -> list[list[str]]:
+        """Return the texts of the table's row of each visible curve."""
         rows = []
-        between = self.marks["B"] - self.marks["A"] if len(self.marks) == 2 else math.nan
         for curve in self.curves:
-            if curve.visible:
-                time, values = self._seen(curve)
-                marks = tuple(value_at(time, values, at) for _, at in sorted(self.marks.items()))
-                found = window_statistics(time, values, *self.ends)
-                shown_in, scale = self._shown_in(curve), self.window.y_scale
-                rows.append(StatisticsRow(curve.label, *shown_in, found, marks, between, scale))
+            if not curve.visible:
+                continue
+            time, values = self._seen(curve)
+            marks = [value_at(time, values, at) for _, at in sorted(self.marks.items())]
+            numbers = [*window_statistics(time, values, *self.ends), *marks]
+            if len(marks) == 2:
+                change, between = marks[1] - marks[0], self.marks["B"] - self.marks["A"]
+                numbers += [change, change / between if between else math.nan]
+            unit, decimals = self._shown_in(curve)
+            text = self.window.y_scale.text
+            shown = (text(unit.shown(value), decimals + 1) for value in numbers)
+            rows.append([curve.label, unit.symbol or "–", *shown])
         return rows
 
     def columns(self) -> tuple[Column, ...]:
@@ -880,7 +885,8 @@ class Chart(QWidget):
     def _show_numbers(self) -> None:
         self.legend.show_entries(self._entries())
         if self.are_statistics_shown:
-            self.statistics.show_rows(self._model.statistics(), self._model.mark_heads)
+            heads = HEADS | {mark: mark for mark in self._model.mark_heads}
+            self.statistics.show_table(heads, self._model.statistics())
 
     def _entries(self) -> list[Entry]:
         return self._model.entries(self.cursor_time)

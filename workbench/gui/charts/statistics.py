@@ -1,9 +1,7 @@
 """Statistics of a chart's curves within the visible window, and their table."""
 
-import dataclasses
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from PyQt6.QtCore import Qt
@@ -14,9 +12,6 @@ from PyQt6.QtWidgets import (
     QTableWidget,
     QTableWidgetItem,
 )
-
-from workbench.gui.charts.ticks import Scale
-from workbench.gui.units import Unit
 
 HEADS = {
     "Signal": "Name of the signal",
@@ -33,55 +28,12 @@ MOST_ROWS = 6
 """Number of rows visible without a scroll bar."""
 
 
-@dataclass(frozen=True)
-class WindowStatistics:
-    """Statistics of a curve, in its own unit; NaN without samples."""
-
-    last: float = math.nan
-    least: float = math.nan
-    largest: float = math.nan
-    mean: float = math.nan
-    rms: float = math.nan
-    deviation: float = math.nan
-
-
-@dataclass(frozen=True)
-class StatisticsRow:
-    """A row of the table.
-
-    Attributes:
-        label: name of the curve.
-        unit: unit in which its values are shown.
-        decimals: number of shown decimals.
-        statistics: statistics of the window, in SI.
-        marks: values at cursors A and B, in SI.
-        between: time from cursor A to cursor B [s], if both are set.
-        scale: scale of its axis.
-    """
-
-    label: str
-    unit: Unit
-    decimals: int
-    statistics: WindowStatistics
-    marks: tuple[float, ...]
-    between: float = math.nan
-    scale: Scale = Scale.LINEAR
-
-    @property
-    def texts(self) -> list[str]:
-        """Texts of its cells."""
-        numbers = [*dataclasses.astuple(self.statistics), *self.marks]
-        if len(self.marks) == 2:
-            change = self.marks[1] - self.marks[0]
-            numbers += [change, change / self.between if self.between else math.nan]
-        shown = [self.scale.text(self.unit.shown(value), self.decimals + 1) for value in numbers]
-        return [self.label, self.unit.symbol or "–", *shown]
-
-
 def window_statistics(
     time: np.ndarray, values: np.ndarray, left: float, right: float
-) -> WindowStatistics:
-    """Return the statistics of the finite samples between two times [s].
+) -> tuple[float, ...]:
+    """Return the numbers of a row of the table, from last to deviation; NaN without samples.
+
+    They are of the finite samples between two times [s].
 
     Args:
         time: times of the samples (n), increasing [s].
@@ -92,11 +44,9 @@ def window_statistics(
     seen = values[np.searchsorted(time, left) : np.searchsorted(time, right, side="right")]
     seen = np.asarray(seen[np.isfinite(seen)], dtype=float)
     if len(seen) == 0:
-        return WindowStatistics()
+        return (math.nan,) * 6
     rms = math.sqrt(float(np.dot(seen, seen)) / len(seen))
-    return WindowStatistics(
-        *map(float, (seen[-1], seen.min(), seen.max(), seen.mean(), rms, seen.std()))
-    )
+    return tuple(map(float, (seen[-1], seen.min(), seen.max(), seen.mean(), rms, seen.std())))
 
 
 def value_at(time: np.ndarray, values: np.ndarray, when: float) -> float:
@@ -131,11 +81,6 @@ class StatisticsTable(QTableWidget):
         upright.setDefaultSectionSize(self.fontMetrics().height() + 6)
         head.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
         head.setHighlightSections(False)
-
-    def show_rows(self, rows: Sequence[StatisticsRow], marks: Sequence[str]) -> None:
-        """Show statistics, and values at the cursors, under these headings."""
-        heads = HEADS | {mark: mark for mark in marks}
-        self.show_table(heads, [row.texts for row in rows])
 
     def show_table(self, heads: Mapping[str, str], rows: Sequence[Sequence[str]]) -> None:
         """Show texts under headings with explanations."""

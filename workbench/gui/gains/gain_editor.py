@@ -29,7 +29,7 @@ from workbench.gui.gains.gain_rows import (
 )
 from workbench.gui.notices import Notices
 from workbench.gui.preferences import Preferences
-from workbench.gui.signals import ParameterReader
+from workbench.gui.signals import parameter_changes
 from workbench.link.backplane import Published
 from workbench.live.view import LiveView
 from workbench.scenario.parameters import Parameter, parameter_table
@@ -86,7 +86,6 @@ class FlownGains(QObject):
         self._flight = flight
         self.start: dict[str, float] = {}
         self.values: dict[str, float] = {}
-        self._reader = ParameterReader()
         self._published: dict[str, float] = {}  # time at which a value was last published [s]
         self._time = 0.0
         self._orders = self._first_order = 0
@@ -100,7 +99,6 @@ class FlownGains(QObject):
     def begin(self, view: LiveView) -> None:
         """Start with the values of a new flight; orders to the last one no longer count."""
         self.start, self.values = dict(view.values), dict(view.values)
-        self._reader.begin(view.topics)
         self._published, self._time = {}, 0.0
         self._first_order = self._orders + 1
         self._unanswered, self._waiting = {}, {}
@@ -183,10 +181,10 @@ class FlownGains(QObject):
             if time < self._time - _SAME_TIME:  # the flight restarted
                 self._published = {}
             self._time = time
-            for change in self._reader.read((each,)):
-                if change.name in self.values:
-                    self.values[change.name] = change.value
-                    self._published[change.name] = time
+            for _, name, value in parameter_changes((each,)):
+                if name in self.values:
+                    self.values[name] = value
+                    self._published[name] = time
         self._tell(before)
 
     def _tell(self, before: Values) -> None:

@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from PyQt6.QtCore import QEvent, QLineF, QPointF, QRectF, Qt, pyqtSignal
@@ -66,19 +65,8 @@ GO_TO = (
 )
 
 
-@dataclass(frozen=True)
-class TrailPoint:
-    """A recorded position.
-
-    Attributes:
-        time: its time [s].
-        east: east in W [m].
-        north: north in W [m].
-    """
-
-    time: float
-    east: float
-    north: float
+TrailPoint = tuple[float, float, float]
+"""A recorded position: its time [s], east and north in W [m]."""
 
 
 class Trail:
@@ -96,12 +84,10 @@ class Trail:
         """Add points in order of time, and return whether any was kept."""
         kept = False
         for point in points:
-            if not (math.isfinite(point.east) and math.isfinite(point.north)):
+            if not (math.isfinite(point[1]) and math.isfinite(point[2])):
                 continue
-            if self.points:
-                last = self.points[-1]
-                if math.hypot(point.east - last.east, point.north - last.north) < self._spacing:
-                    continue
+            if self.points and math.dist(point[1:], self.points[-1][1:]) < self._spacing:
+                continue
             self.points.append(point)
             kept = True
             if len(self.points) > MOST_POINTS:
@@ -199,7 +185,7 @@ class PathMap(Instrument):
         self.trail.add(passed)
         self.place, self._yaw, self._time = place, yaw, time
         seen = [self.home, place]
-        seen += [Place(point.east, point.north) for point in self.trail.points]
+        seen += [Place(*place) for _, *place in self.trail.points]
         seen += self._points
         before = self.frame
         if self._frame.take(seen, time) != before:
@@ -286,11 +272,11 @@ class PathMap(Instrument):
 
     def _paint_flight(self, painter: QPainter, place: Place) -> None:
         accent = self.colour("accent")
-        end = TrailPoint(self._time, place.east, place.north)
+        end = self._time, place.east, place.north
         points = [*self.trail.points, end]
-        new = next((k for k, each in enumerate(points) if each.time >= self._time - NEW), 0)
-        recent = next((k for k, each in enumerate(points) if each.time >= self._time - RECENT), 0)
-        corners = [QPointF(*self._pixels(Place(each.east, each.north))) for each in points]
+        new = next((k for k, each in enumerate(points) if each[0] >= self._time - NEW), 0)
+        recent = next((k for k, each in enumerate(points) if each[0] >= self._time - RECENT), 0)
+        corners = [QPointF(*self._pixels(Place(*each[1:]))) for each in points]
         width = max(1.0, self.text_size / 12.0)
         dotted = QPen(self.colour("muted"), 1.2 * width)
         dotted.setDashPattern([1.5, 3.5])
@@ -580,8 +566,8 @@ class GpsCard(Card):
             return []
         taken = _spaced(times, TRAIL_PERIOD)
         self._seen = float(times[taken[-1]])
-        rows = zip(times[taken].tolist(), east[taken].tolist(), north[taken].tolist(), strict=True)
-        return [TrailPoint(*row) for row in rows]
+        rows = (times[taken].tolist(), east[taken].tolist(), north[taken].tolist())
+        return list(zip(*rows, strict=True))
 
 
 def _least(home: Place, outlines: Iterable[Outline]) -> float:

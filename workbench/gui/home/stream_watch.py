@@ -1,10 +1,10 @@
 """The Home screen's part of the published data; no Qt."""
 
 import struct
-from collections.abc import Iterable
+from collections.abc import Sequence
 
 from workbench.gui.instruments.ring_scan import RingScan
-from workbench.gui.signals import ParameterReader
+from workbench.gui.signals import parameter_changes
 from workbench.link import drone_topics
 from workbench.link.backplane import Published
 from workbench.live.view import LiveView
@@ -24,7 +24,6 @@ class StreamWatch:
         self.cloud = b""
         self._rotors = b""
         self._values: dict[str, float] = {}
-        self._reader = ParameterReader()
         self._defaults = parameter_table().defaults()
 
     def begin(self, view: LiveView) -> None:
@@ -33,9 +32,8 @@ class StreamWatch:
         self.cloud = self._rotors = b""
         clouds = [topic for topic in view.topics if topic.id == drone_topics.LIDAR_CLOUD]
         self.scan = RingScan(clouds[0]) if clouds else None
-        self._reader.begin(view.topics)
 
-    def hear(self, published: Iterable[Published]) -> None:
+    def hear(self, published: Sequence[Published]) -> None:
         """Take published data, in order of time."""
         for each in published:
             for number, payload in each.payloads:
@@ -43,7 +41,7 @@ class StreamWatch:
                     self.cloud = payload
                 elif number == drone_topics.ROTORS:
                     self._rotors = payload
-            self._values |= {change.name: change.value for change in self._reader.read((each,))}
+        self._values |= {name: value for _, name, value in parameter_changes(published)}
 
     def value(self, name: str) -> float:
         """Return a live parameter's present value, or its default in a flight without it."""

@@ -23,7 +23,7 @@ from workbench.gui.joystick.piloting import (
     Wish,
 )
 from workbench.gui.preferences import Preferences
-from workbench.gui.signals import ParameterReader
+from workbench.gui.signals import parameter_changes
 from workbench.link.backplane import Published
 from workbench.link.messages import Hand
 from workbench.live.view import LiveView
@@ -179,7 +179,6 @@ class Pilot(QObject):
         self.clearance = math.inf
         self._mouse: dict[str, Stick] = {}
         self._gate, self._courier = Gate(), Courier(self._send, time.monotonic)
-        self._reader = ParameterReader()
         self._listens_to_pads = False
         self._looked = time.monotonic()
         self._timer = QTimer(self)
@@ -212,7 +211,6 @@ class Pilot(QObject):
         self._courier.forget()
         self._gate.close()
         self.limits = FlightLimits().after(view.values)
-        self._reader.begin(view.topics)
         self.changed.emit()
 
     def listen_to_pads(self, listens: bool) -> None:
@@ -340,7 +338,7 @@ class Pilot(QObject):
 
     def _hear(self, published: list[Published]) -> None:
         """Note limits that change in flight."""
-        told = {change.name: change.value for change in self._reader.read(published)}
+        told = {name: value for _, name, value in parameter_changes(published)}
         limits = self.limits.after(told)
         if limits != self.limits:
             self.limits = limits

@@ -2,8 +2,7 @@
 
 import hashlib
 import ssl
-from collections import deque
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from concurrent.futures import Future
 from enum import Enum
 from functools import partial
@@ -586,41 +585,6 @@ class ServerControl(QObject):
         self._listened = listens and self._wanted is not Running.STOPPING
 
 
-class RefusalLog:
-    """The last refusals in words, with the time at which they were reported.
-
-    Attributes:
-        lines: lines, oldest first.
-    """
-
-    def __init__(self) -> None:
-        self.lines: deque[str] = deque(maxlen=LONGEST)
-        self._total = 0
-
-    def begin(self) -> None:
-        """Treat the reports of a new server as new."""
-        self._total = 0
-
-    def hear(self, told: Sequence[str], counts: Mapping[str, int], clock: str) -> list[str]:
-        """Take a server's report, and return the new lines.
-
-        Args:
-            told: its last refusals, newest last.
-            counts: number of refusals since its start, by code.
-            clock: time of day, as text.
-        """
-        total = sum(counts.values())
-        fresh = total - self._total
-        self._total = total
-        if fresh <= 0:
-            return []
-        new = [f"{clock}  {said}" for said in told[-fresh:]]
-        if fresh > len(told):
-            new.insert(0, f"{clock}  … {fresh - len(told)} more, too many to list")
-        self.lines.extend(new)
-        return new
-
-
 def say_counts(counts: Mapping[str, int]) -> str:
     """Return the number of refusals, as a sentence."""
     if not counts:
@@ -640,8 +604,7 @@ class RefusalsPanel(QWidget):
 
     def __init__(self) -> None:
         super().__init__()
-        self._log = RefusalLog()
-        self._served = False
+        self._total: int | None = None  # refusals of the present server that are in the list
         self.counts = dressed(ElidedLabel(say_counts({})), "muted")
         self.list = named(QPlainTextEdit(), "Refusals, newest last")
         self.list.setReadOnly(True)
@@ -656,14 +619,16 @@ class RefusalsPanel(QWidget):
     def show_server(self, server: ServerStatus | None) -> None:
         """Show a server's report; lines of earlier servers stay in the list."""
         if server is None:
-            self._served = False
+            self._total = None
             return
-        if not self._served:
-            self._served = True
-            self._log.begin()
+        total = sum(server.refusals.values())
+        fresh, self._total = total - (self._total or 0), total
         clock = QTime.currentTime().toString("HH:mm:ss")
-        for line in self._log.hear(server.log, server.refusals, clock):
-            self.list.appendPlainText(line)
+        if fresh > len(server.log):
+            more = f"… {fresh - len(server.log)} more, too many to list"
+            self.list.appendPlainText(f"{clock}  {more}")
+        for said in server.log[-fresh:] if fresh > 0 else ():
+            self.list.appendPlainText(f"{clock}  {said}")
         said = say_counts(server.refusals)
         if said != self.counts.text():
             self.counts.setText(said)

@@ -42,7 +42,7 @@ from workbench.gui.layout import (
 from workbench.gui.number_field import NumberField
 from workbench.gui.preferences import PREFERENCES, Preference, Preferences, PreferenceValue
 from workbench.gui.screens import Screen
-from workbench.gui.signals import ParameterReader
+from workbench.gui.signals import parameter_changes
 from workbench.gui.units import Unit, unit_for
 from workbench.gui.workspace import Workspace
 from workbench.link.backplane import Published
@@ -562,7 +562,6 @@ class SettingsScreen(Screen):
         self._to_keep: Scenario | None = None
         self._vehicle: Vehicle | None = None
         self._limits = limit_rows(workspace)
-        self._reader = ParameterReader()
         self._form = FlightForm()
         self._form.edited.connect(self._show_edited)
         self._fly = button("Fly with these", self._begin_flight, "primary")
@@ -584,7 +583,6 @@ class SettingsScreen(Screen):
     def begin(self, view: LiveView) -> None:
         """Show the present flight, and set the limits stored for it."""
         self._form.begin(view)
-        self._reader.begin(view.topics)
         if self._to_keep is not None and view.scenario == self._to_keep:  # it can be flown
             path = last_setup(self.workspace.preferences.store)
             keep = partial(keep_setup, path, self._to_keep)
@@ -599,10 +597,10 @@ class SettingsScreen(Screen):
 
     def _follow(self, published: list[Published]) -> None:
         """Follow limits that others change."""
-        for change in self._reader.read(published):
+        for _, name, value in parameter_changes(published):
             for row in self._limits:
-                if row.name == change.name:
-                    row.show_value(change.value)
+                if row.name == name:
+                    row.show_value(value)
 
     def _lay_out(self) -> None:
         page = QWidget()

@@ -91,13 +91,13 @@ def lines_over_time(spec: SpecContents, signal: str) -> list[tuple[str, float]]:
     """Return label and value of each level that a spec sets for a signal of the charts."""
     found = []
     for case in spec.cases:
-        for limit in case.limits:
-            statistic, _, of = limit.metric.partition(" of ")
+        for metric, ends in case.limits.items():
+            statistic, _, of = metric.partition(" of ")
             judged = chart_signal(of or case.signal)
-            if limit.metric == "peak_speed":
+            if metric == "peak_speed":
                 statistic, judged = "maximum", "derived.speed"
             if statistic in _BOUNDS and judged == signal:
-                found += _levels(f"{case.name}: {statistic}", limit.least, limit.most)
+                found += _levels(f"{case.name}: {statistic}", *ends)
     return found
 
 
@@ -133,13 +133,13 @@ def _lines(case: CaseLimits, step: StepResponse) -> Iterator[LimitLine]:
         time = np.array([since, 0.5 * (since + until), until])
         return LimitLine(label, time, np.full(3, value))
 
-    for limit in case.limits:
-        unit = _UNITS.get(limit.metric, "")
-        for sign, value in (("≥", limit.least), ("≤", limit.most)):
-            least, label = sign == "≥", f"{limit.metric} {sign} {value:g} {unit}".strip()
+    for metric, ends in case.limits.items():
+        unit = _UNITS.get(metric, "")
+        for sign, value in zip("≥≤", ends, strict=True):
+            least, label = sign == "≥", f"{metric} {sign} {value:g} {unit}".strip()
             if not math.isfinite(value) or (least and value <= 0.0):
                 continue
-            match limit.metric:
+            match metric:
                 case "overshoot":
                     yield level(label, by * (1.0 + 0.01 * value))
                 case "undershoot":
@@ -165,10 +165,10 @@ def _lines(case: CaseLimits, step: StepResponse) -> Iterator[LimitLine]:
 
 
 def _bands(case: CaseLimits) -> Iterator[LimitLine]:
-    for band in case.bands:
-        if chart_signal(band.signal) == chart_signal(case.signal):
-            yield LimitLine("baseline", band.time, band.low)
-            yield LimitLine("baseline", band.time, band.high)
+    for signal, (time, low, high) in case.bands.items():
+        if chart_signal(signal) == chart_signal(case.signal):
+            yield LimitLine("baseline", time, low)
+            yield LimitLine("baseline", time, high)
 
 
 KIND_NAMES = {

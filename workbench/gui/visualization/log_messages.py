@@ -48,25 +48,6 @@ class LogContents:
         return time[first:], self.values[name][first:]
 
 
-@dataclass(frozen=True)
-class MetricLimit:
-    """Limits of a spec for a metric: its name, smallest and largest value, in its unit."""
-
-    metric: str
-    least: float
-    most: float
-
-
-@dataclass(frozen=True, eq=False)
-class BaselineBand:
-    """Band for a signal: its name in specs, times (n) from the edge [s], and its edges (n)."""
-
-    signal: str
-    time: np.ndarray
-    low: np.ndarray
-    high: np.ndarray
-
-
 @dataclass(frozen=True, eq=False)
 class CaseLimits:
     """Limits of a spec's case.
@@ -75,15 +56,16 @@ class CaseLimits:
         name: name of the case.
         signal: signal to check, by its name in specs, "" for none.
         command: commanded level of the signal, NaN without one.
-        limits: limits of metrics and statistics.
-        bands: bands around its baseline.
+        limits: smallest and largest value of metrics and statistics by name, in their units.
+        bands: bands around its baseline, by the signal's name in specs: times (n) from the edge
+            [s], lower and upper edge (n).
     """
 
     name: str
     signal: str
     command: float
-    limits: tuple[MetricLimit, ...]
-    bands: tuple[BaselineBand, ...]
+    limits: Mapping[str, tuple[float, float]]
+    bands: Mapping[str, tuple[np.ndarray, np.ndarray, np.ndarray]]
 
 
 @dataclass(frozen=True, eq=False)

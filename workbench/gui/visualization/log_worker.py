@@ -12,10 +12,8 @@ import numpy as np
 
 from workbench.common.errors import WorkbenchError
 from workbench.gui.visualization.log_messages import (
-    BaselineBand,
     CaseLimits,
     LogContents,
-    MetricLimit,
     SpecContents,
 )
 from workbench.ipc.worker_process import Answer, Refusal, Request
@@ -117,16 +115,16 @@ def limits_of(path: Path) -> SpecContents:
     cases = []
     for case in spec.content.cases:
         curves = read_curves(curves_file(spec.path, case.name))
-        bands = [
-            BaselineBand(signal, curve.time, *band(curve, tolerance, curve.time))
+        bands = {
+            signal: (curve.time, *band(curve, tolerance, curve.time))
             for signal, tolerance in case.baseline.items()
             if (curve := curves.get(signal)) is not None
-        ]
+        }
         command = case.amplitude if case.axis else case.command
-        limits = [MetricLimit(name, each.min, each.max) for name, each in case.limits.items()]
+        limits = {name: (each.min, each.max) for name, each in case.limits.items()}
         signal = case.signal or AXIS_SIGNALS.get(case.axis or case.load, "")
         wanted = math.nan if command is None else command
-        cases.append(CaseLimits(case.name, signal, wanted, tuple(limits), tuple(bands)))
+        cases.append(CaseLimits(case.name, signal, wanted, limits, bands))
     return SpecContents(path, tuple(cases))
 
 

@@ -1,5 +1,6 @@
 """The screen of charts, clouds, pictures, frames and events, of a flight or of its log."""
 
+from collections import deque
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 from functools import partial
@@ -38,10 +39,10 @@ from workbench.gui.poses import (
 )
 from workbench.gui.preferences import log_folder
 from workbench.gui.screens import Screen
+from workbench.gui.signals import Event, events_in
 from workbench.gui.style import set_class
 from workbench.gui.units import unit_for
 from workbench.gui.visualization.charts_page import ChartsPage
-from workbench.gui.visualization.event_list import MOST, Event, EventList
 from workbench.gui.visualization.log_messages import LogContents, SpecContents
 from workbench.gui.visualization.sensor_pages import CameraPage, CloudPage
 from workbench.gui.workspace import Workspace
@@ -50,6 +51,8 @@ from workbench.link.backplane import Published
 from workbench.link.topics import PREFIX, Topic
 from workbench.live.view import LiveView
 
+MOST = 2000
+"""Limit of kept events; beyond it the oldest are dropped."""
 EVERY = 0.1
 """Digits that change faster are illegible [s]."""
 HEADS = ("Frame", "x", "y", "z", "Roll", "Pitch", "Yaw", "x in W", "y in W", "z in W")
@@ -375,12 +378,15 @@ class EventsPage(QWidget):
 
     Args:
         workspace: colours.
+
+    Attributes:
+        events: the shown events.
     """
 
     def __init__(self, workspace: Workspace) -> None:
         super().__init__()
         self._look = workspace.look
-        self._list = EventList()
+        self.events: deque[Event] = deque(maxlen=MOST)
         self._at_end = True
         self.hint = QLabel(
             "Nothing has happened yet: take-off, landing, warnings and changed parameters will "
@@ -403,17 +409,18 @@ class EventsPage(QWidget):
             head.setDefaultAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
         vbox(self.hint, (self.table, 1), of=self, margins=(0, 8, 0, 0))
 
-    def begin(self, topics: Sequence[Topic]) -> None:
+    def begin(self) -> None:
         """Clear all: a flight begins."""
-        self._list.begin(topics)
+        self.events.clear()
         self.table.setRowCount(0)
         self.hint.show()
 
     def add(self, published: Sequence[Published]) -> None:
         """Show the events in published data."""
-        found = self._list.add(published)
+        found = events_in(published)
         if not found:
             return
+        self.events += found
         self.hint.hide()
         bar = self.table.verticalScrollBar()
         if self.isVisible():
@@ -431,17 +438,13 @@ class EventsPage(QWidget):
         if self._at_end and self.isVisible():
             self.table.scrollToBottom()
 
-    @property
-    def events(self) -> tuple[Event, ...]:
-        """The shown events."""
-        return tuple(self._list.events)
-
     def _append(self, event: Event) -> None:
         if self.table.rowCount() >= MOST:
             self.table.removeRow(0)
         row = self.table.rowCount()
         self.table.insertRow(row)
-        for column, text in enumerate((number_text(event.time, 2), event.kind, event.said)):
+        time, *words = event
+        for column, text in enumerate((number_text(time, 2), *words)):
             item = QTableWidgetItem(text)
             item.setToolTip(text)
             if column == 0:
@@ -628,7 +631,7 @@ class VisualizationScreen(Screen):
         self.cloud.begin(view.topics)
         self.camera.begin(view)
         self.frames.begin(view.topics)
-        self.events.begin(view.topics)
+        self.events.begin()
 
     def show_view(self, view: LiveView) -> None:
         """Show the view on the visible page."""
