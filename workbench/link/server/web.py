@@ -5,37 +5,30 @@ attacker can let a name of his own resolve to this machine, so Host is checked.
 """
 
 import asyncio
-import base64
-import hashlib
 import ipaddress
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from importlib import resources
 
-from aiohttp import HttpVersion11, WSCloseCode, WSMsgType, web
+from aiohttp import HttpVersion11, WSCloseCode, WSMessage, WSMsgType, web
 
 from workbench.common.errors import WorkbenchError
 from workbench.link.address import Address, is_loopback
 from workbench.link.codes import ErrorCode
 from workbench.link.page_address import page_address
+from workbench.link.server.client_session import ClientSession
 from workbench.link.server.config import ServerConfig
 from workbench.link.server.hub import Hub
-from workbench.link.server.tcp import Acceptor, TcpConnection, listen
-from workbench.link.wire import HEADER, LARGEST, SKIPPABLE, Decoder, Frame, WireError
+from workbench.link.server.tcp import LINGER, Acceptor, listen
+from workbench.link.wire import HEADER, LARGEST, Decoder
 
 LARGEST_MESSAGE = HEADER.size + LARGEST
 """Size limit of a client's message [bytes]; it may have several frames, or a part of one."""
-LONGEST_CONTROL = 125
-"""Size limit of a ping, a pong or a close [bytes]."""
-_NOTHING = Frame(SKIPPABLE, 0, 0, 0, 0, b"")
-"""Stands for a message that completes no frame; it counts as a skipped frame."""
 TYPES = {
     ".html": "text/html",
     ".css": "text/css",
     ".js": "text/javascript",
     ".svg": "image/svg+xml",
 }
-WEB_SOCKET = b"258EAFA5-E914-47DA-95CA-C5AB0DC85B11"
-"""Constant hashed with the key of a client in the handshake (RFC 6455, section 1.3)."""
 IDLE_TIME = 10.0
 """Time without a complete request after which a connection is closed [s]."""
 LONGEST_LINE = 2048
@@ -59,160 +52,82 @@ POLICY = (
 )
 
 
-_OPCODES = frozenset(int(each) for each in WSMsgType if each < 1 << 7)
-"""Those of WebSocket frames (RFC 6455, section 5.2); aiohttp has others for itself."""
+class WebSocketConnection:
+    """One connection: a transport for the hub, whose frames aiohttp carries in messages."""
 
+    def __init__(self, hub: Hub, request: web.BaseRequest, socket: web.WebSocketResponse) -> None:
+        assert request.transport is not None
+        self._hub = hub
+        self._socket = socket
+        self._transport = request.transport
+        self._unsent: asyncio.Queue[bytes | None] = asyncio.Queue()
+        self._waiting = 0
+        self._closing = False
+        self._code = WSCloseCode.OK
 
-class WebSocketDecoder(Decoder):
-    """Decodes the bytes of a client's WebSocket into frames of the link.
-
-    A message that completes no frame yields a frame to skip, and so counts as a frame: pings, pongs
-    and empty messages take as much time.
-
-    Args:
-        control: called with the opcode and payload of a ping, pong or close.
-
-    Attributes:
-        close_code: the code to close the WebSocket with.
-    """
-
-    def __init__(self, control: Callable[[WSMsgType, bytes], None]) -> None:
-        super().__init__()
-        self.close_code = WSCloseCode.OK
-        self._control = control
-        self._raw = bytearray()
-        self._message = 0
-        self._is_in_message = False
-
-    def keep(self, data: bytes) -> None:
-        """Take bytes of the WebSocket, and decode them later."""
-        self._raw += data
-
-    def next(self) -> Frame | None:
-        """Return the next complete frame, or None.
-
-        Raises:
-            WireError: if the bytes are not a WebSocket frame, or not frames of the link in it.
-        """
-        frame = super().next()
-        if frame is not None:
-            return frame
-        found = self._next_message()
-        if found is None:
-            return None
-        opcode, payload = found
-        if opcode in (WSMsgType.PING, WSMsgType.PONG, WSMsgType.CLOSE):
-            self._control(opcode, payload)
-            return _NOTHING
-        super().keep(payload)
-        return super().next() or _NOTHING
-
-    def _next_message(self) -> tuple[WSMsgType, bytes] | None:
-        """Return the next complete WebSocket frame, unmasked, or None."""
-        raw = self._raw
-        if len(raw) < 2:
-            return None
-        final, opcode = raw[0] & 0x80, self._opcode(raw[0])
-        if not raw[1] & 0x80:
-            raise self._broken("it is not masked: clients mask what they send")
-        size, begin = raw[1] & 0x7F, 2
-        if opcode >= WSMsgType.CLOSE and (not final or size > LONGEST_CONTROL):
-            raise self._broken(f"a {opcode.name.lower()} has more than {LONGEST_CONTROL} bytes")
-        if size > LONGEST_CONTROL:
-            begin = 4 if size == LONGEST_CONTROL + 1 else 10
-            size = int.from_bytes(raw[2:begin], "big")
-        if len(raw) < begin:
-            return None
-        if opcode < WSMsgType.CLOSE and self._message + size > LARGEST_MESSAGE:
-            self.close_code = WSCloseCode.MESSAGE_TOO_BIG
-            raise WireError("length", f"a message was longer than {LARGEST_MESSAGE} bytes")
-        end = begin + 4 + size
-        if len(raw) < end:
-            return None
-        payload = _unmasked(bytes(raw[begin + 4 : end]), bytes(raw[begin : begin + 4]))
-        del raw[:end]
-        if opcode < WSMsgType.CLOSE:
-            self._is_in_message = not final
-            self._message = 0 if final else self._message + size
-        return opcode, payload
-
-    def _opcode(self, first: int) -> WSMsgType:
-        """Return the opcode in the first byte of a frame.
-
-        Raises:
-            WireError: if it is not allowed here.
-        """
-        number = first & 0x7F  # includes the bits reserved for extensions
-        if number not in _OPCODES:
-            raise self._broken(f"it has the opcode {number}")
-        opcode = WSMsgType(number)
-        if opcode is WSMsgType.TEXT:
-            self.close_code = WSCloseCode.UNSUPPORTED_DATA
-            raise WireError("kind", "a text came, where frames go in binary messages")
-        goes_on = opcode is WSMsgType.CONTINUATION
-        if opcode < WSMsgType.CLOSE and goes_on is not self._is_in_message:
-            raise self._broken("a message begins within another, or goes on without a begin")
-        return opcode
-
-    def _broken(self, said: str) -> WireError:
-        self.close_code = WSCloseCode.PROTOCOL_ERROR
-        return WireError(ErrorCode.KIND, f"this is not a frame of a WebSocket: {said}")
-
-
-class WebSocketConnection(TcpConnection):
-    """One connection; the HTTP protocol of `aiohttp.web` passes received bytes on to it."""
-
-    def __init__(self, hub: Hub, all_open: set[TcpConnection], address: str) -> None:
-        super().__init__(hub, all_open, address, "websocket")
-        self._decoder: Decoder = (web := WebSocketDecoder(self._answer))
-        self._web = web
-
-    def feed_data(self, data: bytes) -> tuple[bool, bytes]:
-        """Process received bytes; all of them are consumed."""
-        self.data_received(data)
-        return False, b""
-
-    def feed_eof(self) -> None:
-        """Notice the end of the connection."""
-        self.connection_lost(None)
+    @property
+    def unsent(self) -> int:
+        return self._waiting + self._transport.get_write_buffer_size()
 
     def write(self, data: bytes) -> None:
         if not self._closing:
-            self._transport.write(_message(WSMsgType.BINARY, data))
+            self._waiting += len(data)
+            self._unsent.put_nowait(data)
 
     def close(self) -> None:
         if not self._closing:
-            code = self._web.close_code.to_bytes(2, "big")
-            self._transport.write(_message(WSMsgType.CLOSE, code))
-        super().close()
+            self._closing = True
+            self._unsent.put_nowait(None)
+            asyncio.get_running_loop().call_later(LINGER, self.abort)
 
-    def _answer(self, opcode: WSMsgType, payload: bytes) -> None:
-        if opcode is WSMsgType.PING and not self._closing:
-            self._transport.write(_message(WSMsgType.PONG, payload))
-        elif opcode is WSMsgType.CLOSE:  # after the present call
-            asyncio.get_running_loop().call_soon(self._end)
+    def abort(self) -> None:
+        self._closing = True
+        self._transport.abort()
 
-    def _end(self) -> None:
-        self.close()
-        self._transport.close()
+    async def run(self, address: str) -> None:
+        """Pass on what is received and sent, until the connection ends."""
+        decoder = Decoder()
+        session = self._hub.open(self, address, "websocket", decoder)
+        sending = asyncio.create_task(self._send())
+        try:
+            async for message in self._socket:
+                if message.type is WSMsgType.ERROR:  # aiohttp has ended the connection
+                    self._hub.refusals.add(_fault(message.data), f"{address}: {message.data}")
+                elif session is not None and not self._closing:
+                    await self._take(message, session, decoder)
+        finally:
+            if session is not None:
+                self._hub.lost(session)
+            sending.cancel()
+
+    async def _take(self, message: WSMessage, session: ClientSession, decoder: Decoder) -> None:
+        """Take a message, and read no further while its client is ahead of what it may send.
+
+        A message that completes no frame counts as one: pings, pongs and empty ones take as much
+        time.
+        """
+        if message.type is WSMsgType.BINARY:
+            decoder.keep(message.data)
+        elif message.type is WSMsgType.PING:
+            await self._socket.pong(message.data)
+        elif message.type is WSMsgType.TEXT:
+            self._code = WSCloseCode.UNSUPPORTED_DATA
+            session.end(ErrorCode.KIND, "a text came, where frames go in binary messages")
+        pause = self._hub.receive(session, len(message.data))
+        while pause > 0.0 and not self._closing:
+            await asyncio.sleep(pause)
+            pause = self._hub.receive(session)
+
+    async def _send(self) -> None:
+        while (data := await self._unsent.get()) is not None:
+            self._waiting -= len(data)
+            await self._socket.send_bytes(data)
+        await self._socket.close(code=self._code)
 
 
-def _message(opcode: WSMsgType, payload: bytes) -> bytes:
-    """Return a WebSocket frame of the server."""
-    size = len(payload)
-    if size <= LONGEST_CONTROL:
-        head = bytes((0x80 | opcode, size))
-    elif size < 1 << 16:
-        head = bytes((0x80 | opcode, 126)) + size.to_bytes(2, "big")
-    else:
-        head = bytes((0x80 | opcode, 127)) + size.to_bytes(8, "big")
-    return head + payload
-
-
-def _unmasked(payload: bytes, mask: bytes) -> bytes:
-    size = len(payload)
-    key = int.from_bytes((mask * (size // 4 + 1))[:size], "little")
-    return (int.from_bytes(payload, "little") ^ key).to_bytes(size, "little")
+def _fault(error: Exception) -> ErrorCode:
+    too_long = getattr(error, "code", None) == WSCloseCode.MESSAGE_TOO_BIG
+    return ErrorCode.LENGTH if too_long else ErrorCode.KIND
 
 
 class Page:
@@ -238,7 +153,6 @@ class Page:
         self._files = page_files()
         self._acceptor: Acceptor | None = None
         self._server: web.Server | None = None
-        self._open: set[TcpConnection] = set()
 
     async def open(self) -> None:
         """Listen.
@@ -305,23 +219,15 @@ class Page:
         if len(origins) != 1 or not is_own_origin(origin, request.host, self._scheme):
             said = f"{origin or 'no page'!r} is not the page of this server: programs use TCP"
             return self._forbid("origin", address, said)
-        if not web.WebSocketResponse().can_prepare(request):
-            return plain(400, "A WebSocket is to be opened here.")
-        key = request.headers["Sec-WebSocket-Key"].encode() + WEB_SOCKET
-        accepted = base64.b64encode(hashlib.sha1(key, usedforsecurity=False).digest()).decode()
-        upgrade = {"Upgrade": "websocket", "Connection": "upgrade"}
-        answer = web.StreamResponse(
-            status=101, headers=upgrade | {"Sec-WebSocket-Accept": accepted}
+        socket = web.WebSocketResponse(
+            autoping=False, compress=False, max_msg_size=LARGEST_MESSAGE + 1, timeout=LINGER
         )
-        answer.force_close()
-        await answer.prepare(request)
-        if request.transport is None:  # the client is gone
-            return answer
-        connection = WebSocketConnection(self._hub, self._open, address)
-        connection.connection_made(request.transport)
-        request.protocol.set_parser(connection)  # pyrefly: ignore[bad-argument-type]
-        await connection.ended.wait()
-        return answer
+        if not socket.can_prepare(request):
+            return plain(400, "A WebSocket is to be opened here.")
+        await socket.prepare(request)
+        if request.transport is not None:  # the client is still there
+            await WebSocketConnection(self._hub, request, socket).run(address)
+        return socket
 
     def _forbid(self, code: str, address: str, said: str) -> web.Response:
         self._hub.refusals.add(code, f"{address}: {code}: {said}")
