@@ -46,6 +46,7 @@ def test_two_thumbs_move_two_sticks(flight, open_page, touch):
     fingers.put(2, *right)
     fingers.put(1, left[0] + 100, left[1])
     fingers.put(2, right[0], right[1] + 100)
+    touch.wait(lambda: flight.commands, "commanded")
     touch.wait(
         lambda: flight.commands[-1][4] < -0.39 and flight.commands[-1][1] < -1.0, "both moved"
     )
@@ -65,6 +66,7 @@ def test_a_page_that_loses_the_eye_springs_the_sticks_back(flight, open_page, ev
     x, y = touch.centre(page, "#left")
     fingers.put(1, x, y)
     fingers.put(1, x, y - 100)
+    touch.wait(lambda: flight.commands, "commanded")
     touch.wait(lambda: flight.commands[-1][3] > 0.9, "climbed")
     page.evaluate("name => window.dispatchEvent(new Event(name))", event)
     touch.wait(lambda: flight.commands[-1][3] == 0.0, "neutral")
