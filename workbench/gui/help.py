@@ -2,8 +2,8 @@
 
 import re
 from collections.abc import Iterable
-from dataclasses import dataclass
 from html import escape
+from pathlib import Path
 from typing import Any
 
 from PyQt6.QtCore import QEvent, QObject, Qt, QUrl
@@ -11,6 +11,7 @@ from PyQt6.QtGui import QDesktopServices, QImage, QTextCursor, QTextDocument, QW
 from PyQt6.QtWidgets import (
     QDialog,
     QDialogButtonBox,
+    QFrame,
     QGridLayout,
     QLabel,
     QScrollArea,
@@ -21,7 +22,8 @@ from PyQt6.QtWidgets import (
 from workbench.common.resources import docs_dir
 from workbench.gui.actions import MENUS, rows_of
 from workbench.gui.gains.gain_bar import GAIN_ACTIONS
-from workbench.gui.layout import NO_MARGINS, grid, hbox, label, vbox
+from workbench.gui.layout import NO_MARGINS, Margins, Part, grid, hbox, label, vbox
+from workbench.gui.style import dressed
 
 SIZE = (860, 640)
 """Size of the window [px]."""
@@ -103,339 +105,54 @@ def show_docs(link: str, parent: QWidget | None = None) -> QDialog:
     return dialog
 
 
-@dataclass(frozen=True)
-class CardHelp:
-    """Help about one card.
+def read_cards(path: Path) -> dict[str, tuple[str, str, str]]:
+    """Return the help about each card, by its title.
 
-    Attributes:
-        title: title of the card.
-        means: what it shows, as a sentence.
-        read: how to read or use it, as another sentence.
-        page: page of the docs and heading: `linear.md#the-judgement`.
+    Args:
+        path: page with a heading for each card, and below it three paragraphs.
+
+    Returns:
+        What it shows, how to read or use it, and its page and heading in the docs.
     """
-
-    title: str
-    means: str
-    read: str
-    page: str
-
-    @property
-    def text(self) -> str:
-        """The complete help as rich text."""
-        words = f"{escape(self.means)} {escape(self.read)}"
-        return (
-            f'<b>{escape(self.title)}</b><p>{words}</p><p><a href="{self.page}">More in the '
-            f"docs: {self.page.split('#')[0]}</a></p>"
-        )
+    cards = {}
+    for card in path.read_text(encoding="utf-8").split("\n## ")[1:]:
+        title, means, read, link = card.strip().split("\n\n")
+        page = link.removesuffix(")").rpartition("/")[2]
+        cards[title] = means.replace("\n", " "), read.replace("\n", " "), page
+    return cards
 
 
-HOME, SERVER, STICKS = "app.md#home", "app.md#server", "app.md#joystick"
-CHARTS, TUNING, SETTINGS = "app.md#visualization", "app.md#tuning", "app.md#settings"
-CARDS = (
-    CardHelp(
-        "Clock",
-        "Wall time, simulated time, and how the flight keeps up with the wall clock.",
-        "If it falls behind, a sentence says so.",
-        HOME,
-    ),
-    CardHelp(
-        "Flight condition",
-        "The flight mode and its reason, rotors on or off, and the wind.",
-        "Read it first if a command seems to have no effect.",
-        HOME,
-    ),
-    CardHelp(
-        "Motion",
-        "Displacement since the start, velocity and acceleration in the world's frame W.",
-        "The axes point east, north and up; total is the length of the vector.",
-        HOME,
-    ),
-    CardHelp(
-        "Battery",
-        "The charge left, how long it lasts, and the reserve at which the drone lands by itself.",
-        "The mark on the bar is the reserve; Settings say how large it is.",
-        "estimation.md#the-battery",
-    ),
-    CardHelp(
-        "Rotors",
-        "Thrust and speed of each rotor as a bar, with its limit.",
-        "A bar at its end means that the law commands more than the rotor can give.",
-        HOME,
-    ),
-    CardHelp(
-        "Attitude",
-        "Roll, pitch and heading of the drone, as an artificial horizon and a compass.",
-        "Roll is positive with the right side down, pitch with the nose down.",
-        HOME,
-    ),
-    CardHelp(
-        "IMU, magnetometer",
-        "The latest readings of gyro, accelerometer and magnetometer.",
-        "In hover the turn rates are near 0 and the specific force is 9.81 m/s² along z.",
-        "sensors.md#failures",
-    ),
-    CardHelp(
-        "Barometer, range finder",
-        "Height by air pressure, and by the distance to the ground or obstacle below.",
-        "They differ over obstacles, and the barometer drifts.",
-        "sensors.md#failures",
-    ),
-    CardHelp(
-        "Lidar, obstacles",
-        "What the lidar measures: the nearest obstacles around the drone, seen from above.",
-        "Brake if the distance in the direction of flight is short.",
-        "sensors.md#the-nearest-obstacle",
-    ),
-    CardHelp(
-        "GPS, path",
-        "The fix of the GPS, and the flown path from above with a scale.",
-        "North is up; the path of the estimate differs from the true one by the GPS's error.",
-        HOME,
-    ),
-    CardHelp(
-        "Server",
-        "Whether this flight can be watched and flown over the network.",
-        "Start begins the server, Stop ends it; the drone flies on.",
-        "link.md#serve",
-    ),
-    CardHelp(
-        "Where and who",
-        "The address and the port on which the server listens, and who may connect.",
-        "On another address than this machine's a token file is needed.",
-        "link.md#serve",
-    ),
-    CardHelp(
-        "Connect",
-        "Commands and code that connect a client to this server.",
-        "Copy a line into a terminal or a script on the other machine.",
-        "link.md#watch-from-python",
-    ),
-    CardHelp(
-        "Clients",
-        "Who is connected, what each one reads, and who has control.",
-        "Take over gives you control, Give back lets clients request it again.",
-        "link.md#who-has-control",
-    ),
-    CardHelp(
-        "Refusals",
-        "What the server refused, with the reason.",
-        "Each sentence says what to do about it.",
-        "link.md#who-has-control",
-    ),
-    CardHelp(
-        "Who flies",
-        "Who flies the drone, and whether the sticks count now.",
-        "If you have to press a button before they count, it is here.",
-        STICKS,
-    ),
-    CardHelp(
-        "Sticks",
-        "Two sticks: the left one climbs and turns, the right one moves over the ground.",
-        "The dot is where the stick is, forward is where the nose points, and releasing the stick "
-        "holds the position.",
-        STICKS,
-    ),
-    CardHelp(
-        "Command and answer",
-        "What the sticks command, and what the drone does, along four axes.",
-        "The limits of the flight are marked on the bars.",
-        STICKS,
-    ),
-    CardHelp(
-        "Feel of the sticks",
-        "How the travel of a stick becomes a command: full speed, dead band, sensitivity and expo.",
-        "The curve shows the command over the travel; more expo makes small movements gentler.",
-        STICKS,
-    ),
-    CardHelp(
-        "Charts",
-        "Signals of the flight or of an opened log over time, over frequency or over each other.",
-        "Drag signals from the list onto a chart; the wheel zooms, a double click shows all.",
-        CHARTS,
-    ),
-    CardHelp(
-        "Lidar",
-        "The cloud of the lidar's points, in colour.",
-        "Choose above the picture in which frame it is drawn; the drone is in the middle.",
-        CHARTS,
-    ),
-    CardHelp(
-        "Camera",
-        "The two pictures of the depth camera, and the scale of the depth.",
-        "Settings say whether the flight has one.",
-        CHARTS,
-    ),
-    CardHelp(
-        "Frames",
-        "All frames of the flight with their poses: world, drone, links and sensors.",
-        "Choose one to read its position and angles.",
-        "sensors.md#frames",
-    ),
-    CardHelp(
-        "Events",
-        "What happened in the flight: events, alarms and changed parameters, the newest last.",
-        "Each has its simulated time.",
-        CHARTS,
-    ),
-    CardHelp(
-        "Log",
-        "The opened log, and the time of it that all charts and the 3-D view show.",
-        "Drag the slider or press Play; Back to live closes the log.",
-        "logs.md#contents",
-    ),
-    CardHelp(
-        "Gains",
-        "The gains of the law that flies, grouped by loop, each with its own name and unit.",
-        "Green on a slider is where the loop stays stable with the other gains as they are.",
-        TUNING,
-    ),
-    CardHelp(
-        "Excitation",
-        "Excitation of the flight: a step, a load, a push, a gust, wind or a fault.",
-        "Choose one and its amplitude, and press the button; Response shows the result.",
-        TUNING,
-    ),
-    CardHelp(
-        "Response",
-        "The last steps that were flown, the predicted one dashed, and their numbers.",
-        "A number over one of your limits is marked; ghosts are earlier steps.",
-        TUNING,
-    ),
-    CardHelp(
-        "Margins",
-        "How far every loop is from instability, in gain, phase, delay and disk margin.",
-        "A red number is under your limit; a click on a row draws that loop under Frequency.",
-        "linear.md#the-judgement",
-    ),
-    CardHelp(
-        "Margins with these",
-        "The margins of every loop with the gains of the file, before they are taken.",
-        "A red number is under your limit: leave out what causes it, or take nothing.",
-        "linear.md#the-judgement",
-    ),
-    CardHelp(
-        "Frequency",
-        "One loop over frequency, with the gains that fly, those proposed and those kept.",
-        "The curves show their margins where they cross 0 dB and −180°; sliders below move the "
-        "loop's gains.",
-        "app.md#tuning",
-    ),
-    CardHelp(
-        "Poles",
-        "Poles of the sampled closed loop in continuous terms, filled with the proposed gains.",
-        "Left is faster and near the axis is less damped; drag one and the gains follow.",
-        "app.md#tuning",
-    ),
-    CardHelp(
-        "Map",
-        "A metric over two gains around those proposed, from predicted flights.",
-        "A click on a place proposes its gains.",
-        TUNING,
-    ),
-    CardHelp(
-        "Sensitivity",
-        "Which gain changes the chosen metric most, for the same relative change.",
-        "Start with the longest bar.",
-        TUNING,
-    ),
-    CardHelp(
-        "Compare",
-        "Designs over each other: kept, flown, proposed, A, B, C and other laws.",
-        "The best number of a row is bold and green, one over your limits is underlined.",
-        TUNING,
-    ),
-    CardHelp(
-        "What if",
-        "The opened log as it was flown, and as it would have been with the proposed gains.",
-        "Move a gain and compare the curves; the band shows the uncertainty of the vehicle.",
-        "prediction.md#in-the-app",
-    ),
-    CardHelp(
-        "Fork the flight",
-        "Two flights from this moment on, side by side, with the numbers of each step.",
-        "Keep the one you prefer; the live flight does not change until you do.",
-        "live.md#forks",
-    ),
-    CardHelp(
-        "Auto-tune",
-        "Gains that meet your wishes, searched with predicted flights and verified in full "
-        "flights.",
-        "Write wishes as level.rise_time <= 0.4, then accept or refuse what is found.",
-        "tuning.md#wishes",
-    ),
-    CardHelp(
-        "Pin as regression",
-        "Writes what was just flown as a spec with a baseline.",
-        "From then on `workbench regress` fails if a number leaves its limits.",
-        "regression.md#pins",
-    ),
-    CardHelp(
-        "Settings: Appearance",
-        "Whether the window is light, dark, or follows the desktop.",
-        "It takes effect at once and is saved.",
-        SETTINGS,
-    ),
-    CardHelp(
-        "Settings: Units shown",
-        "Units of angles and speeds on the screens.",
-        "Files, logs and commands stay in SI units and radians.",
-        SETTINGS,
-    ),
-    CardHelp(
-        "Settings: Sticks",
-        "How the travel of a stick becomes a command: full speed, dead band, sensitivity and expo.",
-        "They are the same as on the Joystick screen, which draws their curve.",
-        SETTINGS,
-    ),
-    CardHelp(
-        "Settings: Charts",
-        "How much of the past a chart shows.",
-        "It takes effect at once and is saved.",
-        SETTINGS,
-    ),
-    CardHelp(
-        "Settings: Tuning",
-        "Whether a moved slider flies at once, or only after Enter.",
-        "It takes effect at once and is saved.",
-        SETTINGS,
-    ),
-    CardHelp(
-        "Settings: Files",
-        "Where the Record button writes its logs.",
-        "Left empty, they go to the folder in which the app was started.",
-        SETTINGS,
-    ),
-    CardHelp(
-        "Settings: Flight",
-        "Whether flights are drawn in 3-D.",
-        "It takes effect with the next flight.",
-        SETTINGS,
-    ),
-    CardHelp(
-        "Settings: Limits",
-        "The largest speeds, tilt, height and yaw rate that the law flies.",
-        "They take effect at once, and are saved for each vehicle.",
-        SETTINGS,
-    ),
-    CardHelp(
-        "Settings: The flight",
-        "What a flight is built from: world, sensors, noise and rates.",
-        "Press the button to start another flight with these settings.",
-        SETTINGS,
-    ),
-)
-_BY_TITLE = {row.title: row for row in CARDS}
+CARDS = read_cards(Path(__file__).with_name("cards.md"))
+
+
+def card_text(title: str) -> str:
+    """Return the complete help about a card as rich text; a KeyError is a programming error."""
+    means, read, page = CARDS[title]
+    return (
+        f"<b>{escape(title)}</b><p>{escape(means)} {escape(read)}</p>"
+        f'<p><a href="{page}">More in the docs: {page.partition("#")[0]}</a></p>'
+    )
 
 
 def explain(card: QWidget, title: str) -> None:
-    """Give a card its help, shown by *What is this?* (Shift+F1); a KeyError is a programming error.
+    """Give a card its help, shown by *What is this?* (Shift+F1).
 
     Args:
         card: the card; the help appears anywhere on it.
-        title: title of a row of the table.
+        title: its heading in `cards.md`.
     """
-    card.setWhatsThis(_BY_TITLE[title].text)
+    card.setWhatsThis(card_text(title))
     card.installEventFilter(_Links(card))
+
+
+def explained(
+    title: str, *parts: Part, margins: Margins = (16, 12, 16, 12), spacing: int | None = None
+) -> QFrame:
+    """Return a card with parts in it and the help of its title; arguments as for `vbox`."""
+    card = dressed(QFrame(), "card")
+    explain(card, title)
+    vbox(*parts, of=card, margins=margins, spacing=spacing)
+    return card
 
 
 class _Links(QObject):

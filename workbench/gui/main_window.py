@@ -8,6 +8,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, cast
 
+from PyQt6 import sip
 from PyQt6.QtCore import QByteArray, QEvent, QObject, Qt, QTimer
 from PyQt6.QtGui import (
     QCloseEvent,
@@ -209,16 +210,11 @@ class FocusGuard(QObject):
             frame.setFocus()
 
     def _watch(self, field: QWidget | None) -> None:
-        if self._field is not None:
+        if self._field is not None and not sip.isdeleted(self._field):
             self._field.removeEventFilter(self)
-            self._field.destroyed.disconnect(self._forget)
         self._field = field
         if field is not None:
             field.installEventFilter(self)
-            field.destroyed.connect(self._forget)
-
-    def _forget(self) -> None:
-        self._field = None
 
 
 def take_short_turns() -> None:

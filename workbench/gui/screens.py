@@ -31,20 +31,11 @@ from workbench.live.view import LiveView
 
 
 class Screen(QWidget):
-    """A page of the app behind one button of the side bar.
-
-    Attributes:
-        title: text in the side bar and accessible name.
-        icon: name of its picture, see `icons`.
-    """
-
-    title = ""
-    icon = ""
+    """A page of the app behind one button of the side bar."""
 
     def __init__(self, workspace: Workspace) -> None:
         super().__init__()
         self.workspace = workspace
-        self.setAccessibleName(f"{self.title} screen")
 
     def begin(self, view: LiveView) -> None:
         """Note that a flight has begun: vehicle, topics and scenario are known."""
@@ -150,7 +141,6 @@ def missing_page(title: str, said: str, parent: QWidget) -> QWidget:
         label.setAlignment(Qt.AlignmentFlag.AlignCenter)
         layout.addWidget(label)
     layout.addStretch(2)
-    page.setAccessibleName(f"{title} screen")
     return page
 
 
@@ -276,6 +266,7 @@ class ScreenStack(QStackedWidget):
             self._screens[row.name] = screen
             page = screen
         self._pages[row.name] = page
+        page.setAccessibleName(f"{row.title} screen")
         self.addWidget(page)
         view, made = self._workspace.flight.view, self._screens.get(row.name)
         if made is not None and view.snapshot is not None:

@@ -8,7 +8,14 @@ from PyQt6.QtGui import QWheelEvent
 from PyQt6.QtTest import QTest
 from PyQt6.QtWidgets import QApplication
 
-from workbench.gui.gains.gain_row import GainScale, GainSlider, StepSize, decimals
+from workbench.gui.gains.gain_row import (
+    COARSE,
+    FINE,
+    FINEST,
+    GainScale,
+    GainSlider,
+    decimals,
+)
 from workbench.gui.units import Unit
 from workbench.scenario.parameters import parameter_table
 
@@ -79,20 +86,20 @@ def test_a_drag_beyond_the_end_stays_at_the_end(slider, heard):
 
 def test_a_press_beside_the_handle_makes_a_coarse_step_and_no_leap(slider, heard):
     QTest.mouseClick(slider, LEFT, pos=at(0.9))
-    assert heard == [("begun",), ("stepped", 1, StepSize.COARSE), ("ended",)]
+    assert heard == [("begun",), ("stepped", 1, COARSE), ("ended",)]
     heard.clear()
     QTest.mouseClick(slider, LEFT, pos=at(0.1))
-    assert ("stepped", -1, StepSize.COARSE) in heard
+    assert ("stepped", -1, COARSE) in heard
 
 
 @pytest.mark.parametrize(
     ("key", "modifiers", "way", "size"),
     [
-        (Qt.Key.Key_Right, NONE, 1, StepSize.FINE),
-        (Qt.Key.Key_Down, NONE, -1, StepSize.FINE),
-        (Qt.Key.Key_Up, SHIFT, 1, StepSize.COARSE),
-        (Qt.Key.Key_Left, CONTROL, -1, StepSize.FINEST),
-        (Qt.Key.Key_PageUp, NONE, 1, StepSize.COARSE),
+        (Qt.Key.Key_Right, NONE, 1, FINE),
+        (Qt.Key.Key_Down, NONE, -1, FINE),
+        (Qt.Key.Key_Up, SHIFT, 1, COARSE),
+        (Qt.Key.Key_Left, CONTROL, -1, FINEST),
+        (Qt.Key.Key_PageUp, NONE, 1, COARSE),
     ],
 )
 def test_keys_step(slider, heard, key, modifiers, way, size):
@@ -114,7 +121,7 @@ def test_the_wheel_turns_it_only_with_the_focus(slider, heard, qtbot):
     qtbot.waitUntil(slider.hasFocus)
     turn(slider, 120)
     turn(slider, -120, CONTROL)
-    assert heard == [("stepped", 1, StepSize.FINE), ("stepped", -1, StepSize.FINEST)]
+    assert heard == [("stepped", 1, FINE), ("stepped", -1, FINEST)]
 
 
 def test_what_the_model_shows_tells_nobody(slider, heard):
@@ -223,10 +230,10 @@ def test_three_digits_are_kept_as_they_are_shown():
 
 def test_steps_stay_within_the_limits():
     scale = scale_of("kp_velocity_x")
-    assert scale.stepped(3.0, 1, StepSize.FINE) == 3.05
-    assert scale.stepped(3.0, -1, StepSize.COARSE) == 2.75
-    assert scale.stepped(29.9, 1, StepSize.COARSE) == 30.0
-    assert scale_of("imu_fault").stepped(2.0, 1, StepSize.FINEST) == 3.0
+    assert scale.stepped(3.0, 1, FINE) == 3.05
+    assert scale.stepped(3.0, -1, COARSE) == 2.75
+    assert scale.stepped(29.9, 1, COARSE) == 30.0
+    assert scale_of("imu_fault").stepped(2.0, 1, FINEST) == 3.0
 
 
 def test_decimals_show_a_step():

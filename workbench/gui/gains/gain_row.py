@@ -1,7 +1,6 @@
 """The line of one parameter: name, slider, number, state, and reset."""
 
 import math
-from enum import Enum
 from functools import partial
 
 from PyQt6.QtCore import QEvent, QPointF, QRectF, QSignalBlocker, QSize, Qt, pyqtSignal
@@ -28,6 +27,8 @@ from workbench.gui.units import Unit, unit_for
 from workbench.gui.workspace import Workspace
 from workbench.scenario.parameters import Parameter
 
+FINEST, FINE, COARSE = 0.1, 1.0, 5.0
+"""Sizes of a step, as multiples of the plain one."""
 DIGITS = 3
 """Significant digits of a slider's values."""
 _KNEE = 10.0
@@ -53,14 +54,6 @@ NAME_WIDTH, FIELD_WIDTH, UNIT_WIDTH, MARK_WIDTH = 14.4, 7.4, 3.8, 1.6
 """Widths of the columns, in widths of a digit, so that all lines have the same."""
 LONGEST_NAME, LONGEST_UNIT, TRACK = 22.0, 9.6, 11.0
 """Largest widths of long names and units, while the slider keeps at least the last width."""
-
-
-class StepSize(Enum):
-    """Size of a step, as a multiple of the plain one."""
-
-    FINEST = 0.1
-    FINE = 1.0
-    COARSE = 5.0
 
 
 class GainScale:
@@ -106,10 +99,10 @@ class GainScale:
         shown = self._unit.shown(self.value(place))
         return self.held(self._unit.read(float(f"{shown:.{DIGITS - 1}e}")))
 
-    def stepped(self, value: float, direction: int, size: StepSize) -> float:
+    def stepped(self, value: float, direction: int, size: float) -> float:
         """Return the allowed value one step above (1) or below (-1) another one."""
         shown = self._unit.shown(value)
-        step = 1.0 if self._row.whole else self._unit.shown(self.step(value)) * size.value
+        step = 1.0 if self._row.whole else self._unit.shown(self.step(value)) * size
         return self.held(self._unit.read(round(shown + direction * step, 9)))
 
     def held(self, value: float) -> float:
@@ -156,23 +149,23 @@ def _round_step(step: float) -> float:
     return float(f"{nearest * power:.0e}")
 
 
-def size_of(modifiers: Qt.KeyboardModifier) -> StepSize:
+def size_of(modifiers: Qt.KeyboardModifier) -> float:
     """Return the step size of a pressed key: plain, coarse with Shift, finest with Ctrl."""
     if modifiers & Qt.KeyboardModifier.ShiftModifier:
-        return StepSize.COARSE
+        return COARSE
     if modifiers & Qt.KeyboardModifier.ControlModifier:
-        return StepSize.FINEST
-    return StepSize.FINE
+        return FINEST
+    return FINE
 
 
-def key_step(key: int, modifiers: Qt.KeyboardModifier) -> tuple[int, StepSize] | None:
+def key_step(key: int, modifiers: Qt.KeyboardModifier) -> tuple[int, float] | None:
     """Return direction and size of a key's step, None for another key."""
     if key in _UP:
         return 1, size_of(modifiers)
     if key in _DOWN:
         return -1, size_of(modifiers)
     if key in (Qt.Key.Key_PageUp, Qt.Key.Key_PageDown):
-        return (1 if key == Qt.Key.Key_PageUp else -1), StepSize.COARSE
+        return (1 if key == Qt.Key.Key_PageUp else -1), COARSE
     return None
 
 
@@ -197,8 +190,8 @@ class GainSlider(QSlider):
 
     dragged = pyqtSignal(float)
     """The value that the user requests, in SI."""
-    stepped = pyqtSignal(int, object)
-    """Direction, -1 or 1, and a `StepSize`."""
+    stepped = pyqtSignal(int, float)
+    """Direction, -1 or 1, and size of the step."""
     edit_begun = pyqtSignal()
     """The following input, until `edit_ended`, is one change."""
     edit_ended = pyqtSignal()
@@ -253,7 +246,7 @@ class GainSlider(QSlider):
         if abs(x - handle) <= HANDLE + 3.0:
             self._held = (x, self._place)
         else:
-            self.stepped.emit(1 if x > handle else -1, StepSize.COARSE)
+            self.stepped.emit(1 if x > handle else -1, COARSE)
         self.update()
 
     def mouseMoveEvent(self, event: QMouseEvent | None) -> None:
@@ -354,8 +347,8 @@ class GainSlider(QSlider):
 class GainField(NumberField):
     """A number with its unit, as shown; the model determines its value."""
 
-    stepped = pyqtSignal(int, object)
-    """Direction, -1 or 1, and a `StepSize`."""
+    stepped = pyqtSignal(int, float)
+    """Direction, -1 or 1, and size of the step."""
     edit_begun = pyqtSignal()
     """The following steps, until `edit_ended`, are one change."""
     edit_ended = pyqtSignal()
@@ -410,7 +403,7 @@ class GainField(NumberField):
         _step_by_wheel(self, event)
 
     def stepBy(self, steps: int) -> None:
-        self.stepped.emit(1 if steps > 0 else -1, StepSize.FINE)
+        self.stepped.emit(1 if steps > 0 else -1, FINE)
 
 
 def _redoes(event: QKeyEvent) -> bool:
@@ -511,7 +504,7 @@ class GainRow(QWidget):
         scale = self.slider.scale = GainScale(self.row, self._unit)
         start = self._editor.start[self.row.name]
         step = self._unit.shown(scale.step(start))
-        fine = decimals(step * StepSize.FINEST.value)
+        fine = decimals(step * FINEST)
         self.field.show_decimals(0 if self.row.whole else min(fine, MOST_DECIMALS))
         self._unit_shown.setText(self._unit.symbol)
         self.slider.show_start(start)
@@ -580,7 +573,7 @@ class GainRow(QWidget):
         set_class(self.field, "bare bad" if said else "bare")
         self._seen = None
 
-    def _step(self, direction: int, size: StepSize) -> None:
+    def _step(self, direction: int, size: float) -> None:
         value = self._editor.proposed[self.row.name]
         self._editor.propose(self.row.name, self.slider.scale.stepped(value, direction, size))
 

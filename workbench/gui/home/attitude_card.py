@@ -446,7 +446,7 @@ class AttitudeCard(Card):
 
     def lines(self, units: ShownUnits) -> Sequence[Line]:
         """Return a line for each angle; a heading is always in degrees."""
-        return *(Line(label, units.angle.symbol) for label in LABELS[:3]), Line(LABELS[3], "°")
+        return *((label, units.angle.symbol) for label in LABELS[:3]), (LABELS[3], "°")
 
     def place_parts(self, body: QRectF) -> None:
         """Place the tape below dial and numbers."""

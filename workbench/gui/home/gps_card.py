@@ -469,8 +469,8 @@ class GpsCard(Card):
 
     def lines(self, units: ShownUnits) -> Sequence[Line]:
         """Return a line for each coordinate."""
-        place = [Line(label, units.place.symbol) for label in ("Latitude", "Longitude")]
-        return *place, Line("Altitude", "m"), Line("From home", "m")
+        place = [(label, units.place.symbol) for label in ("Latitude", "Longitude")]
+        return *place, ("Altitude", "m"), ("From home", "m")
 
     def place_parts(self, body: QRectF) -> None:
         """Place the map on the left, or above."""

@@ -75,9 +75,9 @@ class MotionCard(Card):
     def lines(self, units: ShownUnits) -> Sequence[Line]:
         """Return a line for each vector."""
         return (
-            Line("Displacement", units.length.symbol),
-            Line("Velocity", units.speed.symbol),
-            Line("Acceleration", units.acceleration.symbol),
+            ("Displacement", units.length.symbol),
+            ("Velocity", units.speed.symbol),
+            ("Acceleration", units.acceleration.symbol),
         )
 
     def show_numbers(self, view: LiveView, now: Snapshot) -> None:
@@ -114,9 +114,9 @@ class ImuCard(Card):
     def lines(self, units: ShownUnits) -> Sequence[Line]:
         """Return a line for each reading."""
         return (
-            Line("Turn rate", units.rate.symbol),
-            Line("Specific force", units.acceleration.symbol),
-            Line("Magnetic field", MICROTESLA.symbol),
+            ("Turn rate", units.rate.symbol),
+            ("Specific force", units.acceleration.symbol),
+            ("Magnetic field", MICROTESLA.symbol),
         )
 
     def show_numbers(self, view: LiveView, now: Snapshot) -> None:
@@ -176,7 +176,7 @@ class HeightCard(Card):
 
     def lines(self, units: ShownUnits) -> Sequence[Line]:
         """Return a line for each reading."""
-        return Line("Altitude", "m"), Line("Pressure", "hPa"), Line("Range finder", "m")
+        return ("Altitude", "m"), ("Pressure", "hPa"), ("Range finder", "m")
 
     def show_numbers(self, view: LiveView, now: Snapshot) -> None:
         """Show the newest readings, and the worse of the two states beside the title."""
@@ -319,9 +319,6 @@ class HomeScreen(Screen):
         workspace: services that all screens share.
         clock: returns a monotonic time [s].
     """
-
-    title = "Home"
-    icon = "home"
 
     def __init__(self, workspace: Workspace, clock: Callable[[], float] = time.monotonic) -> None:
         super().__init__(workspace)

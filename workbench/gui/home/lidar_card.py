@@ -232,8 +232,8 @@ class LidarCard(Card):
 
     def lines(self, units: ShownUnits) -> Sequence[Line]:
         """Return where the nearest obstacle is, and the free distance ahead."""
-        bearing = Line("To the left", units.angle.symbol)
-        return Line("Nearest", "m"), bearing, Line("Side"), Line("Free way", "m")
+        bearing = ("To the left", units.angle.symbol)
+        return ("Nearest", "m"), bearing, ("Side", ""), ("Free way", "m")
 
     def place_parts(self, body: QRectF) -> None:
         """Place the ring on the left, or above."""

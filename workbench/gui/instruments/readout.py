@@ -1,7 +1,6 @@
 """A table of numbers: labels, aligned columns of digits, and units."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 from PyQt6.QtCore import QRectF
 from PyQt6.QtGui import QFontMetricsF, QPainter, QResizeEvent
@@ -20,17 +19,8 @@ TALLEST_ROW = 2.1
 """Largest height of a row relative to plain text."""
 
 
-@dataclass(frozen=True)
-class Line:
-    """A row of a readout.
-
-    Attributes:
-        label: name of the quantity.
-        unit: unit after the numbers.
-    """
-
-    label: str
-    unit: str = ""
+Line = tuple[str, str]
+"""A row of a readout: name of the quantity, and the unit after the numbers, "" for none."""
 
 
 class Readout(Instrument):
@@ -74,10 +64,11 @@ class Readout(Instrument):
         """The table as a sentence."""
         headings = self._columns or ("",)
         parts = []
-        for line, cells, measured in zip(self._lines, self._cells, self._measured, strict=True):
+        rows = zip(self._lines, self._cells, self._measured, strict=True)
+        for (label, unit), cells, measured in rows:
             pairs = zip(headings, cells, strict=True)
             numbers = ", ".join(f"{head} {cell}".strip() for head, cell in pairs)
-            parts.append(f"{line.label} {numbers} {line.unit if measured else ''}".strip())
+            parts.append(f"{label} {numbers} {unit if measured else ''}".strip())
         return "; ".join(parts)
 
     def set_line(self, index: int, line: Line) -> None:
@@ -110,15 +101,13 @@ class Readout(Instrument):
         self._lay_out()
         painter.setPen(self.colour("muted"))
         painter.setFont(self.face())
-        for line, places, measured in zip(self._lines, self._places, self._measured, strict=True):
+        rows = zip(self._lines, self._places, self._measured, strict=True)
+        for (label, unit), places, measured in rows:
             first, last = places[0], places[-1]
-            painter.drawText(first.adjusted(-first.left(), 0.0, 0.0, 0.0), LEFT, line.label)
-            unit = QRectF(last.right(), last.top(), self.width() - last.right(), last.height())
-            painter.drawText(
-                unit.adjusted(self._gap if line.unit != "°" else 1.0, 0.0, 0.0, 0.0),
-                LEFT,
-                line.unit if measured else "",
-            )
+            painter.drawText(first.adjusted(-first.left(), 0.0, 0.0, 0.0), LEFT, label)
+            left = last.right() + (self._gap if unit != "°" else 1.0)
+            beside = QRectF(left, last.top(), self.width() - left, last.height())
+            painter.drawText(beside, LEFT, unit if measured else "")
         painter.setFont(self.face(0.92))
         for heading, place in zip(self._columns, self._places[0], strict=False):
             above = QRectF(place.left(), place.top() - place.height(), *_size(place))
@@ -147,8 +136,8 @@ class Readout(Instrument):
     def _lay_out(self) -> None:
         """Compute the position of every cell, and the largest digits that fit."""
         plain = QFontMetricsF(self.face())
-        label = max(plain.horizontalAdvance(line.label) for line in self._lines)
-        unit = max(plain.horizontalAdvance(line.unit) for line in self._lines)
+        label = max(plain.horizontalAdvance(name) for name, _ in self._lines)
+        unit = max(plain.horizontalAdvance(symbol) for _, symbol in self._lines)
         unit += self._gap if unit else 0.0
         count = len(self._cells[0])
         free = max(1.0, self.width() - label - unit - 1.0)
@@ -159,8 +148,8 @@ class Readout(Instrument):
         height = min(self.height() / (len(self._lines) + headings), TALLEST_ROW * self.text_size)
         left = label + free - count * width
         words = [
-            0.0 if count > 1 else left - plain.horizontalAdvance(line.label) - self._gap
-            for line in self._lines
+            0.0 if count > 1 else left - plain.horizontalAdvance(name) - self._gap
+            for name, _ in self._lines
         ]  # in a single column, a word may be wider than the numbers and extend to the label
         top = (self.height() - height * (len(self._lines) + headings)) / 2 + headings * height
         self._places = [

@@ -16,7 +16,7 @@ from PyQt6.QtWidgets import (
 
 from workbench.control.mode import FlightMode
 from workbench.gui.flight_control import ON_THE_GROUND
-from workbench.gui.help import explain
+from workbench.gui.help import explain, explained
 from workbench.gui.instruments.instrument import Instrument
 from workbench.gui.joystick.game_pad import PadButton
 from workbench.gui.joystick.keyboard_sticks import KeyWatcher
@@ -37,7 +37,6 @@ from workbench.gui.joystick.piloting import (
 from workbench.gui.layout import (
     NO_MARGINS,
     Pair,
-    Part,
     buddy,
     button,
     fit_page,
@@ -49,7 +48,7 @@ from workbench.gui.layout import (
 )
 from workbench.gui.preferences import Preferences, find_preference
 from workbench.gui.screens import Screen
-from workbench.gui.style import dressed, set_class
+from workbench.gui.style import set_class
 from workbench.gui.theme import Look
 from workbench.gui.units import Unit, unit_for
 from workbench.gui.workspace import Workspace
@@ -712,9 +711,6 @@ class JoystickScreen(Screen):
         state_bar: whether the sticks have an effect, and who has control.
     """
 
-    title = "Joystick"
-    icon = "joystick"
-
     def __init__(self, workspace: Workspace) -> None:
         super().__init__(workspace)
         look, preferences = workspace.look, workspace.preferences
@@ -816,24 +812,16 @@ class JoystickScreen(Screen):
 
     def _lay_out(self) -> None:
         sticks = hbox((self.left_pad, 1), (self.right_pad, 1), spacing=16)
-        flying = _card("Sticks", (sticks, 1), label(MODE_HELP, "muted"))
+        flying = explained("Sticks", (sticks, 1), label(MODE_HELP, "muted"))
         heading = label("Command and answer", "heading")
-        answer = _card("Command and answer", heading, (self.response, 1))
+        answer = explained("Command and answer", heading, (self.response, 1))
         hints = vbox(self._keys_line, self._pad_line, spacing=2)
         page = vbox(
             self.state_bar,
             (Pair(flying, answer, (3, 2), 12), 1),
-            _card("Feel of the sticks", (self.handling, 1)),
+            explained("Feel of the sticks", (self.handling, 1)),
             hbox((hints, 1), self.pads_button),
             margins=(16, 12, 16, 12),
             spacing=12,
         )
         fit_page(self, page)
-
-
-def _card(title: str, *parts: Part) -> QFrame:
-    """Return a card with parts in it, and the help of its title."""
-    frame = dressed(QFrame(), "card")
-    explain(frame, title)
-    vbox(*parts, of=frame, margins=(16, 12, 16, 12))
-    return frame

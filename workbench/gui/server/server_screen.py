@@ -27,12 +27,11 @@ from workbench.common.errors import WorkbenchError
 from workbench.gui.errands import single_shot
 from workbench.gui.file_dialogs import clipboard, open_file, save_file
 from workbench.gui.flight_model import FlightModel
-from workbench.gui.help import explain
+from workbench.gui.help import explain, explained
 from workbench.gui.layout import (
     NO_MARGINS,
     ElidedLabel,
     Pair,
-    Part,
     buddy,
     button,
     fit_page,
@@ -653,9 +652,6 @@ class ServerScreen(Screen):
         said: the same as a sentence.
     """
 
-    title = "Server"
-    icon = "server"
-
     def __init__(self, workspace: Workspace) -> None:
         super().__init__(workspace)
         self.control = ServerControl(workspace.flight, self)
@@ -726,22 +722,15 @@ class ServerScreen(Screen):
             margins=(16, 8, 16, 8),
             spacing=12,
         )
-        form = _around("Where and who", label("Where and who", "heading"), (self.form, 1))
-        connect = _around("Connect", label("Connect", "heading"), (self.connect_panel, 1))
+        around = partial(explained, margins=(16, 10, 16, 10), spacing=6)
+        form = around("Where and who", label("Where and who", "heading"), (self.form, 1))
+        connect = around("Connect", label("Connect", "heading"), (self.connect_panel, 1))
         page = vbox(
             top,
             Pair(form, connect, (1, 1), 10),
-            (_around("Clients", (self.clients, 1)), 2),
-            (_around("Refusals", (self.refusals, 1)), 1),
+            (around("Clients", (self.clients, 1)), 2),
+            (around("Refusals", (self.refusals, 1)), 1),
             margins=(16, 12, 16, 12),
             spacing=10,
         )
         fit_page(self, page)
-
-
-def _around(title: str, *parts: Part) -> QFrame:
-    """Return a card with parts in it, and the help of its title."""
-    frame = dressed(QFrame(), "card")
-    explain(frame, title)
-    vbox(*parts, of=frame, margins=(16, 10, 16, 10), spacing=6)
-    return frame

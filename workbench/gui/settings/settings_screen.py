@@ -547,9 +547,6 @@ class Group(QFrame):
 class SettingsScreen(Screen):
     """All settings other than gains, made from tables and searchable."""
 
-    title = "Settings"
-    icon = "settings"
-
     def __init__(self, workspace: Workspace) -> None:
         super().__init__(workspace)
         self._answers = Answers(workspace.notices.warn, self)

@@ -266,9 +266,6 @@ class TuningScreen(Screen):
         fork, autotune, pin, what_if: cards as well.
     """
 
-    title = "Tuning"
-    icon = "tuning"
-
     def __init__(self, workspace: Workspace) -> None:
         super().__init__(workspace)
         analysis = workspace.analysis

@@ -523,9 +523,6 @@ class VisualizationScreen(Screen):
         log_bar: visible while a log is shown.
     """
 
-    title = "Visualization"
-    icon = "visualization"
-
     def __init__(self, workspace: Workspace) -> None:
         super().__init__(workspace)
         self.tabs = QTabWidget()
