@@ -248,7 +248,7 @@ def test_ports_that_are_taken_are_named(fake, monkeypatch, case):
             if kind == socket.SOCK_STREAM:
                 taken.listen()
             session = Session(scenario())
-            with session.programs(), pytest.raises(WorkbenchError, match=f"port {port} is taken"):
+            with session.programs(), pytest.raises(WorkbenchError, match=f"port {port} is in use"):
                 session.tick(0.1)
 
 

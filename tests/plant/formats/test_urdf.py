@@ -179,7 +179,7 @@ def two_links(*joints: str) -> str:
         ),
         (
             two_links(JOINT.format("a", "b", ""), JOINT.format("b", "a", "").replace('"j"', '"k"')),
-            "in a circle",
+            "form a loop",
         ),
         ('<robot name="r">\n<link name="a"/><link name="a"/></robot>', ":2: there are two links"),
         ("<robot><link/></robot>", "<link> without a name"),
