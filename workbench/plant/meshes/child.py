@@ -16,7 +16,7 @@ from scipy.spatial import ConvexHull
 from trimesh.resolvers import Resolver
 from trimesh.visual import TextureVisuals
 from trimesh.visual.color import to_rgba
-from trimesh.visual.material import PBRMaterial, SimpleMaterial
+from trimesh.visual.material import PBRMaterial
 
 from workbench.common.errors import WorkbenchError
 from workbench.ipc.limited import one_line, serve
@@ -459,7 +459,8 @@ def _read_scene(data: bytes, kind: str, resolver: Resolver) -> list[Part]:
     # Gazebo draws glTF with z up, unlike the standard. Files written by this program are turned for
     # Drake, which takes y as up.
     turn = to_z_up() if f'"generator":"{GENERATOR}"'.encode() in data else np.eye(4)
-    plain = _Plain(_opaque if kind in ("gltf", "glb") else vertex_colors)
+    light = _opaque if kind in ("gltf", "glb") else vertex_colors
+    materials: dict[int, PBRMaterial | None] = {}
     parts = []
     faces = 0
     for node in sorted(scene.graph.nodes_geometry, key=str):
@@ -472,45 +473,47 @@ def _read_scene(data: bytes, kind: str, resolver: Resolver) -> list[Part]:
         faces += len(mesh.faces)
         if faces > MOST_FACES:
             raise WorkbenchError(f"it has more than {MOST_FACES} faces")
-        parts.append(plain.part((str(node), str(name)), mesh).moved(turn @ T))
+        parts.append(_part((str(node), str(name)), mesh, light, materials).moved(turn @ T))
     return parts
 
 
-class _Plain:
-    """Converts trimesh's meshes to parts; meshes with one material share the converted one."""
+def _part(
+    names: tuple[str, ...],
+    mesh: trimesh.Trimesh,
+    light: Callable[[Any], Array],
+    materials: dict[int, PBRMaterial | None],
+) -> Part:
+    """Return one of trimesh's meshes as a part.
 
-    def __init__(self, light: Callable[[Any], Array]) -> None:
-        self._light = light
-        self._materials: dict[int, PBRMaterial] = {}
-
-    def part(self, names: tuple[str, ...], mesh: trimesh.Trimesh) -> Part:
-        visual = mesh.visual
-        uv = material = colors = None
-        if isinstance(visual, TextureVisuals):
-            uv = visual.uv
-            material = self._material(visual.material)
-            colors = visual.vertex_attributes.get("color")
-        elif visual.kind in ("vertex", "face"):
-            colors = visual.vertex_colors
-        n = len(mesh.vertices)
-        # Only normals in the file: without any, faces are drawn flat, as in an STL.
-        normals = mesh.vertex_normals if "vertex_normals" in mesh._cache else None
-        return Part(
-            names=names,
-            vertices=np.asarray(mesh.vertices, dtype=float),
-            faces=np.asarray(mesh.faces),
-            normals=None if normals is None else np.asarray(normals, dtype=float),
-            uv=None if uv is None or len(uv) != n else np.asarray(uv, dtype=float)[:, :2],
-            colors=None if colors is None or len(colors) != n else self._light(colors),
-            material=material,
-        )
-
-    def _material(self, found: PBRMaterial | SimpleMaterial | None) -> PBRMaterial | None:
-        if found is None:
-            return None
-        if id(found) not in self._materials:
-            self._materials[id(found)] = material_of(found)
-        return self._materials[id(found)]
+    Args:
+        names: of the part.
+        mesh: of trimesh.
+        light: makes colours of vertices linear.
+        materials: converted so far, by id of trimesh's; parts with one material share it.
+    """
+    visual = mesh.visual
+    uv = material = colors = None
+    if isinstance(visual, TextureVisuals):
+        uv = visual.uv
+        if visual.material is not None:
+            if id(visual.material) not in materials:
+                materials[id(visual.material)] = material_of(visual.material)
+            material = materials[id(visual.material)]
+        colors = visual.vertex_attributes.get("color")
+    elif visual.kind in ("vertex", "face"):
+        colors = visual.vertex_colors
+    n = len(mesh.vertices)
+    # Only normals in the file: without any, faces are drawn flat, as in an STL.
+    normals = mesh.vertex_normals if "vertex_normals" in mesh._cache else None
+    return Part(
+        names=names,
+        vertices=np.asarray(mesh.vertices, dtype=float),
+        faces=np.asarray(mesh.faces),
+        normals=None if normals is None else np.asarray(normals, dtype=float),
+        uv=None if uv is None or len(uv) != n else np.asarray(uv, dtype=float)[:, :2],
+        colors=None if colors is None or len(colors) != n else light(colors),
+        material=material,
+    )
 
 
 def _opaque(colors: Any) -> Array:

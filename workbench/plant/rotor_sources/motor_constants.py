@@ -98,7 +98,6 @@ def note_assumed(
 def make_rotor(
     model: Model,
     joint: Joint,
-    link: Link,
     mount: Mount,
     direction: int,
     motor_constant: float,
@@ -110,8 +109,7 @@ def make_rotor(
 
     Args:
         model: that declares the plugin.
-        joint: of the rotor.
-        link: that turns with it.
+        joint: of the rotor; its child turns with it.
         mount: position and axis of the rotor.
         direction: +1 turns counter-clockwise seen from the tip of the axis, -1 clockwise.
         motor_constant: thrust over squared speed [N·s²].
@@ -132,7 +130,7 @@ def make_rotor(
     return Rotor(
         name=joint.name,
         joint=joint.name,
-        link=link.name,
+        link=joint.child,
         p_BR=mount.p_BR,
         axis_B=mount.axis_B,
         direction=direction,

@@ -57,7 +57,6 @@ class _Named:
 
     number: str
     joint: Joint
-    link: Link
     mount: Mount
 
 
@@ -107,17 +106,7 @@ def read_velocity_plugin(
     )
     turns = _turns(tags, named, remarks)
     return tuple(
-        make_rotor(
-            model,
-            rotor.joint,
-            rotor.link,
-            rotor.mount,
-            turn,
-            motor_constant,
-            constants,
-            tags,
-            remarks,
-        )
+        make_rotor(model, rotor.joint, rotor.mount, turn, motor_constant, constants, tags, remarks)
         for rotor, turn in zip(named, turns, strict=True)
     )
 
@@ -139,7 +128,7 @@ def _named(tags: Block, number: str, model: Model, base_link: str, remarks: Rema
             f"another link: name its child link '{joint.child}'"
         )
     mount = mount_on_joint(model, base_link, joint, link, tags.file, remarks)
-    return _Named(number, joint, link, mount)
+    return _Named(number, joint, mount)
 
 
 def _motor_constant(
@@ -267,7 +256,7 @@ def _read(tags: Block, model: Model, base_link: str, remarks: Remarks) -> Rotor:
     note_unused(tags, _USED, element, remarks)
     mount = mount_on_joint(model, base_link, joint, link, tags.file, remarks)
     turn = direction * mount.sense
-    return make_rotor(model, joint, link, mount, turn, motor_constant, constants, tags, remarks)
+    return make_rotor(model, joint, mount, turn, motor_constant, constants, tags, remarks)
 
 
 def _joint(tags: Block, model: Model, link: Link, remarks: Remarks) -> Joint:
