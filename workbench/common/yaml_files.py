@@ -124,7 +124,7 @@ def refuse_bombs(path: Path, text: str) -> None:
 
 
 def with_numbers(file: YamlFile, schema: Any) -> YamlFile:
-    """Return a file with numbers converted that YAML 1.1 reads as texts, such as 1e-3 and 1e9.
+    """Return a file with numbers converted that YAML 1.1 reads as texts or integers: 1e-3, 1e9, 2.
 
     Arguments are those of `check_schema`; values that do not fit the schema stay unchanged.
     """
@@ -142,7 +142,8 @@ def _numbered(data: Any, schema: Any) -> Any:
         return [_numbered(item, parts[0]) for item in data]
     if origin is dict and isinstance(data, dict):
         return {key: _numbered(value, parts[1]) for key, value in data.items()}
-    if origin is float and isinstance(data, str) and _WITH_EXPONENT.fullmatch(data):
+    written = isinstance(data, str) and _WITH_EXPONENT.fullmatch(data)
+    if origin is float and (written or type(data) is int):
         return float(data)
     return data
 
@@ -210,6 +211,8 @@ def as_record(data: Any, schema: Any) -> Any:
         return made(**{key: as_record(value, fields[key]) for key, value in data.items()})
     if origin in (list, tuple):
         return [as_record(item, parts[0]) for item in data]
+    if origin is dict:
+        return {key: as_record(value, parts[1]) for key, value in data.items()}
     return data
 
 

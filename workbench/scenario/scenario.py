@@ -12,10 +12,12 @@ from workbench.common.resources import find_file, find_model, find_world
 from workbench.common.yaml_files import (
     Keys,
     YamlFile,
+    as_record,
     check_schema,
     dotted,
     dump_changes,
     read_yaml,
+    with_numbers,
 )
 from workbench.control.controller import (
     DEFAULT,
@@ -233,12 +235,7 @@ def load_scenario(path: Path | str, controller: str = "", estimator: str = "") -
     path = Path(path)
     file = read_yaml(path)
     check_schema(file, Scenario)
-    from pydrake.common.yaml import yaml_load_typed  # errors above need no Drake
-
-    try:
-        scenario = yaml_load_typed(schema=Scenario, data=file.text, defaults=Scenario())
-    except (RuntimeError, TypeError, ValueError) as error:
-        raise WorkbenchError(f"{path}: {' '.join(str(error).split())}") from error
+    scenario: Scenario = as_record(with_numbers(file, Scenario).data, Scenario)
     scenario.controller = chosen_controller(file, scenario.controller, controller)
     scenario.estimator = _chosen(
         file, "estimator", scenario.estimator, estimator, scenario.estimator in ESTIMATORS

@@ -7,11 +7,15 @@ import re
 from pathlib import Path
 from typing import Any
 
-import yaml
-from pydrake.common.yaml import yaml_load_typed
-
 from workbench.common.errors import WorkbenchError, unknown_name
-from workbench.common.yaml_files import Keys, YamlFile, check_schema, read_yaml, with_numbers
+from workbench.common.yaml_files import (
+    Keys,
+    YamlFile,
+    as_record,
+    check_schema,
+    read_yaml,
+    with_numbers,
+)
 from workbench.control.controller import DEFAULT, load_controller
 from workbench.design.regress.measures import HOVER, Need, find_measure
 from workbench.design.regress.signals import AXIS_SIGNALS, POINT, find_signal
@@ -57,11 +61,7 @@ def load_spec(path: Path | str, controller: str = "", trusted: Path | None = Non
     path = Path(path)
     file = with_numbers(_with_plain_limits(read_yaml(path)), SpecFile)
     check_schema(file, SpecFile)
-    text = yaml.safe_dump(file.data, sort_keys=False)
-    try:
-        content = yaml_load_typed(schema=SpecFile, data=text, defaults=SpecFile())
-    except (RuntimeError, TypeError, ValueError) as error:
-        raise WorkbenchError(f"{path}: {' '.join(str(error).split())}") from error
+    content: SpecFile = as_record(file.data, SpecFile)
     content.controller = chosen_controller(file, content.controller, controller, trusted)
     if content.estimator not in ESTIMATORS:
         unknown = unknown_name("estimator", content.estimator, ESTIMATORS)
