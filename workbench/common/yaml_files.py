@@ -242,7 +242,13 @@ def dump_changes(record: Any) -> str:
     """Return the YAML of the differences from the defaults of a dataclass."""
     import yaml
 
-    return yaml.safe_dump(_changes(record, type(record)()), sort_keys=False, allow_unicode=True)
+    return yaml.safe_dump(changes_of(record), sort_keys=False, allow_unicode=True)
+
+
+def changes_of(record: Any) -> dict[str, Any]:
+    """Return the differences from the defaults of a dataclass, for YAML."""
+    found: dict[str, Any] = _changes(record, type(record)())
+    return found
 
 
 def _changes(value: Any, default: Any) -> Any:

@@ -17,7 +17,7 @@ import yaml
 from workbench.common.errors import WorkbenchError
 from workbench.common.plain_files import write_atomically
 from workbench.common.resources import find_file, find_model, list_models
-from workbench.common.yaml_files import dump_changes
+from workbench.common.yaml_files import changes_of
 from workbench.control.controller import DEFAULT, Controller, load_controller
 from workbench.design.load_step import acting_time, check_load
 from workbench.design.regress.baseline import baseline_folder
@@ -123,9 +123,9 @@ def spec_text(content: SpecFile, path: Path, gain_file: Path) -> str:
     if content.estimator != TRUTH:
         head["estimator"] = content.estimator
     if content.sensors != SensorsConfig():
-        head["sensors"] = yaml.safe_load(dump_changes(content.sensors))
+        head["sensors"] = changes_of(content.sensors)
     if content.rates != Rates():
-        head["rates"] = yaml.safe_load(dump_changes(content.rates))
+        head["rates"] = changes_of(content.rates)
     lines = [_HEAD + yaml.safe_dump(head, sort_keys=False, allow_unicode=True).rstrip("\n")]
     kind, step = ("load", case.load) if case.load else ("axis", case.axis)
     lines += ["cases:", f"  - name: {case.name}", f"    {kind}: {step}"]
@@ -170,8 +170,7 @@ def _controller(name: str, folder: Path) -> str:
 
 def vehicle_head(config: VehicleConfig, folder: Path) -> dict[str, object]:
     """Return the head of a spec in a folder that names a vehicle, without its gains."""
-    found: dict[str, object] = {"model": config.model}
-    found |= yaml.safe_load(dump_changes(config)) or {}
+    found: dict[str, object] = {"model": config.model, **changes_of(config)}
     if config.model not in list_models():
         found["model"] = _beside(find_model(config.model), folder)
     if config.rotors:

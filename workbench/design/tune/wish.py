@@ -3,7 +3,6 @@
 A wish file (YAML) has wishes, their steps, and the uncertainty of the vehicle.
 """
 
-import dataclasses
 import math
 import re
 from collections.abc import Sequence
@@ -11,7 +10,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from workbench.common.errors import WorkbenchError, unknown_name
-from workbench.common.yaml_files import YamlFile, check_schema, read_yaml
+from workbench.common.yaml_files import as_record, check_schema, read_yaml, with_numbers
 from workbench.control.controller import DEFAULT as DEFAULT_LAW
 from workbench.control.controller import Controller, load_controller
 from workbench.design.metrics import (
@@ -40,6 +39,8 @@ _NO_LOOPS = {"roll_rate": "roll", "pitch_rate": "pitch"}
 """Loops that only some laws have, and the loops that provide the damping in others."""
 GROUPS = {"level": ("x", "y"), "tilt": ("roll", "pitch")}
 """Names for several subjects at once."""
+_LIMITS = {"margin_share": (0.0, 1.0), "overshoot_factor": (1.0, 100.0)}
+"""Limits of the numbers of `Robustness`; those of shares of the vehicle are 0 and 0.9."""
 
 _FORM = re.compile(
     r"(?P<subject>\w+)\s*\.\s*(?P<metric>\w+)\s*(?P<sign><=|>=|≤|≥|<|>)"
@@ -231,29 +232,19 @@ def load_wishes(path: Path, law: Controller | None = None) -> Wishes:
     """
     file = read_yaml(path)
     check_schema(file, _File)
+    words: _File = as_record(with_numbers(file, _File).data, _File)
     wishes: list[Wish] = []
-    for index, text in enumerate(file.data.get("wishes") or []):
+    for index, text in enumerate(words.wishes):
         where = file.where("wishes", index)
         try:
             wishes += parse_wish(text, where.rstrip(": "), law)
         except WorkbenchError as error:
             raise WorkbenchError(f"{where}{error}") from None
     try:
-        merged(wishes)
+        kept = tuple(merged(wishes))
     except WorkbenchError as error:
         raise WorkbenchError(f"{file.where('wishes')}{error}") from None
-    return Wishes(
-        wishes=tuple(merged(wishes)),
-        steps=_steps(file),
-        robustness=_robustness(file),
-        defaults=bool(file.data.get("defaults", True)),
-    )
-
-
-def _steps(file: YamlFile) -> tuple[tuple[str, float], ...]:
-    """Return the amplitudes, replaced by those of the file."""
-    steps = dict(STEPS)
-    for axis, amplitude in (file.data.get("steps") or {}).items():
+    for axis, amplitude in words.steps.items():
         if axis not in AXES:
             raise WorkbenchError(f"{file.where('steps', axis)}{unknown_name('axis', axis, AXES)}")
         if not 0.0 < abs(amplitude) < math.inf:
@@ -261,19 +252,12 @@ def _steps(file: YamlFile) -> tuple[tuple[str, float], ...]:
                 f"{file.where('steps', axis)}the step along {axis} is {amplitude:g}: give it a "
                 "finite number, and not 0"
             )
-        steps[axis] = float(amplitude)
-    return tuple(steps.items())
-
-
-def _robustness(file: YamlFile) -> Robustness:
-    """Return the uncertainty of the vehicle from the file."""
-    values = file.data.get("robustness") or {}
-    limits = {"margin_share": (0.0, 1.0), "overshoot_factor": (1.0, 100.0)}
-    for name, value in values.items():
-        low, high = limits.get(name, (0.0, 0.9))
+    for name, value in vars(words.robustness).items():
+        low, high = _LIMITS.get(name, (0.0, 0.9))
         if not low <= value <= high:
             raise WorkbenchError(
                 f"{file.where('robustness', name)}{name} is {value:g}: keep it within "
                 f"{low:g} .. {high:g}"
             )
-    return dataclasses.replace(Robustness(), **{name: float(v) for name, v in values.items()})
+    steps = tuple({**dict(STEPS), **words.steps}.items())
+    return Wishes(kept, steps, words.robustness, words.defaults)
