@@ -208,7 +208,7 @@ def as_record(data: Any, schema: Any) -> Any:
     if dataclasses.is_dataclass(origin):
         fields = {field.name: field.type for field in dataclasses.fields(origin)}
         made: Any = origin
-        return made(**{key: as_record(value, fields[key]) for key, value in data.items()})
+        return made(**{key: as_record(value, fields.get(key)) for key, value in data.items()})
     if origin in (list, tuple):
         return [as_record(item, parts[0]) for item in data]
     if origin is dict:

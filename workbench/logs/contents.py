@@ -12,6 +12,7 @@ from typing import Any
 import yaml
 
 from workbench.common.resources import list_models, list_worlds
+from workbench.common.yaml_files import as_record
 from workbench.control.controller import DEFAULT, SHIPPED, Controller
 from workbench.control.schedule import split_label, with_label
 from workbench.estimation.settings import ESTIMATORS
@@ -135,15 +136,10 @@ def read_action(at: float, text: str) -> Action:
     Raises:
         ValueError, TypeError, AttributeError: if it is invalid.
     """
-    values: dict[str, Any] = json.loads(text)
-    if "gust" in values:
-        values["gust"] = Gust(**values["gust"])
-    if "push" in values:
-        values["push"] = Push(**values["push"])
-    if "injection" in values:
-        injection = Injection(**values["injection"])
-        values["injection"] = replace(injection, periods=int(injection.periods))
-    return Action(at=at, **values)
+    action: Action = as_record({"at": at, **json.loads(text)}, Action)
+    if action.injection:
+        action.injection.periods = int(action.injection.periods)
+    return action
 
 
 def _plain(value: Any) -> Any:
