@@ -8,6 +8,7 @@ import dataclasses
 import re
 import types
 import typing
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -25,7 +26,7 @@ Keys = tuple[str | int, ...]
 
 MOST_BYTES = 1_000_000
 DEEPEST = 20
-_WITH_EXPONENT = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)[eE][-+]?\d+")
+_NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
 
 
 @dataclass(frozen=True)
@@ -142,9 +143,10 @@ def _numbered(data: Any, schema: Any) -> Any:
         return [_numbered(item, parts[0]) for item in data]
     if origin is dict and isinstance(data, dict):
         return {key: _numbered(value, parts[1]) for key, value in data.items()}
-    written = isinstance(data, str) and _WITH_EXPONENT.fullmatch(data)
+    written = isinstance(data, str) and _NUMBER.fullmatch(data)
     if origin is float and (written or type(data) is int):
-        return float(data)
+        with suppress(OverflowError):  # an integer beyond all floats
+            return float(data)
     return data
 
 

@@ -1,16 +1,22 @@
 """The sidecar of a description: a YAML file beside it, with rotors, body and battery."""
 
-import dataclasses
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from workbench.common.errors import WorkbenchError
-from workbench.common.yaml_files import Keys, YamlFile, as_record, check_schema, dotted, read_yaml
+from workbench.common.yaml_files import (
+    Keys,
+    YamlFile,
+    as_record,
+    check_schema,
+    dotted,
+    read_yaml,
+    with_numbers,
+)
 from workbench.plant.model import Joint, Link, Model
 from workbench.plant.remarks import Remarks
 from workbench.plant.rotor_sources.motor_constants import COEFFICIENTS, spin_inertia
@@ -157,7 +163,12 @@ def load_sidecar(path: Path) -> tuple[YamlFile, Sidecar]:
     Raises:
         WorkbenchError: with file and line, for an unknown key or a value of the wrong type.
     """
-    file = _with_numbers(read_yaml(path))
+    file = with_numbers(read_yaml(path), Sidecar)
+    rotors = file.data.get("rotors")
+    for block in (file.data.get("defaults"), *(rotors if isinstance(rotors, list) else ())):
+        if isinstance(block, dict) and block.get("direction") in (1, -1):
+            # as `workbench inspect --json` has it
+            block["direction"] = "ccw" if block["direction"] == 1 else "cw"
     check_schema(file, Sidecar)
     return file, as_record(file.data, Sidecar)
 
@@ -171,35 +182,6 @@ def _entries(path: Path) -> list[tuple[Place, Entry]]:
     refuse_crowd(path, len(rotors))
     shared = file.data.get("defaults", {})
     return [(Place(file, index), Entry(**{**shared, **own})) for index, own in enumerate(rotors)]
-
-
-def _with_numbers(file: YamlFile) -> YamlFile:
-    """Return a file with numbers converted that YAML reads as texts, such as 1e-5."""
-    data = {
-        key: [_numbered(item) for item in value] if isinstance(value, list) else _numbered(value)
-        for key, value in file.data.items()
-    }
-    return dataclasses.replace(file, data=data)
-
-
-def _numbered(block: Any) -> Any:
-    """Return a mapping with all texts converted that are numbers, except names."""
-    if not isinstance(block, dict):
-        return block
-    texts = ("name", "joint", "link", "direction", "unit")
-    plain = {key: value if key in texts else _number(value) for key, value in block.items()}
-    if plain.get("direction") in (1, -1):  # as `workbench inspect --json` has it
-        plain["direction"] = "ccw" if plain["direction"] == 1 else "cw"
-    return plain
-
-
-def _number(value: Any) -> Any:
-    if isinstance(value, list):
-        return [_number(item) for item in value]
-    try:
-        return float(value) if isinstance(value, str) else value
-    except ValueError:
-        return value
 
 
 def read_sidecar(path: Path, model: Model, base_link: str, remarks: Remarks) -> tuple[Rotor, ...]:
