@@ -10,7 +10,7 @@ from workbench.analysis.judging import judge
 from workbench.analysis.questions import DrawFrequency, FindRanges, Judge, Step, Weigh
 from workbench.analysis.subject import Subject
 from workbench.common.errors import WorkbenchError
-from workbench.design.judge.loop_judgement import live_margins
+from workbench.design.judge.loop_judgement import hover_margins
 from workbench.design.linear.linearize import linearize
 from workbench.design.linear.operating_point import HOLDING
 from workbench.plant.variation import Variation
@@ -54,7 +54,7 @@ def test_margins_are_python_controls(answer, loop):
 
 def test_margins_are_those_of_the_model_that_is_linearised_each_time(subject, answer):
     judged = {each.name: each for each in answer(Judge(GAINS)).loops}
-    for loop, margins in live_margins(subject.study.sampled(HOLDING, GAINS)).items():
+    for loop, margins in hover_margins(subject.study.sampled(HOLDING, GAINS)).items():
         for name in ("gain_margin", "phase_margin", "delay_margin", "disk_margin", "crossover"):
             expected = getattr(margins, name)
             assert getattr(judged[loop], name) == pytest.approx(expected, rel=1e-6), name

@@ -2,7 +2,7 @@
 
 import pytest
 
-from workbench.design.judge.loop_judgement import live_margins
+from workbench.design.judge.loop_judgement import hover_margins
 from workbench.design.linear.operating_point import HOLDING
 from workbench.design.linear.study import LinearStudy
 from workbench.gains.gains import load_gains
@@ -34,13 +34,13 @@ def test_import_says_what_changes_in_the_firmwares_words(run, vehicle):
 
 
 def test_import_tells_margins_before_and_after(run, vehicle):
-    """Those of `live_margins`, which are held against python-control elsewhere."""
+    """Those of `hover_margins`, which are held against python-control elsewhere."""
     said = run("gains", "import", vehicle, "--json").json
     assert [row["name"] for row in said["gains"] if row["a"] != row["b"]] == ["MC_ROLLRATE_P"]
     study = LinearStudy(Scenario(controller="px4"))
     loops = {row["loop"]: row for row in said["margins"]}
     for gains, key in (({}, "before"), ({"MC_ROLLRATE_P": 0.12}, "after")):
-        for loop, margins in live_margins(study.sampled(HOLDING, gains)).items():
+        for loop, margins in hover_margins(study.sampled(HOLDING, gains)).items():
             found = loops[loop][key]
             assert found["phase_margin"] == pytest.approx(margins.phase_margin, rel=1e-9)
 

@@ -12,7 +12,7 @@ import pytest
 from PyQt6.QtCore import QPoint, QSettings, Qt
 from PyQt6.QtWidgets import QApplication, QFileDialog, QLineEdit, QTabBar
 
-from workbench.design.judge.loop_judgement import live_margins
+from workbench.design.judge.loop_judgement import hover_margins
 from workbench.design.linear.operating_point import HOLDING
 from workbench.design.linear.study import LinearStudy
 from workbench.gains.gains import GainFile, save_gains
@@ -130,7 +130,7 @@ def test_bad_gains_are_found_repaired_compared_and_pinned(window, qtbot, tmp_pat
 
 def phase_margin(gains) -> float:
     """The pitch loop's, as `workbench judge` has it [deg]."""
-    found = live_margins(LinearStudy().sampled(HOLDING, gains))
+    found = hover_margins(LinearStudy().sampled(HOLDING, gains))
     return math.degrees(found["pitch"].phase_margin)
 
 

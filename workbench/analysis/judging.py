@@ -23,7 +23,7 @@ from workbench.analysis.subject import Subject
 from workbench.analysis.work import Work, Working
 from workbench.control.controller import Controller, Loop
 from workbench.design.judge.gang_of_four import gang_of_four
-from workbench.design.judge.loop_judgement import growing_loops, live_margins, opened_to_steer
+from workbench.design.judge.loop_judgement import growing_loops, hover_margins, opened_to_steer
 from workbench.design.judge.loop_measurement import loop_injection
 from workbench.design.judge.loop_response import INTEGRATOR, closed_poles, growth_rate
 from workbench.design.judge.loop_shaping import LoopShaper, Shaped
@@ -159,7 +159,7 @@ def judge(subject: Subject, question: Judge, _: Work) -> Working:
     """
     holding = subject.model(subject.gains(question.gains))
     steering = opened_to_steer(holding)
-    margins = live_margins(holding)
+    margins = hover_margins(holding)
     stable = all(each.stable for each in margins.values())
     steered = () if stable else growing_loops(steering)
     held = () if stable or steered else growing_loops(holding)

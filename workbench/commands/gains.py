@@ -646,7 +646,7 @@ def _margins(
     if args.no_margins:
         return []
     from workbench.commands.progress import progress_bar
-    from workbench.design.judge.loop_judgement import live_margins
+    from workbench.design.judge.loop_judgement import hover_margins
     from workbench.design.linear.operating_point import HOLDING
     from workbench.design.linear.study import LinearStudy
 
@@ -654,7 +654,7 @@ def _margins(
         study = LinearStudy(scenario)
         progress(0.5)
         try:
-            return [live_margins(study.sampled(HOLDING, gains)) for gains in (before, after)]
+            return [hover_margins(study.sampled(HOLDING, gains)) for gains in (before, after)]
         except WorkbenchError as error:
             say(f"no margins: {error}")
             return []

@@ -15,8 +15,8 @@ LOOPS = load_controller().loops
 def test_one_linearisation_gives_the_margins_of_both_models(gains):
     study = LinearStudy()
     models = {hold: study.sampled(OperatingPoint(hold=hold), gains) for hold in (False, True)}
-    found = live_margins(models[True])
-    assert list(found) == [loop.name for loop in LOOPS]
-    for loop in LOOPS:
+    found = live_margins(study, gains)
+    assert [live.loop for live in found] == [loop.name for loop in LOOPS]
+    for live, loop in zip(found, LOOPS, strict=True):
         wanted = loop_margins(models[loop.hold], loop.actuator)
-        assert vars(found[loop.name]) == pytest.approx(vars(wanted), rel=1e-6, nan_ok=True)
+        assert vars(live.margins) == pytest.approx(vars(wanted), rel=1e-6, nan_ok=True)

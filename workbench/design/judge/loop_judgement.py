@@ -1,12 +1,17 @@
 """The margins of every loop, cut at its actuator and at its error."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 from workbench.control.controller import Loop
 from workbench.design.judge.loop_response import growth_rate, growth_rates, loop_responses
 from workbench.design.judge.margins import LoopMargins, all_margins
 from workbench.design.linear.model import LinearModel
-from workbench.design.linear.operating_point import HOVER
+from workbench.design.linear.operating_point import HOLDING, HOVER
+
+if TYPE_CHECKING:
+    from workbench.design.linear.study import LinearStudy
 
 UNSTATED = "the law, which states no loops"
 
@@ -77,7 +82,28 @@ def opened_to_steer(holding: LinearModel) -> LinearModel:
     return replace(steering, trim=replace(steering.trim, point=HOVER))
 
 
-def live_margins(holding: LinearModel) -> dict[str, LoopMargins]:
+@dataclass(frozen=True)
+class LiveMargins:
+    """The margins of one loop at hover, cut at its actuator."""
+
+    loop: str
+    margins: LoopMargins
+
+
+def live_margins(
+    study: "LinearStudy", gains: Mapping[str, float] | None = None
+) -> tuple[LiveMargins, ...]:
+    """Return the margins of every loop at hover.
+
+    Args:
+        study: of the vehicle; reuse it.
+        gains: parameter values by name that differ from the scenario's.
+    """
+    found = hover_margins(study.sampled(HOLDING, gains))
+    return tuple(LiveMargins(loop, margins) for loop, margins in found.items())
+
+
+def hover_margins(holding: LinearModel) -> dict[str, LoopMargins]:
     """Return the margins of every loop at hover by its name, cut at its actuator.
 
     Args:
