@@ -9,8 +9,8 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from PyQt6.QtCore import QObject, QRect, QSettings, QSize, Qt, QTime, pyqtSignal
-from PyQt6.QtGui import QPainter, QPaintEvent, QPixmap
+from PyQt6.QtCore import QObject, QSettings, Qt, QTime, pyqtSignal
+from PyQt6.QtGui import QPixmap
 from PyQt6.QtWidgets import (
     QCheckBox,
     QFrame,
@@ -19,7 +19,6 @@ from PyQt6.QtWidgets import (
     QLineEdit,
     QPlainTextEdit,
     QPushButton,
-    QSizePolicy,
     QWidget,
 )
 
@@ -68,6 +67,8 @@ GROUP = "server"
 AFTER_TYPING = 250
 """Delay after the last key before files are checked [ms]."""
 ENDED_WITH_FLIGHT = "the server has ended with its flight: start it again"
+CODE = 132
+"""Largest size of a QR code, which a phone can read from an arm's length [px]."""
 LONGEST = 300
 """Number of kept lines."""
 
@@ -113,44 +114,6 @@ def fingerprint(certificate: str) -> str:
     return FINGERPRINT + digits
 
 
-class CodeView(QWidget):
-    """Shows a QR code, black on white in every theme, with a whole number of pixels per module."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self._text = ""
-        self._code = QPixmap()
-        self.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
-
-    def sizeHint(self) -> QSize:
-        """Return a size that a phone can read from an arm's length."""
-        return QSize(132, 132)
-
-    def show_text(self, text: str) -> None:
-        """Show a text as a code; none for ""."""
-        if text != self._text:
-            self._text = text
-            self._code = QPixmap()
-            if text:
-                self._code.loadFromData(png_code(text, scale=1))
-            self.setAccessibleName(f"QR code of {text}" if text else "")
-            self.update()
-
-    def paintEvent(self, event: QPaintEvent | None) -> None:
-        """Paint the code as large as whole pixels allow, centred."""
-        if self._code.isNull():
-            return
-        ratio = self.devicePixelRatioF()
-        room = round(min(self.width(), self.height()) * ratio)
-        side = max(1, room // self._code.width()) * self._code.width() / ratio
-        painter = QPainter(self)
-        painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform, on=False)
-        left, top = (self.width() - side) / 2, (self.height() - side) / 2
-        area = QRect(round(left), round(top), round(side), round(side))
-        painter.fillRect(area, Qt.GlobalColor.white)
-        painter.drawPixmap(area, self._code)
-
-
 class ConnectPanel(QWidget):
     """Connection details while a server listens.
 
@@ -167,7 +130,9 @@ class ConnectPanel(QWidget):
         self.address = ""
         self.texts: dict[str, QLineEdit] = {}
         self.copies: dict[str, QPushButton] = {}
-        self.code = CodeView()
+        self.code = QLabel()
+        self.code.setFixedSize(CODE, CODE)
+        self.code.setAlignment(Qt.AlignmentFlag.AlignCenter)
         self.hint = label(NOT_YET, "muted", wraps=True)
         self.hint.setAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
         self._known: tuple[str, str] = ("", "")
@@ -191,8 +156,10 @@ class ConnectPanel(QWidget):
             self.texts[name].setToolTip(text)
             self.texts[name].setCursorPosition(0)
             self.copies[name].setEnabled(bool(text))
-        self.code.show_text(page)
         self.code.setVisible(bool(page))
+        if page:
+            self.code.setPixmap(code_picture(page, self.devicePixelRatioF()))
+            self.code.setAccessibleName(f"QR code of {page}")
         self.hint.setText(say_hint(command, page))
 
     def copy_address(self) -> None:
@@ -207,6 +174,21 @@ class ConnectPanel(QWidget):
         copy.setEnabled(False)
         self.texts[name], self.copies[name] = text, named(copy, f"Copy the {name}")
         return buddy(said, text, kind=""), text, copy
+
+
+def code_picture(text: str, ratio: float) -> QPixmap:
+    """Return a text as a QR code, black on white, with a whole number of pixels per module.
+
+    Args:
+        text: the text.
+        ratio: pixels of the screen per layout pixel.
+    """
+    code = QPixmap()
+    code.loadFromData(png_code(text, scale=1))
+    side = max(1, round(CODE * ratio) // code.width()) * code.width()
+    code = code.scaled(side, side)
+    code.setDevicePixelRatio(ratio)
+    return code
 
 
 def say_hint(command: str, page: str) -> str:

@@ -1,7 +1,6 @@
 """All signals by topic, with their descriptions."""
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 
 from workbench.gui.visualization.derived_signals import DERIVED
 from workbench.link.topics import PREFIX, Topic
@@ -65,56 +64,29 @@ def signal_label(name: str) -> str:
     return f"{of} {components[int(index)]}" if int(index) < len(components) else field
 
 
-@dataclass(frozen=True)
-class SignalInfo:
-    """A signal.
-
-    Attributes:
-        name: TOPIC.FIELD.
-        label: its name within the topic, as charts show it.
-        unit: SI unit.
-        help: its description.
-    """
-
-    name: str
-    label: str
-    unit: str
-    help: str
+Catalog = dict[str, list[tuple[str, str, str]]]
+"""Name, SI unit and description of the signals of each topic."""
 
 
-@dataclass(frozen=True)
-class SignalGroup:
-    """The signals of a topic.
-
-    Attributes:
-        topic: name of the topic.
-        title: name in words.
-        signals: signals in the order of the topic.
-    """
-
-    topic: str
-    title: str
-    signals: tuple[SignalInfo, ...]
-
-
-def make_catalog(units: Mapping[str, str], topics: Iterable[Topic]) -> tuple[SignalGroup, ...]:
-    """Return all signals by topic.
+def make_catalog(units: Mapping[str, str], topics: Iterable[Topic]) -> Catalog:
+    """Return all signals by topic, in the order of the topic.
 
     Args:
         units: SI unit of every signal, by name.
         topics: known topics; signals may belong to others, too.
     """
     known = _helps(topics) | {each.name: each.help for each in DERIVED}
-    groups: dict[str, list[SignalInfo]] = {}
+    groups: Catalog = {}
     for name, unit in units.items():
         topic, _, field = name.partition(".")
         whole = f"{topic}.{field.partition('.')[0]}"
-        found = SignalInfo(name, signal_label(name), unit, known.get(name, known.get(whole, "")))
-        groups.setdefault(topic, []).append(found)
-    return tuple(
-        SignalGroup(topic, TITLES.get(topic, topic.replace("_", " ").capitalize()), tuple(signals))
-        for topic, signals in sorted(groups.items(), key=lambda item: _rank(item[0]))
-    )
+        groups.setdefault(topic, []).append((name, unit, known.get(name, known.get(whole, ""))))
+    return dict(sorted(groups.items(), key=lambda item: _rank(item[0])))
+
+
+def topic_title(topic: str) -> str:
+    """Return the name of a topic in words."""
+    return TITLES.get(topic, topic.replace("_", " ").capitalize())
 
 
 def _rank(topic: str) -> tuple[int, str]:

@@ -1,6 +1,6 @@
 """The list of all signals: for searching, dragging onto charts, or selecting by Enter."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 
 from PyQt6.QtCore import QMimeData, QModelIndex, QPoint, QSortFilterProxyModel, Qt, pyqtSignal
 from PyQt6.QtGui import QKeyEvent, QStandardItem, QStandardItemModel
@@ -8,7 +8,7 @@ from PyQt6.QtWidgets import QHeaderView, QLineEdit, QMenu, QTreeView, QWidget
 
 from workbench.gui.layout import NO_MARGINS, buddy, label, named, vbox
 from workbench.gui.visualization.derived_signals import OWN_TOPIC
-from workbench.gui.visualization.signal_catalog import SignalGroup
+from workbench.gui.visualization.signal_catalog import Catalog, signal_label, topic_title
 
 MIME = "application/x-workbench-signal"
 """MIME type of dragged data: names of signals, one per line."""
@@ -29,28 +29,28 @@ class SignalModel(QStandardItemModel):
         data.setData(MIME, "\n".join(dict.fromkeys(names)).encode())
         return data
 
-    def show_groups(self, groups: Sequence[SignalGroup]) -> None:
+    def show_groups(self, groups: Catalog) -> None:
         """Show groups of signals."""
         self.clear()
         self.setHorizontalHeaderLabels(["Signal", "Unit"])
-        for group in groups:
-            top = QStandardItem(group.title)
-            top.setToolTip(group.topic)
+        for topic, signals in groups.items():
+            top = QStandardItem(topic_title(topic))
+            top.setToolTip(topic)
             top.setFlags(Qt.ItemFlag.ItemIsEnabled | Qt.ItemFlag.ItemIsSelectable)
             empty = QStandardItem("")
             empty.setFlags(Qt.ItemFlag.ItemIsEnabled)
-            for signal in group.signals:
-                own = signal.name.partition(".")[2]
-                shown = signal.label if signal.label == own else f"{signal.label} ({own})"
-                name, unit = QStandardItem(shown), QStandardItem(signal.unit)
-                tip = f"{signal.name} [{signal.unit or '1'}], {signal.label}"
-                for item in (name, unit):
-                    item.setData(signal.name, NAME)
-                    item.setToolTip(f"{tip}: {signal.help}" if signal.help else tip)
+            for name, unit, help in signals:
+                own, label = name.partition(".")[2], signal_label(name)
+                row = [QStandardItem(label if label == own else f"{label} ({own})")]
+                row.append(QStandardItem(unit))
+                tip = f"{name} [{unit or '1'}], {label}"
+                for item in row:
+                    item.setData(name, NAME)
+                    item.setToolTip(f"{tip}: {help}" if help else tip)
                     item.setEditable(False)
                     item.setDropEnabled(False)
-                name.setAccessibleText(f"{signal.name}, unit {signal.unit or 'none'}")
-                top.appendRow([name, unit])
+                row[0].setAccessibleText(f"{name}, unit {unit or 'none'}")
+                top.appendRow(row)
             self.appendRow([top, empty])
 
 
@@ -90,7 +90,7 @@ class SignalTree(QWidget):
 
     def __init__(self) -> None:
         super().__init__()
-        self._groups: tuple[SignalGroup, ...] = ()
+        self._groups: Catalog = {}
         self._model = SignalModel(self)
         self._proxy = QSortFilterProxyModel(self)
         self._proxy.setSourceModel(self._model)
@@ -117,7 +117,7 @@ class SignalTree(QWidget):
         self.view.doubleClicked.connect(self.view.choose)
         self.view.customContextMenuRequested.connect(self._open_menu)
 
-    def show_groups(self, groups: tuple[SignalGroup, ...]) -> None:
+    def show_groups(self, groups: Catalog) -> None:
         """Show signals; does nothing if they are unchanged."""
         if groups == self._groups:
             return
