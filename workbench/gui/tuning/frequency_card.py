@@ -16,6 +16,7 @@ from workbench.design.judge.gang_of_four import GangOfFour
 from workbench.design.judge.measured_loop import measured_loop
 from workbench.gui.analysis import Analysis, Follower
 from workbench.gui.charts.legend import Entry, Legend
+from workbench.gui.charts.ticks import number_text
 from workbench.gui.layout import button, choice, column, fill, hbox, scrolled
 from workbench.gui.tuning.card import SPACING, Card, Sentence, offer
 from workbench.gui.tuning.designs import FLOWN, KEPT, PROPOSED
@@ -30,7 +31,7 @@ from workbench.gui.tuning.drawn_loop import (
 )
 from workbench.gui.tuning.excitation_card import BUSY, GROUNDED
 from workbench.gui.tuning.judgement import Judgement
-from workbench.gui.tuning.limits import Limits, find_limit, written
+from workbench.gui.tuning.limits import Limits, find_limit
 from workbench.gui.tuning.loop_plots import (
     FOUR,
     LOWEST,
@@ -537,4 +538,4 @@ def _size_and_phase(value: complex) -> str:
         return "–"
     turn = math.degrees(math.atan2(value.imag, value.real))
     turn -= 360.0 * (turn > 90.0)
-    return f"{written(20.0 * math.log10(abs(value)), 1)} dB {written(turn, 0)}°"
+    return f"{number_text(20.0 * math.log10(abs(value)), 1)} dB {number_text(turn, 0)}°"

@@ -2,12 +2,13 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from PyQt6.QtCore import QObject, QSettings, pyqtSignal
 from PyQt6.QtWidgets import QWidget
 
 from workbench.common.errors import WorkbenchError, find_row
+from workbench.gui.charts.ticks import number_text
 from workbench.gui.layout import NO_MARGINS, buddy, grid, named, tool_button
 from workbench.gui.number_field import NumberField
 from workbench.gui.units import Unit
@@ -19,12 +20,6 @@ NARROWEST = 72
 """Least width of a field [px]."""
 
 
-def written(value: float, decimals: int) -> str:
-    """Return a number with these decimals and a typographic minus; 0 has none."""
-    text = f"{value:.{decimals}f}"
-    return (text.removeprefix("-") if float(text) == 0.0 else text).replace("-", "−")
-
-
 @dataclass(frozen=True)
 class Limit:
     """One number with a limit.
@@ -32,30 +27,35 @@ class Limit:
     Attributes:
         name: name of the number, as in `StepNumbers` and `JudgedLoop`.
         label: name in words.
-        short: heading of a column.
         unit: shown unit; dB and ms are always used as they are.
         factor: factor from the number to the shown value; -1 for decibels counted downwards.
-        at_least: whether the limit is a lower one, else an upper one.
         default: default, in the shown unit.
         minimum: minimum, in the shown unit.
         maximum: maximum, in the shown unit.
         decimals: number of shown decimals.
         help: description of the number.
+        heading: heading of a column, if different from the label.
+        at_least: whether the limit is a lower one, else an upper one.
         number: its name in the results, if different.
     """
 
     name: str
     label: str
-    short: str
     unit: str
     factor: float
-    at_least: bool
     default: float
     minimum: float
     maximum: float
     decimals: int
     help: str
+    heading: str = ""
+    at_least: bool = False
     number: str = ""
+
+    @property
+    def short(self) -> str:
+        """Heading of a column."""
+        return self.heading or self.label
 
     def of(self, numbers: object) -> float:
         """Return the number from a result."""
@@ -81,7 +81,7 @@ class Limit:
             return "∞" if shown > 0.0 else "−∞"
         # A large margin needs no decimals, and the column no more width.
         decimals = 0 if abs(shown) >= 99.95 and self.decimals == 1 else self.decimals
-        return written(shown, decimals)
+        return number_text(shown, decimals)
 
     def keeps(self, value: float, limit: float) -> bool:
         """Return whether a number meets a limit in the shown unit; NaN does not."""
@@ -94,101 +94,58 @@ class Limit:
         return "≥" if self.at_least else "≤"
 
 
-def _step(
-    name: str,
-    label: str,
-    unit: str,
-    shown: tuple[float, float, float, float],
-    decimals: int,
-    help: str,
-) -> Limit:
-    """Return the row of a step's number; `shown` is its factor, default and range."""
-    factor, default, minimum, maximum = shown
-    return Limit(name, label, label, unit, factor, False, default, minimum, maximum, decimals, help)
-
-
-def _margin(
-    name: str,
-    short: str,
-    unit: str,
-    shown: tuple[float, float, float, float],
-    decimals: int,
-    help: str,
-) -> Limit:
-    """Return the row of a margin; `shown` is its factor, default and range."""
-    factor, default, minimum, maximum = shown
-    label = name.replace("_", " ").capitalize()
-    return Limit(name, label, short, unit, factor, True, default, minimum, maximum, decimals, help)
-
-
-STEP_LIMITS = (
-    _step("rise_time", "Rise time", "s", (1.0, 0.5, 0.01, 60.0), 3, "from 10 % to 90 %"),
-    _step("overshoot", "Overshoot", "%", (1.0, 10.0, 0.0, 1e3), 1, "above the steady state"),
-    _step("settling_time", "Settling time", "s", (1.0, 1.5, 0.01, 60.0), 3, "until within 2 %"),
-    _step("steady_state_error", "Steady error", "%", (1.0, 5.0, 0.0, 1e3), 1, "off the command"),
-    _step("peak_rotor_use", "Rotor use", "%", (100.0, 95.0, 1.0, 100.0), 1, "of the speed limit"),
-)
 DEGREES = 180.0 / math.pi
-
-
-def _peak(response: str, unit: str, shown: tuple[float, float, float, float], help: str) -> Limit:
-    """Return the row of the peak deviation caused by a load."""
-    row = _step(f"peak_{response}", "Peak", unit, shown, 3, help)
-    return replace(row, number="peak")
-
-
+STEP_LIMITS = (
+    Limit("rise_time", "Rise time", "s", 1.0, 0.5, 0.01, 60.0, 3, "from 10 % to 90 %"),
+    Limit("overshoot", "Overshoot", "%", 1.0, 10.0, 0.0, 1e3, 1, "above the steady state"),
+    Limit("settling_time", "Settling time", "s", 1.0, 1.5, 0.01, 60.0, 3, "until within 2 %"),
+    Limit("steady_state_error", "Steady error", "%", 1.0, 5.0, 0.0, 1e3, 1, "off the command"),
+    Limit("peak_rotor_use", "Rotor use", "%", 100.0, 95.0, 1.0, 100.0, 1, "of the speed limit"),
+)
+FARTHEST = "farthest from where it was"
 LOAD_PEAKS = {
-    "m": _peak("position", "m", (1.0, 0.5, 0.001, 100.0), "farthest from where it was"),
-    "rad": _peak("angle", "°", (DEGREES, 5.0, 0.01, 180.0), "farthest from where it was"),
-    "rad/s": _peak("rate", "°/s", (DEGREES, 20.0, 0.01, 1e3), "fastest turn"),
+    "m": Limit("peak_position", "Peak", "m", 1.0, 0.5, 0.001, 100.0, 3, FARTHEST, number="peak"),
+    "rad": Limit("peak_angle", "Peak", "°", DEGREES, 5.0, 0.01, 180.0, 3, FARTHEST, number="peak"),
+    "rad/s": Limit(
+        "peak_rate", "Peak", "°/s", DEGREES, 20.0, 0.01, 1e3, 3, "fastest turn", number="peak"
+    ),
 }
 """Peaks by the SI unit of the deviating quantity."""
 LOAD_LIMITS = (
-    replace(
-        _step(
-            "load_settling_time",
-            "Settling time",
-            "s",
-            (1.0, 4.0, 0.01, 60.0),
-            3,
-            "until within 5 % of the peak of its steady state",
-        ),
+    Limit(
+        "load_settling_time",
+        *("Settling time", "s", 1.0, 4.0, 0.01, 60.0, 3),
+        "until within 5 % of the peak of its steady state",
         number="settling_time",
     ),
-    replace(
-        _step(
-            "load_steady_state_error",
-            "Steady error",
-            "%",
-            (1.0, 100.0, 0.0, 100.0),
-            1,
-            "of the peak, what is left; a law with integral action leaves nothing",
-        ),
+    Limit(
+        "load_steady_state_error",
+        *("Steady error", "%", 1.0, 100.0, 0.0, 100.0, 1),
+        "of the peak, what is left; a law with integral action leaves nothing",
         number="steady_state_error",
     ),
     STEP_LIMITS[-1],
 )
 MARGIN_LIMITS = (
-    _margin(
-        "gain_margin",
-        "gain\N{NO-BREAK SPACE}+",
-        "dB",
-        (1.0, 6.0, 0.0, 60.0),
-        1,
-        "how far the gain may rise",
+    Limit(
+        *("gain_margin", "Gain margin", "dB", 1.0, 6.0, 0.0, 60.0, 1),
+        *("how far the gain may rise", "gain\N{NO-BREAK SPACE}+", True),
     ),
-    _margin(
-        "gain_reduction_margin",
-        "gain\N{NO-BREAK SPACE}−",
-        "dB",
-        (-1.0, 6.0, 0.0, 60.0),
-        1,
-        "how far the gain may fall",
+    Limit(
+        *("gain_reduction_margin", "Gain reduction margin", "dB", -1.0, 6.0, 0.0, 60.0, 1),
+        *("how far the gain may fall", "gain\N{NO-BREAK SPACE}−", True),
     ),
-    _margin("phase_margin", "phase", "°", (DEGREES, 45.0, 0.0, 180.0), 1, "phase to instability"),
-    _margin("delay_margin", "delay", "ms", (1e3, 10.0, 0.0, 1e4), 0, "delay to instability"),
-    _margin(
-        "disk_margin", "disk", "", (1.0, 0.6, 0.0, 2.0), 2, "gain and phase together: α, at most 2"
+    Limit(
+        *("phase_margin", "Phase margin", "°", DEGREES, 45.0, 0.0, 180.0, 1),
+        *("phase to instability", "phase", True),
+    ),
+    Limit(
+        *("delay_margin", "Delay margin", "ms", 1e3, 10.0, 0.0, 1e4, 0),
+        *("delay to instability", "delay", True),
+    ),
+    Limit(
+        *("disk_margin", "Disk margin", "", 1.0, 0.6, 0.0, 2.0, 2),
+        *("gain and phase together: α, at most 2", "disk", True),
     ),
 )
 LIMITS = (*STEP_LIMITS, *LOAD_PEAKS.values(), *LOAD_LIMITS[:-1], *MARGIN_LIMITS)

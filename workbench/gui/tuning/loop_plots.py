@@ -14,7 +14,7 @@ from workbench.gui.charts.canvas import Canvas
 from workbench.gui.charts.content import Axis, Content, Guide, Line, Point
 from workbench.gui.charts.curve import CurveStyle
 from workbench.gui.charts.plots import StaticPlot
-from workbench.gui.charts.ticks import Scale
+from workbench.gui.charts.ticks import Scale, number_text
 from workbench.gui.layout import NO_MARGINS, grid, vbox
 from workbench.gui.tuning.card import SPACING, wrapped
 from workbench.gui.tuning.drawn_loop import (
@@ -28,7 +28,7 @@ from workbench.gui.tuning.drawn_loop import (
     unwrapped,
 )
 from workbench.gui.tuning.judgement import Judgement
-from workbench.gui.tuning.limits import Limit, Limits, find_limit, written
+from workbench.gui.tuning.limits import Limit, Limits, find_limit
 from workbench.gui.tuning.margins_card import (
     LimitOf,
     loop_label,
@@ -507,7 +507,7 @@ def costliest(loop: JudgedLoop) -> str:
 def degrees(angle: float, *, fine: bool = False) -> str:
     """Return an angle [rad] in degrees, with a decimal below 10, or always if `fine`."""
     shown = math.degrees(angle)
-    return written(shown, 1 if fine or abs(shown) < 9.95 else 0)
+    return number_text(shown, 1 if fine or abs(shown) < 9.95 else 0)
 
 
 def phase_headline(judged: Judged, limit_of: LimitOf) -> str:
