@@ -38,7 +38,7 @@ def bad_report():
 
 
 def demands(report) -> dict[tuple[str, str], Demand]:
-    return {(demand.subject, demand.quantity): demand for demand in report.demands}
+    return {(demand.criterion, demand.quantity): demand for demand in report.demands}
 
 
 def test_the_shipped_drone_meets_everything(report):

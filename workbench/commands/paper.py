@@ -276,7 +276,7 @@ def trial_result(report: "TrialReport", scenario: "Scenario") -> dict[str, Any]:
         },
         "clearance": report.clearance,
         "demands": [
-            {"criterion": each.subject, **pick(each, "quantity unit value limit met")}
+            {"criterion": each.criterion, **pick(each, "quantity unit value limit met")}
             for each in report.demands
         ],
         "met": all(each.met for each in report.demands),
@@ -300,7 +300,7 @@ def _demand_line(demand: "Demand") -> list[str]:
     scale, unit = _SCALES[demand.unit]
     digits = ".0f" if not demand.unit else ".3f"
     return [
-        f"{demand.subject}: {demand.quantity.replace('_', ' ')}",
+        f"{demand.criterion}: {demand.quantity.replace('_', ' ')}",
         format(scale * demand.value, digits),
         format(scale * demand.limit, digits),
         unit,

@@ -300,7 +300,7 @@ def _hover_result(report: "HoverReport", gains: "dict[str, Gain]") -> dict[str, 
             for step in report.steps
         ],
         "demands": [
-            {"flight": demand.subject, **pick(demand, "quantity unit value limit withheld met")}
+            {"flight": demand.criterion, **pick(demand, "quantity unit value limit withheld met")}
             for demand in report.demands
         ],
         "met": all(demand.met for demand in report.demands),
@@ -354,7 +354,7 @@ def _line(demand: "Demand") -> list[str]:
 
     scale, unit = (math.degrees(1.0), "deg") if demand.unit == "rad" else (1.0, demand.unit)
     return [
-        f"{demand.subject}{_size(demand.subject)}: {demand.quantity}",
+        f"{demand.criterion}{_size(demand.criterion)}: {demand.quantity}",
         number(scale * demand.value, ".3f"),
         f"{scale * demand.limit:g}",
         unit,
@@ -376,5 +376,5 @@ def _sentence(demand: "Demand") -> str:
     _, value, limit, unit, _ = _line(demand)
     quantity = demand.quantity.replace("_", "-", 1).replace("_", " ")
     if demand.withheld:
-        return f"{quantity} of the {demand.subject} is not known, as {demand.withheld}"
-    return f"{quantity} of the {demand.subject} is {value} {unit} (at most {limit} {unit})"
+        return f"{quantity} of the {demand.criterion} is not known, as {demand.withheld}"
+    return f"{quantity} of the {demand.criterion} is {value} {unit} (at most {limit} {unit})"

@@ -50,7 +50,7 @@ class Demand:
     """A measured number with an upper limit.
 
     Attributes:
-        subject: of the number: a flight, or a criterion.
+        criterion: the one that it is of; in a check of the hover, the flight.
         quantity: its name; of a step, python-control's.
         unit: of value and limit.
         value: the measured one; NaN where it has no meaning.
@@ -58,7 +58,7 @@ class Demand:
         withheld: why it is NaN, else "".
     """
 
-    subject: str
+    criterion: str
     quantity: str
     unit: str
     value: float
