@@ -158,8 +158,8 @@ def test_a_baseline_is_met_by_the_same_flight_and_by_no_other(spec):
         "cases:\n  - {name: a, axis: z, amplitude: 1, duration: 0.5,\n"
         "     baseline: {v_z: {absolute: 1.0e-4}}}\n"
     )
-    _, files = record([path])
-    for file, text in files.items():
+    recorded = record([path])
+    for file, text in recorded.files.items():
         file.parent.mkdir(exist_ok=True)
         file.write_text(text)
     curves = read_curves(path.parent / "s.baseline" / "a.csv")
@@ -292,7 +292,7 @@ def test_a_broken_flight_says_when(spec, monkeypatch):
     text = "cases:\n  - {name: a, axis: x, amplitude: 1, limits: {peak: {max: 9}}}\n"
     (result,) = regress([spec(text)])
     assert result.failures == ["the flight broke off after 0.500 s: out of numbers"]
-    assert record([spec(text)])[1] == {}
+    assert record([spec(text)]).files == {}
 
 
 def test_what_cannot_be_built_is_bad_input(spec):

@@ -6,6 +6,7 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -42,6 +43,13 @@ from workbench.scenario.scenario import Scenario
 
 Progress = Callable[[float], None]
 ReadLog = Callable[[Spec, Case], JudgedLog]
+
+
+class Recorded(NamedTuple):
+    """Results without bands, and the text of each baseline file."""
+
+    results: list[CaseResult]
+    files: dict[Path, str]
 
 
 @dataclass(frozen=True)
@@ -179,7 +187,7 @@ def record(
     executor: Executor | None = None,
     progress: Progress | None = None,
     read_log: ReadLog | None = None,
-) -> tuple[list[CaseResult], dict[Path, str]]:
+) -> Recorded:
     """Fly the cases of specs for their baselines, and judge their limits.
 
     Args:
@@ -189,9 +197,6 @@ def record(
         executor: runs the flights instead, such as on a cluster.
         progress: called with the share done, 0 .. 1.
         read_log: as for `regress`.
-
-    Returns:
-        Results without bands, and the text of each baseline file.
 
     Raises:
         WorkbenchError: if a spec is invalid or its vehicle cannot be built.
@@ -203,7 +208,7 @@ def record(
     files: dict[Path, str] = {}
     for job, each in zip(jobs, results, strict=True):
         files |= baseline_files(job, each)
-    return results, files
+    return Recorded(results, files)
 
 
 def local(processes: int) -> Executor:
