@@ -87,7 +87,7 @@ WRONG = {
     ),
     "points without units": (
         ('"m/s", "pitch": "rad/s^2"', '1, "pitch": 2'),
-        ["POINTS is no table: write {"],
+        ["POINTS is not a table: write {"],
     ),
     "a default out of range": (
         ("(0.0, 5.0), 0.7", "(0.0, 5.0), 7.0"),

@@ -276,7 +276,7 @@ def test_sets_that_are_wrong_are_named_with_their_line(path, case):
         ("200.0, 150.0", "200.0, 150.0, 100.0", "gains.yaml:4: there are 3 values: give one, or 2"),
         ("200.0, 150.0 1/s^2", "200.0, soon", "gains.yaml:4: kp_roll_at_4 is .*soon"),
         ("0.5 rad", "0.5, 0.6 rad", "gains.yaml:8: max_tilt is .*give it a number"),
-        ("pd@speed=0,4", "pd@speed=4,0", "the schedule @speed=4,0 is none"),
+        ("pd@speed=0,4", "pd@speed=4,0", "@speed=4,0 is not a schedule"),
         ("_at_4", "_at_5", "gains.yaml:7: unknown parameter 'kp_yaw_rate_at_5'"),
     ):
         path.write_text(SCHEDULED.replace(old, new), encoding="utf-8")

@@ -53,7 +53,9 @@ def compensator(name: str, system: Any, method: str = "tustin") -> Compensator:
     if not name.isidentifier():
         raise WorkbenchError(f"{where}: call it by letters, digits and _")
     if method not in METHODS:
-        raise WorkbenchError(f"{where}: {method} is no method: take one of {', '.join(METHODS)}")
+        raise WorkbenchError(
+            f"{where}: {method} is not a method: choose one of {', '.join(METHODS)}"
+        )
     if not isinstance(system, control.StateSpace | control.TransferFunction):
         raise WorkbenchError(f"{where} is {system!r:.60}: give control.ss(...) or control.tf(...)")
     if (system.ninputs, system.noutputs) != (1, 1):

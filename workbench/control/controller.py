@@ -348,7 +348,7 @@ def load_controller(name_or_path: str | Path = DEFAULT) -> Controller:
         return _from_text(path.stem, path.resolve(), read_own(path, "controller"))
     if "@" in name:
         raise WorkbenchError(
-            f"controller {name}: no schedule stands behind the @: write it as pd@speed=0,4,8"
+            f"controller {name}: there is no schedule after the @: write it as pd@speed=0,4,8"
         )
     raise unknown_name("controller", name, KNOWN)
 
@@ -526,7 +526,7 @@ def _check_loops(controller: Controller) -> None:
     if not isinstance(points, dict) or not all(
         isinstance(key, str) and isinstance(unit, str) for key, unit in points.items()
     ):
-        raise WorkbenchError(f'{file}: POINTS is no table: write {{"roll_error": "rad", ...}}')
+        raise WorkbenchError(f'{file}: POINTS is not a table: write {{"roll_error": "rad", ...}}')
     check_names(file, "loop", [each.name for each in controller.loops])
     rows = [row.name for row in controller.parameters]
     for loop in controller.loops:
@@ -581,7 +581,7 @@ def _from_system(name: str, file: Path, text: str, own: Mapping[str, Any]) -> Co
 
     make = own["system"]
     if not inspect.isfunction(make) or len(inspect.signature(make).parameters) != 3:
-        raise WorkbenchError(f"{file}: system is no function: write def system(vehicle, g, dt)")
+        raise WorkbenchError(f"{file}: system is not a function: write def system(vehicle, g, dt)")
     for stated in ("update", "MEMORY", "POINTS", "DESIGNED", "design"):
         if stated in own:
             raise WorkbenchError(

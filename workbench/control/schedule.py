@@ -217,7 +217,7 @@ def parse_schedule(label: str) -> Schedule:
         and all(low < high for low, high in zip(values, values[1:], strict=False))
     ):
         raise WorkbenchError(
-            f"the schedule @{label} is none: write 2 to {MOST_SETS} ascending values, 0 or more, "
-            "of six digits at most, as pd@speed=0,4,8"
+            f"@{label} is not a schedule: write 2 to {MOST_SETS} ascending values, 0 or more, of "
+            "six digits at most, as pd@speed=0,4,8"
         )
     return Schedule(quantity, values)

@@ -337,7 +337,7 @@ class FlightComputer(LeafSystem):
                 raise
             self._ended = (
                 f"{error} at t = {context.get_time():.3f} s; the rotors stop, and the flight mode "
-                "is held: reset, or fly again, to start it anew"
+                "is held: reset, or fly again, to start it again"
             )
             discrete_state.set_value(self._ended_index, [1.0])
             discrete_state.get_mutable_value(COMMANDS)[:] = 0.0

@@ -50,7 +50,7 @@ def test_none_are_none():
     ("gains", "said"),
     [
         ([{"kp_rol": 1.0}], "unknown parameter 'kp_rol': did you mean 'kp_roll'"),
-        ([{}, {"kp_roll": "fast"}], "candidate 2 has a value that is no number"),
+        ([{}, {"kp_roll": "fast"}], "candidate 2 has a value that is not a number"),
         (np.ones((3, 5)), "the gains are an array of 3 x 5 numbers"),
         (np.ones(18), "the gains are an array of 18 numbers"),
     ],

@@ -287,7 +287,7 @@ def make_step_blocks(act: Callable[..., None], key: str) -> Callable[..., None]:
 def _load(block, rotors, since, to, tables):
     """Let flights have what their tables say, but those that are lost; the last fills the block.
 
-    One that has a number that is none is lost: a limit that is none would be no limit.
+    A flight with a NaN among its numbers is lost: a limit that is NaN would limit nothing.
     """
     for i in range(LANES):
         c = min(since + i, to - 1)
@@ -343,7 +343,7 @@ def _store(block, rotors, since, to, tables, lost):
 
 
 def reset_lanes(which, candidates, crafts, schedule, memory, tables, kept):
-    """Let flights begin anew; this is compiled, too.
+    """Start flights again; this is compiled, too.
 
     Args:
         which: numbers of them.
@@ -649,7 +649,7 @@ class Batch(_Arrays):
         """Fly all on for some control periods.
 
         Raises:
-            WorkbenchError: if that is no number of periods, or the law cannot be compiled, or
+            WorkbenchError: if that is not a number of periods, or the law cannot be compiled, or
                 design with the gains that are there.
         """
         left = _whole("periods", periods, 0, 2**31)
@@ -665,7 +665,7 @@ class Batch(_Arrays):
             left -= part
 
     def reset(self, which: Which = None, *, seeds: Sequence[int] | None = None) -> None:
-        """Let flights begin anew at their `starts`; the others are as if nothing was.
+        """Start flights again at their `starts`; the others go on unchanged.
 
         Args:
             which: of them, a mask (n) or numbers; all without.
@@ -673,7 +673,7 @@ class Batch(_Arrays):
                 those that they had without.
 
         Raises:
-            WorkbenchError: if there is none of a number, or not as many seeds as flights.
+            WorkbenchError: if a number is not a flight's, or the seeds are more or fewer.
         """
         chosen = self._chosen(which)
         if seeds is not None:
@@ -806,7 +806,7 @@ class Batch(_Arrays):
         return self._tables.gains[:, : len(self.controller.parameters)].copy()
 
     def _design(self) -> None:
-        """Let the controller design anew for flights whose gains are others by now."""
+        """Let the controller design again for flights whose gains have changed."""
         if not self._designed.size:
             return
         many = self._designed.shape[1]
@@ -828,7 +828,7 @@ def _whole(name: str, number: Any, least: int, most: int) -> int:
     """Return a whole number within limits.
 
     Raises:
-        WorkbenchError: if it is none.
+        WorkbenchError: if it is not one.
     """
     try:
         found = operator.index(number)

@@ -219,7 +219,7 @@ def _from_mappings(
             table[number] = [whole[name] for name in names]
         except (TypeError, ValueError):
             raise WorkbenchError(
-                f"candidate {number + 1} has a value that is no number: give every parameter one"
+                f"candidate {number + 1} has a value that is not a number: give every parameter one"
             ) from None
     return table
 

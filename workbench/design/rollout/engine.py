@@ -706,7 +706,7 @@ class RolloutEngine:
             stop: as for `fly`.
 
         Raises:
-            WorkbenchError: if the duration is none, or the arrays are not what they should be.
+            WorkbenchError: if the duration is not one, or the arrays do not have the right shapes.
         """
         schedule = make_schedule(self.rates, 0.0, duration, stride)
         planned = self.plan(gains, commands, starts, schedule, variations, seeds)

@@ -127,7 +127,7 @@ def fill_lane(block, rotors, i, c, candidates, crafts, schedule):
         put(block, SECTIONS + k, i, sections[k])
     put(block, COMMAND_STEPS, i, steps)
     fill_gyro(block, i, candidates.gyros[c], schedule)
-    # comparisons with NaN are false: a limit that is none would be no limit
+    # comparisons with NaN are false: a limit that is NaN would limit nothing
     put(block, LOST, i, -1.0 if _is_whole(candidates, c) else 0.0)
     for number in range(len(rotors)):
         _fill_rotor(block, rotors[number], i, c, number, candidates, crafts)
