@@ -36,7 +36,7 @@ test: setup ## lint, types, and the tests but the slow ones; 5 to 8 minutes on t
 
 # the tests begin while the types are still being checked; if either fails, the other ends and `test` fails
 types:
-	$(BIN)/pyrefly check
+	$(BIN)/pyrefly check --python-interpreter-path $(BIN)/python
 quick:
 	$(PYTEST) -m "not slow"
 

@@ -316,7 +316,7 @@ def judge(flight: TrialFlight) -> Accuracy:
         judged = np.ones(len(measured), dtype=bool)
         judged[explained] = False
         kept = returned & nearly & judged
-        whose = np.full(np.sum(kept), number)
+        whose = np.full(len(error[kept]), number)
         returns.append((error[kept], length[kept], obstacle[kept], whose))
         points.append(scan.X_WS.multiply((measured[kept, None] * flight.directions[kept]).T).T)
         missed += np.bincount(obstacle[lacking & judged], minlength=len(missed))

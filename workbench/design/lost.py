@@ -38,7 +38,7 @@ def find_loss(recording: Recording) -> Loss | None:
     than 10 rad/s or moves faster than 20 m/s.
     """
     motion = (recording.p_WB, recording.q_WB, recording.v_WB, recording.w_WB)
-    broken = ~np.isfinite(np.column_stack(motion)).all(axis=1)
+    broken: np.ndarray = ~np.all(np.isfinite(np.column_stack(motion)), axis=1)
     low = recording.p_WB[:, 2] < recording.vehicle.ground_clearance
     low &= ~np.isin(recording.mode, NEAR_GROUND)
     with np.errstate(over="ignore", invalid="ignore"):  # of what is broken already

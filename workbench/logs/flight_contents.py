@@ -206,7 +206,7 @@ def _best_offset(first: np.ndarray, second: np.ndarray) -> tuple[float, float] |
     parabolic interpolation between steps of the grid.
     """
     most = round(LONGEST_OFFSET / _GRID)
-    both = np.isfinite(first).all(axis=1) & np.isfinite(second).all(axis=1)
+    both: np.ndarray = np.all(np.isfinite(first) & np.isfinite(second), axis=1)
     if both.sum() < 8 * most:
         return None
     known = np.broadcast_to(both[:, None], first.shape).astype(float)

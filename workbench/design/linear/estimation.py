@@ -296,12 +296,13 @@ def _acting(by: np.ndarray, count: int) -> np.ndarray:
     begin = MOTION + IMU + RATES
     strong = np.abs(by) > LEAST
     among = strong[:count, begin : begin + count]
-    driven = np.delete(strong[:count], np.s_[begin : begin + count], axis=1).any(axis=1)
-    read = strong[count:, begin : begin + count].any(axis=0)
+    others = np.delete(strong[:count], np.s_[begin : begin + count], axis=1)
+    driven: np.ndarray = np.any(others, axis=1)
+    read: np.ndarray = np.any(strong[count:, begin : begin + count], axis=0)
     driven[: ekf.ERRORS] = read[: ekf.ERRORS] = True
     for _ in range(count):
-        driven = driven | among[:, driven].any(axis=1)
-        read = read | among[read].any(axis=0)
+        driven = driven | np.any(among[:, driven], axis=1)
+        read = read | np.any(among[read], axis=0)
     acting: np.ndarray = driven & read
     return acting
 
