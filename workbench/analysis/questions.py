@@ -299,5 +299,5 @@ ANSWERED_BY: dict[type[Question], tuple[int, str]] = {
     FlyAgain: (LONG, "predicting:fly_again"),
     AskOther: (SLOW, ""),
 }
-"""Process, file and function for each kind of question, the most urgent kind first. `AskOther` goes
-to those of its inner question."""
+"""Process, file and function for each kind of question, the most urgent kind first. `AskOther` is
+answered by the function of its inner question."""

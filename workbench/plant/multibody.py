@@ -39,9 +39,9 @@ def add_plant(
     """Add a finalised plant with the world around it and its scene graph.
 
     The drone is one body, that of its base link; its other links are frames on it. Rotors are part
-    of that body at any speed: the effect of their spin is a force on it, see `systems.dynamics`,
-    and they turn only in the picture. Static obstacles are shapes of the world body;
-    `systems.moving_obstacles` adds moving ones.
+    of that body at any speed: the effect of their spin is a force on it, see
+    `dynamics.vehicle_step`, and they turn only in the picture. Static obstacles are shapes of the
+    world body; `systems.moving_obstacles` adds moving ones.
 
     Args:
         builder: the diagram being built.

@@ -19,9 +19,9 @@ LONGEST_LATENCY = 10.0
 class SensorsConfig:
     """The sensors of the vehicle in use, and their settings; those not named are not built.
 
-    Names or kinds (imu, gps, lidar, range_finder, barometer, depth_camera, magnetometer), or `all`;
-    rates [1/s] and latencies [s] by name or kind that replace those of the description; the seed of
-    all noise; whether there is noise; whether to record every sample for `workbench fly` to write.
+    Names or kinds, see `parameters.SENSOR_KINDS`, or `all`; rates [1/s] and latencies [s] by name
+    or kind that replace those of the description; the seed of all noise; whether there is noise;
+    whether to record every sample for `workbench fly` to write.
     """
 
     use: list[str] = field(default_factory=list)

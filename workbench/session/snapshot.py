@@ -54,7 +54,7 @@ class SensorStatus:
 
     Attributes:
         name: its declared name.
-        kind: imu, gps, lidar, range_finder, barometer, depth_camera or magnetometer.
+        kind: one of `parameters.SENSOR_KINDS`.
         asked_rate: requested rate of samples [1/s].
         rate: achieved rate of samples, over the periods begun since the start [1/s].
         age: age of the last delivered sample [s]; infinite before the first.

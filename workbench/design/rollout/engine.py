@@ -187,7 +187,7 @@ class Crafts(NamedTuple):
         body: (m, 18) of the law's constants, see `flight_law.packed`.
         rotors: (m, n, 12) of the same.
         rigid: (m, 16) what moves, see `rigid_body.RigidBody`.
-        turning: (m, n, 26) see `dynamics.rotor_rows`.
+        turning: (m, n, 26) see `vehicle_step.rotor_rows`.
         speeds: (m, n) of the rotors at the start [rad/s].
         seen: (m, 2) see `variation.Delays.seen`.
         acting: (m, 2) see `variation.Delays.acting`.

@@ -33,7 +33,7 @@ LAST = FILTERED + FILTERED_SIZE
 """Acceleration in the middle of the step before, see `rigid_body.middle` (6)."""
 R_WB = LAST + 6
 LOAD = R_WB + 9
-"""What acts on the body, see `dynamics.Load` (9)."""
+"""What acts on the body, see `vehicle_step.Load` (9)."""
 EFFORT = LOAD + 9
 """Wanted force and moment (4)."""
 BEFORE = EFFORT + 4
@@ -90,7 +90,7 @@ ALLOCATION = PEAK + 1
 EFFECTS = ALLOCATION + 4
 """Force and moments over thrust, as the law knows them (4) [1, m]."""
 TURN = EFFECTS + 4
-"""See `dynamics.rotor_rows` (26)."""
+"""See `vehicle_step.rotor_rows` (26)."""
 ROTOR_ROWS = TURN + ROW
 """Rows of a rotor's own block."""
 _ROW = f"b[(row + {{}}) * {LANES} + i]"

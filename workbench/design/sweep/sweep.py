@@ -53,7 +53,7 @@ def sweep(
         duration: flown after the edge of the command [s].
         scenario: its vehicle, gains, world and rates are used.
         settings: parameter values common to all candidates.
-        loop: the one to compute margins of as well, see `linear.loops`; "" for none.
+        loop: the one to compute margins of as well, see `Controller.loops`; "" for none.
         fly: by default `fly_fastest`, or `fly_full` for the full diagram in local processes or,
             with its executor bound by `functools.partial`, anywhere.
         progress: called with the share done, 0 .. 1.

@@ -53,7 +53,7 @@ def with_rotor_drag(
         v_B: see `body_drag`.
         w_B: see `body_drag`.
         speed: of the rotor [rad/s].
-        rotor: its row, see `dynamics.rotor_rows`.
+        rotor: its row, see `vehicle_step.rotor_rows`.
     """
     f_x, f_y, f_z, m_x, m_y, m_z = wrench
     v_x, v_y, v_z = v_B
