@@ -11,6 +11,7 @@ from typing import Any
 
 from pygments.lexers.special import TextLexer
 from sphinx.application import Sphinx
+from sphinx.errors import ExtensionError
 
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
@@ -35,15 +36,18 @@ API = ROOT / "docs" / "api.rst"
 GROUPS = {
     "Fly": ("session", "live", "scenario", "diagram"),
     "Vehicles and worlds": ("plant", "common"),
+    "Control laws": ("control",),
     "Gains": ("gains",),
     "Design": ("design",),
+    "Logs": ("logs",),
 }
 """Headings of the reference, and the rooms of `workbench` whose public names stand below them."""
 
 
 def write_reference(app: Sphinx) -> None:
-    """Write the reference's page: a line for each public name."""
+    """Write the reference's page: a line for each public class and function."""
     homes = {name: getattr(workbench, name) for name in workbench.__all__}
+    left = {name for name, item in homes.items() if hasattr(item, "__module__")}
     lines = ["Reference", "=========", "", "What `from workbench import ...` has.", ""]
     for heading, rooms in GROUPS.items():
         lines += [heading, "-" * len(heading), ""]
@@ -51,8 +55,11 @@ def write_reference(app: Sphinx) -> None:
             module = getattr(item, "__module__", "") or ""
             if not module.startswith(tuple(f"workbench.{room}" for room in rooms)):
                 continue
+            left.discard(name)
             kind = "class" if isinstance(item, type) else "function"
             lines += [f".. auto{kind}:: {module}.{name}", ""]
+    if left:
+        raise ExtensionError(f"{', '.join(sorted(left))}: give the room a heading in GROUPS")
     API.write_text("\n".join(lines), encoding="utf-8")
 
 

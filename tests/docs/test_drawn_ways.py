@@ -1,4 +1,4 @@
-"""The ways through the code that docs/architecture.md draws, held to the code."""
+"""The map of the code, docs/architecture.md, and CONTRIBUTING.md, held to the code."""
 
 import re
 import sys
@@ -40,6 +40,30 @@ def test_ways_are_drawn_by_functions_that_there_are(case):
             source = (ROOT / "workbench" / file).read_text(encoding="utf-8")
             for part in name.split("."):
                 assert re.search(rf"^ *(class|def) {part}\b", source, re.MULTILINE), (file, name)
+
+
+def source_of(name: str) -> str:
+    """Return the text of a file that a page names, by its path or the end of its path."""
+    found = [path for path in (ROOT / "workbench").rglob(Path(name).name) if path.is_file()]
+    found += [ROOT / name] if (ROOT / name).is_file() else []
+    return "".join(each.read_text("utf-8") for each in found if str(each).endswith(f"/{name}"))
+
+
+def test_what_the_map_names_is_there(case):
+    files, names = [], []
+    for page in (PAGE, (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")):
+        files += re.findall(r"`([\w/]+\.(?:py|js))`", page)
+        names += re.findall(r"`([A-Za-z_][\w.]*)` (?:\(|of |in )`([\w/]+\.py)`", page)
+    assert len(files) > 60 and len(names) > 20
+    for file in files:
+        with case(file):
+            assert source_of(file)
+    for name, file in names:
+        with case(name, file):
+            source = source_of(file)
+            assert all(
+                re.search(rf"^ *(class |def )?{part}\b", source, re.M) for part in name.split(".")
+            )
 
 
 @pytest.mark.skipif(sys.version_info < (3, 12), reason="sys.monitoring came with Python 3.12")
