@@ -25,6 +25,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -37,6 +38,7 @@ from app_watchdog import WatchedApplication
 from PyQt6.QtCore import QSettings
 from spread import Spread, number, spread, text
 
+from workbench.analysis.questions import DrawFrequency, Judge, Predict, Question
 from workbench.gui.app import DemoPilot, delete_objects
 from workbench.gui.main_window import MainWindow
 from workbench.gui.preferences import Preferences
@@ -158,6 +160,7 @@ class Bench:
 
     def __init__(self, application: WatchedApplication) -> None:
         self.application = application
+        self._moves = 0
         folder = tempfile.mkdtemp(prefix="app")
         store = QSettings(f"{folder}/settings.ini", QSettings.Format.IniFormat)
         self.workspace = make_workspace(Preferences(store))
@@ -256,24 +259,23 @@ class Bench:
         """Return how the open page does."""
         gains, analysis = self.tuning.gains, self.workspace.analysis
         start = gains.kept[GAIN]
-        answers = (analysis.judged, analysis.predicted, analysis.frequency_drawn)
-        heard: list[list[object]] = [[] for _ in answers]
-        for answer, each in zip(answers, heard, strict=True):
-            answer.connect(each.append)
+        heard: Counter[type[Question]] = Counter()
+
+        def hear(question: Question, _: object) -> None:
+            heard[type(question)] += 1
 
         def move() -> None:
             for step in range(round(MOVED / BETWEEN)):
-                gains.propose(GAIN, start * (1.0 + 0.001 * (step % 100)))
+                self._moves += 1  # another value each time: what is known is not asked again
+                gains.propose(GAIN, start * (1.0 + 0.001 * (step % 100) + 1e-8 * self._moves))
                 self.run(BETWEEN)
 
         self.run(SETTLING)
-        for each in heard:
-            each.clear()
+        analysis.answered.connect(hear)
         wall, factor = self.watch(move)
-        for answer, each in zip(answers, heard, strict=True):
-            answer.disconnect(each.append)
+        analysis.answered.disconnect(hear)
         walls = self.application.walls
-        judged, predicted, drawn = (len(each) / wall for each in heard)
+        judged, predicted, drawn = (heard[kind] / wall for kind in (Judge, Predict, DrawFrequency))
         return PageRow(
             page=name,
             frames=self.application.frames / wall,
