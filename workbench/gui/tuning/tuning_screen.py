@@ -58,7 +58,7 @@ TABS = (
 LEAST, SHORTEST = 372, 520
 """Width of the tabs, and height of everything, without clipping [px]; their bar may scroll."""
 ALL_TABS = 450
-"""Width of the bar of ten tabs [px]."""
+"""Width of the bar of eleven tabs [px]."""
 BOTH = NARROWEST_GAINS + ALL_TABS
 FUTURE_NAME = "next five seconds"
 AHEAD = 5.0
