@@ -347,7 +347,7 @@ def test_a_log_leads_to_the_flight_that_would_have_been(window, qtbot):
     window.show_screen("visualization")
     window.stack.current.log_bar.again.click()
     tuning = window.stack.current
-    assert tuning.title == "Tuning" and tuning.tabs.currentWidget() is tuning.what_if
+    assert window.stack.name == "tuning" and tuning.tabs.currentWidget() is tuning.what_if
     qtbot.waitUntil(lambda: "again" in tuning.what_if.plot.names)
     assert tuning.what_if.said.text() == "dh_drone flies flight.csv: as it flew"
 
