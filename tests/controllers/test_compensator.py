@@ -122,7 +122,7 @@ def test_what_is_none_is_refused_with_what_to_do(case):
         (control.tf([1.0, 0.0], [1.0]), "tustin", "more zeros than poles: add a fast pole"),
         (control.rss(2, 2, 1), "tustin", "has 1 inputs and 2 outputs"),
         (control.rss(20, 1, 1), "tustin", "has 20 states: reduce it to 12"),
-        (LEAD, "exact", "take one of tustin, zoh"),
+        (LEAD, "exact", "choose one of tustin, zoh"),
         (control.tf([2.0], [1.0]), "tustin", "has no states: multiply by its gain"),
         (sampled, "tustin", "is sampled at 0.01 s, and the law at 0.0078125 s"),
     ):

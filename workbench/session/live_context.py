@@ -196,28 +196,31 @@ class LiveContext:
 
         Raises:
             WorkbenchError: if one is unknown, out of range, or absent in this flight, or the law
-                cannot fly with the new payload.
+                cannot fly with the new payload or gains.
         """
         good = self._table.checked(values)
-        places = {n: (self._find(self._table.find(n)), v) for n, v in good.items()}
-        carried = {name: places.pop(name)[1] for name in Payload._fields if name in places}
+        places = {name: self._find(self._table.find(name)) for name in good}
+        dynamics, computer = self._bench.airframe.dynamics, self._bench.computer
+        carried = {name: good.pop(name) for name in Payload._fields if name in good}
         if carried:
-            dynamics, computer = self._bench.airframe.dynamics, self._bench.computer
             payload = dynamics.payload(self._of(dynamics))._replace(**carried)
             computer.set_payload(self._of(computer), payload)
             dynamics.set_payload(self._of(dynamics), payload)
-        computer = self._bench.computer
-        gains = {
-            found[0][2]: value
-            for found, value in places.values()
-            if found[0][:2] == (computer, GAINS)
-        }
-        if gains:
-            computer.set_gains(self._of(computer), gains)
-        for found, value in places.values():
-            for system, number, index in found:
-                if system is not computer or number != GAINS:
-                    self._of(system).get_mutable_numeric_parameter(number).SetAtIndex(index, value)
+        chosen = [(place, value) for name, value in good.items() for place in places[name]]
+        own = [(place[2], value) for place, value in chosen if place[:2] == (computer, GAINS)]
+        if own:
+            gains = self._of(computer).get_mutable_numeric_parameter(GAINS)
+            before = gains.CopyToVector()
+            for index, value in own:
+                gains.SetAtIndex(index, value)
+            try:
+                computer.design(self._of(computer))
+            except WorkbenchError:
+                gains.SetFromVector(before)
+                raise
+        for (system, number, index), value in chosen:
+            if (system, number) != (computer, GAINS):
+                self._of(system).get_mutable_numeric_parameter(number).SetAtIndex(index, value)
 
     def get(self, row: Parameter) -> float:
         """Return a live parameter's value; raises as `set` does."""

@@ -291,24 +291,12 @@ class FlightComputer(LeafSystem):
         context.get_mutable_numeric_parameter(KNOWN).SetFromVector(_joined(constants))
         self.design(context)
 
-    def set_gains(self, context: Context, values: Mapping[int, float]) -> None:
-        """Set the controller's parameters at some indices.
+    def design(self, context: Context) -> None:
+        """Let the controller design the numbers that follow from its gains and the payload.
 
         Raises:
-            WorkbenchError: if the controller cannot design with them; nothing is changed then.
+            WorkbenchError: if it cannot design with them.
         """
-        gains = context.get_mutable_numeric_parameter(GAINS)
-        before = gains.CopyToVector()
-        for index, value in values.items():
-            gains.SetAtIndex(index, value)
-        try:
-            self.design(context)
-        except WorkbenchError:
-            gains.SetFromVector(before)
-            raise
-
-    def design(self, context: Context) -> None:
-        """Let the controller design anew the numbers that follow from its gains."""
         if not self._controller.designed:
             return
         gains = context.get_mutable_numeric_parameter(GAINS)
