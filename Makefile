@@ -4,9 +4,10 @@
 
 VENV ?= .venv
 BIN := $(VENV)/bin
-# a worker that has crashed, or was ended because a test hung, is not started anew: xdist would have it
-# run the same test again, up to eight times
-PYTEST = $(BIN)/pytest -n 2 --dist loadfile --max-worker-restart 0
+# Three on two cores, as live flights wait for the clock. A worker that has crashed, or was ended because
+# a test hung, is not started anew: xdist would have it run the same test again, up to eight times
+WORKERS ?= 3
+PYTEST = $(BIN)/pytest --dist loadfile -n $(WORKERS) --max-worker-restart 0
 
 .DEFAULT_GOAL := help
 .PHONY: help setup run test types quick test-slow test-all format notebooks docs bench clean
@@ -30,7 +31,7 @@ run: setup ## open the app; without a screen, fly the published steps and write 
 test test-slow: export QT_QPA_PLATFORM = offscreen
 # the many processes that tests start load compiled modules, also where the shell asks for none
 test test-slow: export PYTHONDONTWRITEBYTECODE =
-test: setup ## lint, types, and the tests but the slow ones; 5 to 8 minutes on two cores
+test: setup ## lint, types, and the tests but the slow ones; 4 to 7 minutes on two cores
 	$(BIN)/ruff check . && $(BIN)/ruff format --check .
 	@$(MAKE) --no-print-directory --jobs 2 types quick
 
@@ -40,6 +41,7 @@ types:
 quick:
 	$(PYTEST) -m "not slow"
 
+test-slow: WORKERS = 2
 test-slow: setup ## the slow tests: soaks, wheels, clusters, browsers, documents that fly
 	$(PYTEST) -m slow
 
