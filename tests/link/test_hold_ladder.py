@@ -162,7 +162,9 @@ def test_what_is_refused_renews_nothing(served, holder):
     assert hold_after(served) == 0.5
 
 
-@pytest.mark.parametrize("act", ["command", "turn", "take over"])
+@pytest.mark.parametrize(
+    "act", [pytest.param("turn", marks=pytest.mark.slow), "command", "take over"]
+)
 def test_the_operator_wins_and_the_drone_holds_first(served, holder, act):
     if act == "take over":
         served.order(Order(Do.TAKE_OVER))

@@ -218,7 +218,7 @@ def laden(vehicle: ReferenceVehicle, mass: float, place, size) -> ReferenceVehic
     return replace(vehicle, mass=whole, com=com, inertia=inertia)
 
 
-@VEHICLES
+@pytest.mark.parametrize("model", ["dh_drone", pytest.param(UNEVEN, marks=pytest.mark.slow)])
 def test_a_payload_is_picked_up_and_dropped_as_in_the_reference(printed, model):
     """Position, velocity and attitude of the body's origin go on; the law is told wrong things."""
     vehicle = printed(model)

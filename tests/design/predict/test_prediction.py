@@ -126,6 +126,7 @@ def test_the_drone_of_these_flights_is_that_of_the_crazyflie_but_for_the_air():
     assert ours.hover_speeds == pytest.approx(plain.hover_speeds)
 
 
+@pytest.mark.slow  # two flights of a quick law, as Python
 @pytest.mark.usefixtures("interpreted_predictions")
 def test_inner_integrals_hold_the_moment_of_the_air(simulate):
     """A Crazyflie whose rotors' drag acts above its centre of mass, at up to 1 m/s."""

@@ -225,7 +225,9 @@ DOUBLING = (
 )
 
 
-@pytest.mark.parametrize("body", ["<m v='${9**9**9}'/>", DOUBLING])
+@pytest.mark.parametrize(
+    "body", ["<m v='${9**9**9}'/>", pytest.param(DOUBLING, marks=pytest.mark.slow)]
+)
 def test_what_takes_too_long_is_stopped(write, monkeypatch, body):
     monkeypatch.setattr(ours, "_SECONDS", 1.0)
     path = write(f"{HEAD}{body}</robot>", "a.xacro")
