@@ -174,7 +174,7 @@ class Photographer:
         answers = []
         self.workspace.analysis.answered.connect(lambda question, _: answers.append(question))
         tuning.gains.propose("kp_velocity_x", 0.4 * tuning.gains.flown["kp_velocity_x"])
-        self.until(lambda: FlyAgain in map(type, answers) and answers[-1].draws == max(DRAWS))
+        self.until(lambda: any(isinstance(a, FlyAgain) and a.draws == max(DRAWS) for a in answers))
 
     def close(self) -> None:
         """End the app."""

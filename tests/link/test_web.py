@@ -2,6 +2,7 @@
 
 import asyncio
 import contextlib
+import gc
 import importlib.util
 import shutil
 import socket
@@ -476,6 +477,23 @@ def test_a_client_that_reads_nothing_is_ended_with_what_it_was_sent():
         deaf.close()
 
     served.run(scenario)
+
+
+def test_a_client_that_vanishes_while_it_is_sent_to_leaves_no_error(caplog):
+    async def scenario(hub, page, client):
+        reader, writer = await asyncio.open_connection("127.0.0.1", page.port)
+        writer.write("\r\n".join((*joining(page), "", "")).encode())
+        await served.until(lambda: len(hub._sessions) == 1)
+        [session] = hub._sessions.values()
+        writer.write(masked(b"ask", 0x89) * 100)
+        writer.transport.abort()
+        while hub.status().clients:
+            session.transport.write(bytes(4096))
+            await asyncio.sleep(0)
+
+    served.run(scenario)
+    gc.collect()
+    assert [record.getMessage() for record in caplog.records] == []
 
 
 def test_data_goes_to_the_page_in_batches():

@@ -7,6 +7,7 @@ attacker can let a name of his own resolve to this machine, so Host is checked.
 import asyncio
 import ipaddress
 from collections.abc import Mapping
+from contextlib import suppress
 from importlib import resources
 
 from aiohttp import HttpVersion11, WSCloseCode, WSMessage, WSMsgType, web
@@ -90,11 +91,12 @@ class WebSocketConnection:
         session = self._hub.open(self, address, "websocket", decoder)
         sending = asyncio.create_task(self._send())
         try:
-            async for message in self._socket:
-                if message.type is WSMsgType.ERROR:  # aiohttp has ended the connection
-                    self._hub.refusals.add(_fault(message.data), f"{address}: {message.data}")
-                elif session is not None and not self._closing:
-                    await self._take(message, session, decoder)
+            with suppress(ConnectionError):  # a pong to a client that is gone
+                async for message in self._socket:
+                    if message.type is WSMsgType.ERROR:  # aiohttp has ended the connection
+                        self._hub.refusals.add(_fault(message.data), f"{address}: {message.data}")
+                    elif session is not None and not self._closing:
+                        await self._take(message, session, decoder)
         finally:
             if session is not None:
                 self._hub.lost(session)
@@ -119,10 +121,11 @@ class WebSocketConnection:
             pause = self._hub.receive(session)
 
     async def _send(self) -> None:
-        while (data := await self._unsent.get()) is not None:
-            self._waiting -= len(data)
-            await self._socket.send_bytes(data)
-        await self._socket.close(code=self._code)
+        with suppress(ConnectionError):  # the client is gone, which `run` notices
+            while (data := await self._unsent.get()) is not None:
+                self._waiting -= len(data)
+                await self._socket.send_bytes(data)
+            await self._socket.close(code=self._code)
 
 
 def _fault(error: Exception) -> ErrorCode:
