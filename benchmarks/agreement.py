@@ -17,8 +17,7 @@ from matplotlib.figure import Figure
 
 from workbench.design.rollout.agreement import Agreement, agreement, random_trials
 from workbench.gains.gains import flight_gains
-from workbench.plant.loading import make_vehicle
-from workbench.scenario.configured import read_configured
+from workbench.scenario.configured import configured_vehicle
 from workbench.scenario.scenario import Scenario, VehicleConfig
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -80,7 +79,7 @@ def fly_all(flights: int) -> dict[str, Agreement]:
     for name, config in VEHICLES.items():
         if config.model and not (config.model == "dh_drone" or Path(config.model).exists()):
             continue
-        vehicle = make_vehicle(read_configured(config))
+        vehicle = configured_vehicle(config)
         trials = random_trials(vehicle, flight_gains(vehicle, config.gains), flights, SEED)
         found[name] = agreement(Scenario(vehicle=config), trials)
     return found

@@ -69,10 +69,9 @@ from workbench.dynamics.air.update import EDDIES
 from workbench.dynamics.vehicle_step import given
 from workbench.gains.gains import flight_gains
 from workbench.plant.gravity import GRAVITY
-from workbench.plant.loading import make_vehicle
 from workbench.plant.variation import Variation
 from workbench.plant.vehicle import Vehicle
-from workbench.scenario.configured import read_configured
+from workbench.scenario.configured import configured_vehicle
 from workbench.scenario.parameters import MOST_ROTORS, parameter_table
 from workbench.scenario.scenario import (
     Rates,
@@ -561,7 +560,7 @@ class Batch(_Arrays):
             )
         law = flown_controller(scenario)
         self.controller = law if actions == "setpoint" else None
-        self.vehicle: Vehicle = make_vehicle(read_configured(config))
+        self.vehicle: Vehicle = configured_vehicle(config)
         cores = len(os.sched_getaffinity(0))
         self._threads = _whole("threads", cores if threads is None else threads, 1, 256)
         self._pool: ThreadPoolExecutor | None = None
