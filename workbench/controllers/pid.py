@@ -166,8 +166,8 @@ def rule(vehicle: Any) -> dict[str, float]:
     """Return gains for a vehicle: those of the PD cascade in this form, and slow integrals.
 
     kp_tilt kp_rate and kp_rate + kp_tilt correspond to its kp and kd, as far as real poles allow.
-    An integral is five times slower than its loop, that of climbing ten times, so that a take-off
-    overshoots its speed by less than a tenth.
+    An integral of a velocity is ten times slower than its loop, so that a step of velocity and a
+    take-off overshoot by little more than a tenth; that of the yaw rate is five times slower.
     """
     pd = pd_rule(vehicle)
     kd = min(pd["kd_roll"], pd["kd_pitch"])
@@ -176,7 +176,7 @@ def rule(vehicle: Any) -> dict[str, float]:
         "kp_position_xy": pd["kp_position_xy"],
         "kp_position_z": pd["kp_position_z"],
         "kp_velocity_xy": level,
-        "ki_velocity_xy": level * level / 5.0,
+        "ki_velocity_xy": level * level / 10.0,
         "kd_velocity_xy": pd["kd_velocity_x"],
         "kp_velocity_z": climb,
         "ki_velocity_z": climb * climb / 10.0,
