@@ -25,10 +25,8 @@ def test_each_value_is_that_of_a_step_with_these_gains(answer):
             "kp_velocity_x": float(mapped.y[row]),
         }
         single = answer(Predict(gains, STEP)).numbers.overshoot
-        assert mapped.values[row, column] == pytest.approx(single, abs=1e-6, nan_ok=True), (
-            row,
-            column,
-        )
+        value = mapped.values[row, column]
+        assert value == pytest.approx(single, abs=0.01, nan_ok=True), (row, column)
 
 
 def test_the_gains_themselves_are_in_the_middle_and_the_map_goes_from_half_to_twice(answer):

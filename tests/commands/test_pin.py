@@ -15,7 +15,7 @@ from workbench.scenario.scenario import Scenario, SensorsConfig
         (["mine.yaml"], "is not a name for a spec: name it NAME.spec.yaml"),
         (["mine.spec.yaml", "--amplitude", "0"], "the amplitude is 0"),
         (["mine.spec.yaml", "--model", "nowhere"], "unknown model 'nowhere'"),
-        (["mine.spec.yaml", "--load", "gust_x", "--acts", "9"], "cannot act for 9 s in 3 s"),
+        (["mine.spec.yaml", "--load", "gust_x", "--acts", "9"], "cannot act for 9 s in 5 s"),
         (["mine.spec.yaml", "--load", "gust_x", "--axis", "x"], "not allowed with argument"),
     ],
 )

@@ -18,7 +18,7 @@ from workbench.session.session import Session
 @pytest.fixture(scope="module", params=PAPER, ids=lambda figure: figure.axis)
 def row(request):
     figure = request.param
-    return compare(figure, fly_step(figure.axis, figure.command, duration=1.5))
+    return compare(figure, fly_step(figure.axis, figure.command, duration=2.5))
 
 
 @pytest.fixture(scope="module")

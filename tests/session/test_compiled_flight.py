@@ -176,13 +176,13 @@ def test_a_session_that_follows_another_script_flies_as_a_new_one():
     again = Session(Scenario(script=scripts[0], duration=1.0), engine="compiled")
     again.run()
     for script in scripts[::-1]:
-        again.follow(script)
+        again.follow(script, again.scenario.duration)
         again.run()
         new = Session(Scenario(script=script, duration=1.0))
         new.run()
         assert_same(new, again)
     with pytest.raises(WorkbenchError, match="rotor_9"):
-        again.follow([Action(at=0.1, set={"rotor_9": 0.5})])
+        again.follow([Action(at=0.1, set={"rotor_9": 0.5})], 1.0)
 
 
 def test_a_flight_that_breaks_off_is_said_and_recorded_until_then():

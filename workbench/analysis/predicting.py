@@ -2,6 +2,7 @@
 
 import logging
 import math
+from collections.abc import Mapping
 from concurrent.futures import wait
 from dataclasses import replace
 from itertools import islice
@@ -19,7 +20,12 @@ from workbench.control.schedule import split_label
 from workbench.design.branches import FlownBranch
 from workbench.design.load_step import check_load, predict_load_step
 from workbench.design.metrics import find_metric
-from workbench.design.response_metrics import load_metrics, step_metrics
+from workbench.design.response_metrics import (
+    LONGEST_DURATION,
+    load_metrics,
+    step_duration,
+    step_metrics,
+)
 from workbench.design.step_response import check_duration, check_step
 from workbench.design.sweep.ranges import SweepRange
 from workbench.scenario.axes import AXES, find_axis
@@ -38,6 +44,8 @@ PATIENCE = 0.005
 """Period between checks whether the engine is loaded [s]."""
 POINTS = 25
 """Points along each axis; odd, so that the gains themselves are in the middle."""
+NODES = 5
+"""Linear models along each axis of a map."""
 BAND = 2
 """Rows flown between checks for more urgent work; a range has two values."""
 LONGEST_MAPPED = 10.0
@@ -102,13 +110,23 @@ def predict(subject: Subject, question: Predict, _: Work) -> Working:
         numbers = step_numbers(load_metrics(time, response), use)
         yield Predicted(time, response, numbers, not np.isfinite(response).all())
         return
+    decay = subject.decay_times.of(step.axis, subject.linear_gains(question.gains))
+    # as long as `workbench step` flies it, so that the numbers are the same
+    duration = step_duration(decay)
+    duration = duration if duration <= LONGEST else step.duration
     flown = engine.fly(
-        [gains], step.axis, step.amplitude, duration=step.duration, heading=step.heading
+        [gains],
+        step.axis,
+        step.amplitude,
+        duration=max(duration, step.duration),
+        heading=step.heading,
     )
     response, use = flown.response[0], float(flown.peak_rotor_use[0])
-    metrics = step_metrics(flown.time, response, step.amplitude)
+    measured = flown.time <= duration + 1e-9
+    metrics = step_metrics(flown.time[measured], response[measured], step.amplitude, decay=decay)
     numbers, lost = step_numbers(metrics, use), not math.isnan(flown.diverged_at[0])
-    yield Predicted(flown.time, response, numbers, lost)
+    shown = flown.time <= step.duration + 1e-9
+    yield Predicted(flown.time[shown], response[shown], numbers, lost, decay)
 
 
 def ready_engine(subject: Subject) -> "Generator[None, None, RolloutEngine]":
@@ -146,6 +164,9 @@ def draw_map(subject: Subject, question: DrawMap, work: Work) -> Working:
     x, y = (_around(subject, name, gains) for name in names)
     engine = yield from ready_engine(subject)
     values = np.full((y.points, x.points), np.nan)
+    decay = _decay_map(subject, step.axis, gains, x, y)
+    needed = float(decay[decay <= LONGEST_MAPPED].max(initial=0.0))
+    duration = max(step.duration, needed)
     for first in range(0, y.points, BAND):
         work.check()
         start = min(first, y.points - BAND)  # the last band repeats a row of the one before
@@ -158,14 +179,35 @@ def draw_map(subject: Subject, question: DrawMap, work: Work) -> Working:
             metric=question.metric,
             axis=step.axis,
             amplitude=step.amplitude,
-            duration=step.duration,
+            duration=duration,
             heading=step.heading,
         )
         assert band is not None  # nothing can interrupt it
         values[start : start + BAND] = band.values
         yield None
+    values[decay > duration] = np.nan  # they have not settled
     unit = find_metric(question.metric).unit_for(find_axis(step.axis).unit)
     yield Mapped(x.grid, y.grid, values, unit)
+
+
+def _decay_map(
+    subject: Subject, axis: str, gains: Mapping[str, float], x: SweepRange, y: SweepRange
+) -> np.ndarray:
+    """Return the decay time of each point of a map (N_y, N_x) [s], see `decay_time`.
+
+    It is interpolated between `NODES` linear models along each axis, as each takes milliseconds.
+    """
+    known = {**subject.linear_gains({}), **gains}
+    rows, columns = (np.linspace(0, each.points - 1, NODES).round().astype(int) for each in (y, x))
+    nodes = np.empty((NODES, NODES))
+    for j, row in enumerate(rows):
+        for i, column in enumerate(columns):
+            point = {x.name: float(x.grid[column]), y.name: float(y.grid[row])}
+            nodes[j, i] = subject.decay_times.of(axis, {**known, **point})
+    nodes = np.log(np.clip(nodes, SHOWN, 2.0 * LONGEST_DURATION))  # infinite: beyond any step
+    across = np.array([np.interp(np.arange(x.points), columns, row) for row in nodes])
+    found = [np.interp(np.arange(y.points), rows, column) for column in across.T]
+    return np.exp(np.array(found).T)
 
 
 def _around(subject: Subject, name: str, gains: dict[str, float]) -> SweepRange:

@@ -129,12 +129,14 @@ class Predicted:
         response: response (N) [m/s] or [rad/s]; for a load the deviation, in its unit.
         numbers: metrics of the response.
         lost: whether the drone was lost.
+        decay: time by which the transient of a command's step has decayed [s], see `decay_time`.
     """
 
     time: np.ndarray
     response: np.ndarray
     numbers: StepNumbers
     lost: bool
+    decay: float = 0.0
 
 
 @dataclass(frozen=True)

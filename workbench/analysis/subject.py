@@ -19,10 +19,11 @@ if TYPE_CHECKING:
     from workbench.design.judge.phase_budget import PhaseStudy
     from workbench.design.judge.pole_placing import PolePlacer
     from workbench.design.linear.model import LinearModel
+    from workbench.design.linear.retuned import Models
     from workbench.design.linear.study import LinearStudy
+    from workbench.design.linear_step import DecayTimes
     from workbench.design.predict.what_if import Explained
     from workbench.design.rollout.engine import RolloutEngine
-    from workbench.design.tune.retuned import Models
     from workbench.logs.flight_record import FlightRecord
 
 OF_A_STEP = ("controller", "air", "payload", "rotors", *SIGNAL_PATH)
@@ -82,6 +83,13 @@ class Subject:
         return LinearStudy(self.judged)
 
     @cached_property
+    def decay_times(self) -> "DecayTimes":
+        """The decay times of its steps."""
+        from workbench.design.linear_step import DecayTimes
+
+        return DecayTimes(self.judged)
+
+    @cached_property
     def own(self) -> dict[str, float]:
         """Values of all parameters of the vehicle and its settings."""
         acting = {
@@ -94,7 +102,7 @@ class Subject:
     def model(self, gains: Mapping[str, float]) -> "LinearModel":
         """Return the sampled closed loop in hover while the position is held, see `gains`."""
         from workbench.design.linear.operating_point import HOLDING
-        from workbench.design.tune.retuned import retuned_models
+        from workbench.design.linear.retuned import retuned_models
 
         around = {name: gains[name] for name in self._around if name in gains}
         if self._models is None or self._models[0] != around:

@@ -222,7 +222,13 @@ def add_pin(commands: Any) -> None:
         "of the step [m/s], for yaw [rad/s], of a load [N], [N·m] or [m/s]",
         1.0,
     )
-    add_option(parser, "--duration", "T", "flown after the command's edge [s]", 3.0)
+    parser.add_argument(
+        "--duration",
+        type=float,
+        metavar="T",
+        help="flown after the command's edge [s] (default: until the step has settled by the "
+        "linear model, at least 5; for a load 5)",
+    )
     parser.add_argument(
         "--acts",
         type=float,

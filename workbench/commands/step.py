@@ -77,7 +77,13 @@ def add_parser(commands: Any) -> None:
         help="of the command in m/s, or rad/s for yaw (default: the paper's: 2, 2, 1, 0.2); of the "
         "load in N or N·m (default: a tenth of the weight), of a gust in m/s (default: 5)",
     )
-    add_option(parser, "--duration", "T", "flown after the command's edge, in s", 5.0)
+    parser.add_argument(
+        "--duration",
+        type=float,
+        metavar="T",
+        help="flown after the command's edge, in s (default: until the response has settled by the "
+        "linear model, at least 5; for a load 5)",
+    )
     parser.add_argument(
         "--acts",
         type=float,
@@ -129,7 +135,6 @@ def _fly(
 ) -> "LoadResponse | StepResponse":
     """Fly the step of a load, or of a command along an axis."""
     common: Any = {
-        "duration": args.duration,
         "scenario": scenario,
         "settings": dict(args.set),
         "progress": progress,
@@ -137,11 +142,13 @@ def _fly(
     if args.load:
         from workbench.design.load_step import fly_load_step
 
+        if args.duration is not None:
+            common["duration"] = args.duration
         return fly_load_step(args.load, args.amplitude, acts=args.acts, **common)
     from workbench.design.step_response import fly_step
 
     amplitude = _usual(axis) if args.amplitude is None else args.amplitude
-    return fly_step(axis, amplitude, velocity=velocity, **common)
+    return fly_step(axis, amplitude, duration=args.duration, velocity=velocity, **common)
 
 
 def _usual(axis: str) -> float:

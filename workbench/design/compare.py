@@ -19,10 +19,11 @@ from workbench.design.judge.multiloop import multiloop_margin
 from workbench.design.judge.step_pair import STEPS
 from workbench.design.linear.operating_point import HOLDING, HOVER
 from workbench.design.linear.study import LinearStudy
+from workbench.design.linear_step import DecayTimes
 from workbench.design.lost import find_loss
+from workbench.design.response_metrics import response_metrics, step_duration
 from workbench.design.rollout.engine import RolloutEngine
 from workbench.design.step_response import START_HEIGHT, fly_step
-from workbench.design.tune.flight_numbers import flight_numbers
 from workbench.design.tune.measure import noise_amplification
 from workbench.design.tune.tuner import Tuner
 from workbench.design.tune.tuning import Tuning
@@ -36,8 +37,6 @@ from workbench.scenario.scenario import Action, FigureEight, Push, Scenario, Sta
 from workbench.session.recording import Recording
 from workbench.session.session import Session
 
-STEP_DURATION = 5.0
-"""Time flown after the edge of a step [s]."""
 EIGHT = FigureEight([0.0, 0.0, START_HEIGHT], 8.0, 4.0, 8.885, 2)
 """A figure of eight with a largest speed of 4 m/s."""
 PUSH_AT, PUSH_TIME, PUSH_SHARE = 1.0, 0.2, 0.5
@@ -323,7 +322,6 @@ def _steps(bench: _Bench) -> None:
             step = fly_step(
                 axis,
                 amplitude,
-                duration=STEP_DURATION,
                 scenario=bench.scenario,
                 progress=bench.say,
             )
@@ -413,17 +411,28 @@ def _vehicles(bench: _Bench) -> None:
     engine = RolloutEngine(
         study.vehicle, bench.scenario.rates, own=study.gains, controller=bench.law
     )
+    decay = DecayTimes(bench.scenario)
     worst, lost, odd = 0.0, np.zeros(len(VEHICLES), dtype=bool), ""
     for index, (axis, amplitude) in enumerate(STEPS):
+        settled = [decay.of(axis, {}, each) for each in VEHICLES]
         flown = engine.fly(
-            [{}] * len(VEHICLES), axis, amplitude, duration=STEP_DURATION, variations=VEHICLES
+            [{}] * len(VEHICLES),
+            axis,
+            amplitude,
+            duration=max(map(step_duration, settled)),
+            variations=VEHICLES,
         )
         gone = np.isfinite(flown.diverged_at)
-        overshoot = flight_numbers(flown.time, flown.response, amplitude, gone).overshoot
+        # a drone that is heavier than its controller knows sinks before the edge
+        response = flown.response - flown.response[:, :1]
+        found = response_metrics(flown.time, response, amplitude)
+        known = found.withheld(float(flown.time[-1]), amplitude, np.array(settled))
         lost |= gone
-        worst = max(worst, float(overshoot[~gone].max(initial=0.0)))
-        if wrong := int(np.isinf(overshoot[~gone]).sum()):
+        worst = max(worst, float(known.overshoot[~gone].max(initial=0.0)))
+        if wrong := int((amplitude * response[~gone, -1] <= 0.0).sum()):
             odd = f"with {wrong} of the 8 vehicles the {axis} step goes the wrong way"
+        elif slow := int(np.isnan(known.overshoot[~gone]).sum()):
+            odd = f"with {slow} of the 8 vehicles the {axis} step does not settle"
         bench.say((index + 1) / len(STEPS))
     bench.found.note("lost", float(lost.sum()))
     if odd:

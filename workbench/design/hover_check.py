@@ -30,8 +30,6 @@ NUDGE_RATE = 0.0002
 
 It causes a drift of a few millimetres, small compared to the limit.
 """
-STEP_DURATION = 8.0
-"""Time flown after the edge of a step [s], enough for rotors with a time constant of 0.2 s."""
 DRIFT = 0.05
 """Limit of the drift in hover [m]."""
 TILT = math.radians(0.5)
@@ -110,14 +108,13 @@ def check_hover(
 
     session = _hover(scenario, settings, report)
     hover, steps = session.recording(), []
-    flown = step_session(STEP_DURATION, scenario, settings)
+    flown = step_session(scenario, settings)
     for axis, amplitude in STEPS:
         done += 1
         steps.append(
             fly_step(
                 axis,
                 amplitude,
-                duration=STEP_DURATION,
                 scenario=scenario,
                 settings=settings,
                 progress=report,

@@ -19,6 +19,7 @@ from workbench.common.plain_files import write_atomically
 from workbench.common.resources import find_file, find_model, list_models
 from workbench.common.yaml_files import changes_of
 from workbench.control.controller import DEFAULT, Controller, load_controller
+from workbench.design.linear_step import DecayTimes
 from workbench.design.load_step import acting_time, check_load
 from workbench.design.regress.baseline import baseline_folder
 from workbench.design.regress.flight import Changes
@@ -27,6 +28,7 @@ from workbench.design.regress.signals import AXIS_SIGNALS
 from workbench.design.regress.spec import Case, Limit, LogConfig, Spec, SpecFile, Tolerance
 from workbench.design.regress.spec_names import MARGINS, SUFFIX, spec_name
 from workbench.design.regress.verdict import CaseResult
+from workbench.design.response_metrics import step_duration
 from workbench.design.step_response import check_duration, check_step
 from workbench.estimation.settings import ESTIMATORS, TRUTH
 from workbench.gains.gains import flight_gains, make_profile, save_gains
@@ -286,7 +288,7 @@ def pin_step(
     axis: str,
     amplitude: float,
     *,
-    duration: float = 3.0,
+    duration: float | None = None,
     acts: float | None = None,
     margins: bool = True,
     overwrite: bool = False,
@@ -303,7 +305,7 @@ def pin_step(
         gains: parameter values that replace those of the scenario.
         axis: x, y, z or yaw, or the name of a load, see `fly_load_step`.
         amplitude: of the command [m/s] or [rad/s], of a load [N], [N·m] or [m/s].
-        duration: flown after the edge [s].
+        duration: flown after the edge [s]; None for until a step has settled, see `step_duration`.
         acts: duration of the load [s], see `fly_load_step`.
         margins: whether to limit the margins of all loops at hover, too.
         overwrite: whether to replace existing files.
@@ -315,6 +317,9 @@ def pin_step(
     """
     loaded = axis in LOADS
     (check_load if loaded else check_step)(axis, amplitude)
+    if duration is None:
+        decay = 0.0 if loaded else DecayTimes(scenario).of(axis, gains)
+        duration = step_duration(decay)
     check_duration(duration)
     if loaded:
         acting_time(find_load(axis), duration, acts)
@@ -363,7 +368,8 @@ def pin_step(
     flown = _measured(spec, case.name, kept.gains)
     tell(0.4)
     values = {each.name: each.value for each in flown.checks}
-    case.limits = step_limits(values)
+    sure = {each.name: each.value for each in flown.checks if not each.doubt}
+    case.limits = step_limits(sure)
     if loaded:
         case.baseline = load_tolerances(axis, values["peak"])
     if margins:

@@ -9,6 +9,12 @@ The definitions hold for a step that begins at rest and settles, flown with para
 change; `why_withheld` names the condition that a step does not meet, and `withheld` takes away the
 numbers that depend on it.
 
+A step has settled if it stays within the settling band for the last fifth of its time, and if the
+transient of the linear closed loop has decayed by its end, see `linear_step.decay_time`. The
+response alone does not tell: with integral action it peaks flat long before it settles.
+`step_duration` is how long a step is flown unless the user says otherwise, so all who measure the
+same step get the same numbers.
+
 Those of a load are of x, the deviation from where the drone was before it. The peak is the largest
 |x|, the settling time that from which on x stays within 5 % of the peak of its steady state, and
 the steady-state error what then is left of x. A law with integral action leaves nothing: there the
@@ -32,6 +38,18 @@ LAST_PART = 0.2
 share a first-order response that counts as settled is within 2 % of where it would end; one that
 is flown for three time constants is 5 % away, and does not count.
 """
+DECAYED = 0.02 * SETTLED
+"""Share of the steady state below which the transient of the linear closed loop has decayed.
+
+The last sample is the steady state, so what is left of a slow mode then is its error, and that of
+the settling time is this share of the band over the mode's rate.
+"""
+USUAL_DURATION, LONGEST_DURATION = 5.0, 120.0
+"""Usual and longest time for which a step is flown without a duration of the user's [s]."""
+_WHOLE = 0.5
+"""Such a time is a multiple of this [s]."""
+NO_PEAK = 0.1
+"""A response with less overshoot rises to its steady state, and has no peak [%]."""
 FROM_REST = ("rise_time", "settling_time", "overshoot", "undershoot")
 """Numbers that depend on where the response begins, and on its steady state."""
 AT_THE_END = ("steady_state_value", "steady_state_error")
@@ -76,33 +94,66 @@ class ResponseMetrics:
     t90: np.ndarray
     start: np.ndarray
 
-    def settled(self, duration: float) -> np.ndarray:
-        """Return which stay within 2 % of their last value for the last fifth of a time [s]."""
+    def settled(self, duration: float, decay: float | np.ndarray = 0.0) -> np.ndarray:
+        """Return which stay within 2 % of their last value for the last fifth of a time [s].
+
+        Args:
+            duration: flown from time 0 on [s].
+            decay: time by which the transient of the linear closed loop has decayed [s], for all or
+                for each (N); 0 if unknown.
+        """
         with np.errstate(invalid="ignore"):
-            return np.asarray(self.settling_time <= (1.0 - LAST_PART) * duration)
+            stays = self.settling_time <= (1.0 - LAST_PART) * duration
+        return np.asarray(stays & _decayed(duration, decay))
 
     def at_rest(self, command: float) -> np.ndarray:
         """Return which begin within 2 % of the command from 0."""
         with np.errstate(invalid="ignore"):
             return np.asarray(np.abs(self.start) <= SETTLED * abs(command))
 
-    def withheld(self, duration: float, command: float) -> "ResponseMetrics":
+    def withheld(
+        self, duration: float, command: float, decay: float | np.ndarray = 0.0
+    ) -> "ResponseMetrics":
         """Return them with NaN for the numbers that mean nothing.
 
         Args:
             duration: flown from time 0 on [s].
             command: as for `response_metrics`.
+            decay: as for `settled`.
         """
-        settled, at_rest = self.settled(duration), self.at_rest(command)
+        settled, at_rest = self.settled(duration, decay), self.at_rest(command)
         kept = dict.fromkeys(FROM_REST, settled & at_rest) | dict.fromkeys(AT_THE_END, settled)
+        with np.errstate(invalid="ignore"):
+            kept["peak_time"] = settled & (self.overshoot > NO_PEAK)
         return dataclasses.replace(
             self,
             **{name: np.where(keep, getattr(self, name), np.nan) for name, keep in kept.items()},
         )
 
 
+def _decayed(duration: float, decay: float | np.ndarray) -> np.ndarray:
+    """Return whether a time [s] is long enough for transients that need a decay time [s]."""
+    return np.asarray(np.asarray(decay) <= duration + 1e-6)
+
+
+def step_duration(decay: float) -> float:
+    """Return how long to fly a step after its edge [s], given the decay time of its transient [s].
+
+    A transient that does not decay within `LONGEST_DURATION` is flown for the usual time: its
+    numbers are withheld.
+    """
+    if not decay <= LONGEST_DURATION:
+        return USUAL_DURATION
+    return max(USUAL_DURATION, _WHOLE * math.ceil(decay / _WHOLE))
+
+
 def why_withheld(
-    metrics: ResponseMetrics, duration: float, command: float, *, changed: bool = False
+    metrics: ResponseMetrics,
+    duration: float,
+    command: float,
+    *,
+    decay: float = 0.0,
+    changed: bool = False,
 ) -> str:
     """Return why numbers of the first response mean nothing, as a sentence; "" if they all do.
 
@@ -110,10 +161,21 @@ def why_withheld(
         metrics: as `response_metrics` gives them.
         duration: flown from time 0 on [s].
         command: as for `response_metrics`.
+        decay: as for `ResponseMetrics.settled`.
         changed: whether parameters changed while it was flown.
     """
     if changed:
         return "parameters changed during the step; fly it again"
+    if math.isinf(decay):
+        return (
+            "by the linear model, the response does not come to rest within "
+            f"{LONGEST_DURATION:g} s; change the gains"
+        )
+    if not _decayed(duration, decay):
+        return (
+            f"by the linear model, the step needs {decay:.3g} s to settle, and was flown for "
+            f"{duration:.3g} s; fly it for {step_duration(decay):g} s"
+        )
     if not metrics.settled(duration)[0]:
         return f"the step has not settled within {duration:.3g} s; fly it for longer"
     if not metrics.at_rest(command)[0]:
@@ -194,7 +256,7 @@ class StepMetrics:
         overshoot: above the steady state [% of it].
         undershoot: to the wrong side of where it began [% of the steady state].
         peak: largest absolute value.
-        peak_time: when [s].
+        peak_time: when [s]; NaN for a response that rises to its steady state without a peak.
         steady_state_value: value at the end.
         steady_state_error: of the steady state against the command [% of it].
         withheld: why some are NaN, as a sentence; "" if none is for such a reason.
@@ -220,20 +282,29 @@ NUMBERS = tuple(field.name for field in dataclasses.fields(StepMetrics))[:-1]
 """Names of what `StepMetrics` measures."""
 
 
-def step_metrics(time: np.ndarray, response: np.ndarray, command: float) -> StepMetrics:
+def step_metrics(
+    time: np.ndarray,
+    response: np.ndarray,
+    command: float,
+    *,
+    decay: float = 0.0,
+    changed: bool = False,
+) -> StepMetrics:
     """Return the metrics of a response to a command given at time 0.
 
     Args:
         time: (N) from 0 [s].
         response: (N), at rest at 0.
         command: what it should come to, in the response's unit; not zero.
+        decay: as for `ResponseMetrics.settled`.
+        changed: whether parameters changed while it was flown; then there are no numbers.
     """
     many = response_metrics(time, np.asarray(response, dtype=float)[None, :], command)
     duration = float(time[-1])
-    kept = many.withheld(duration, command)
+    kept = many.withheld(duration, command, decay)
     return StepMetrics(
-        **{name: float(getattr(kept, name)[0]) for name in NUMBERS},
-        withheld=why_withheld(many, duration, command),
+        **{name: math.nan if changed else float(getattr(kept, name)[0]) for name in NUMBERS},
+        withheld=why_withheld(many, duration, command, decay=decay, changed=changed),
     )
 
 
@@ -357,64 +428,3 @@ def noise(time: np.ndarray, values: np.ndarray) -> float:
         if len(stretch) >= 5 * edge
     ]
     return float(np.sqrt(np.mean(np.concatenate(rest) ** 2))) if rest else math.nan
-
-
-def measure_steps(time, responses, command, numbers):
-    """Write what `response_metrics` returns, one response after the other; it can be compiled.
-
-    Args:
-        time: (M) from 0 [s].
-        responses: (M, m or more), at rest at 0; NaN from when one is lost on.
-        command: what they should come to; not 0.
-        numbers: (m, 10) places for the metrics, in the order of `ResponseMetrics`.
-    """
-    size = len(time)
-    level = UPPER * command
-    way = np.sign(level)
-    for i in range(len(numbers)):
-        steady = responses[size - 1, i]
-        sign = np.sign(steady)
-        begin = end = arrival = -1
-        settled = 0
-        top, bottom, peak = -math.inf, math.inf, -1.0
-        lowest, peak_at = 0.0, 0
-        for k in range(size):
-            value = responses[k, i]
-            if arrival < 0 and value * way >= abs(level):
-                arrival = k
-            forward = sign * value
-            if begin < 0 and sign * (value - LOWER * steady) >= 0.0:
-                begin = k
-            if end < 0 and sign * (value - UPPER * steady) >= 0.0:
-                end = k
-            if abs(value / steady - 1.0) >= SETTLED:
-                settled = k + 1
-            if forward > top:
-                top = forward
-            if forward < bottom:
-                bottom = forward
-                lowest = value
-            if abs(value) > peak:
-                peak = abs(value)
-                peak_at = k
-        row = numbers[i]
-        row[:] = math.nan
-        row[4] = row[5] = math.inf
-        row[9] = responses[0, i]
-        if arrival >= 0:
-            row[8] = time[arrival]
-        if arrival > 0:
-            low, high = responses[arrival - 1, i], responses[arrival, i]
-            part = (level - low) / (high - low)
-            row[8] = time[arrival - 1] + part * (time[arrival] - time[arrival - 1])
-        if not math.isfinite(steady):
-            continue
-        row[0] = time[max(end, 0)] - time[max(begin, 0)]
-        row[1] = time[settled] if settled < size else math.nan
-        above = abs(top) - abs(steady)
-        row[2] = abs(100.0 * above / steady) if above > 0.0 else 0.0
-        row[3] = -100.0 * lowest / steady if sign * lowest < 0.0 else 0.0
-        row[4] = peak
-        row[5] = time[peak_at]
-        row[6] = steady
-        row[7] = 100.0 * abs(steady - command) / abs(command)

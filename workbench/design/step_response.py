@@ -12,7 +12,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from workbench.common.errors import WorkbenchError, unknown_name
-from workbench.design.response_metrics import StepMetrics, step_metrics
+from workbench.design.response_metrics import (
+    USUAL_DURATION,
+    StepMetrics,
+    step_duration,
+    step_metrics,
+)
 from workbench.scenario.axes import AXES, find_axis
 from workbench.scenario.scenario import Action, Scenario, Start, at_own_period
 
@@ -61,6 +66,7 @@ class StepResponse:
         exchange: statistics of the exchange with a program that ran the law, see
             `Session.exchange`.
         ended: why that program ended in flight, else "".
+        decay: time by which the transient has decayed by the linear model [s], 0 if unknown.
     """
 
     axis: str
@@ -72,6 +78,7 @@ class StepResponse:
     before: float = 0.0
     exchange: Mapping[str, float] = field(default_factory=dict)
     ended: str = ""
+    decay: float = 0.0
 
     @property
     def time(self) -> np.ndarray:
@@ -100,7 +107,7 @@ def fly_step(
     axis: str,
     amplitude: float,
     *,
-    duration: float = 5.0,
+    duration: float | None = None,
     scenario: Scenario | None = None,
     settings: Mapping[str, float] | None = None,
     velocity: Sequence[float] = HOVER,
@@ -113,7 +120,7 @@ def fly_step(
     Args:
         axis: x, y, z or yaw.
         amplitude: of the command, [m/s] or [rad/s].
-        duration: flown after the edge [s].
+        duration: flown after the edge [s]; None for until it has settled, see `step_duration`.
         scenario: its vehicle and rates are used; start and script are the step's own.
         settings: parameter values for this flight.
         velocity: of the steady flight before the step, in W (3) [m/s].
@@ -126,10 +133,16 @@ def fly_step(
         WorkbenchError: if axis, amplitude or duration are invalid, or the step cannot be flown.
     """
     check_step(axis, amplitude)
-    check_duration(duration)
-    flight = step_scenario(axis, amplitude, duration, scenario or Scenario(), velocity)
+    if duration is not None:
+        check_duration(duration)
+    from workbench.design.linear_step import DecayTimes  # loads Drake
+
+    scenario = scenario or Scenario()
+    decay = DecayTimes(scenario, velocity).of(axis, settings or {})
+    duration = step_duration(decay) if duration is None else duration
+    flight = step_scenario(axis, amplitude, duration, scenario, velocity)
     if session:
-        session.follow(flight.script)
+        session.follow(flight.script, flight.duration)
     else:
         session = _session(flight, settings, engine)
     _check_within_limit(session, axis, amplitude, velocity)
@@ -143,22 +156,21 @@ def fly_step(
         axis=axis,
         amplitude=amplitude,
         recording=recording,
-        metrics=step_metrics(after.time - EDGE, response - before, amplitude),
+        metrics=step_metrics(after.time - EDGE, response - before, amplitude, decay=decay),
         peak_rotor_use=float(after.rotor_use.max()),
         coupling=coupling(after, axis, velocity),
         before=before,
         exchange=session.exchange,
         ended=session.ended,
+        decay=decay,
     )
 
 
 def step_session(
-    duration: float,
-    scenario: Scenario | None = None,
-    settings: Mapping[str, float] | None = None,
+    scenario: Scenario | None = None, settings: Mapping[str, float] | None = None
 ) -> "Session":
     """Return a session that flies steps of several axes one after another, see `fly_step`."""
-    return _session(step_scenario(AXES[0], 1.0, duration, scenario or Scenario()), settings)
+    return _session(step_scenario(AXES[0], 1.0, USUAL_DURATION, scenario or Scenario()), settings)
 
 
 def _session(

@@ -244,13 +244,17 @@ class Session:
         self.scenario = self._first.scenario
         self._begin(None)
 
-    def follow(self, script: Sequence[Action]) -> None:
+    def follow(self, script: Sequence[Action], duration: float) -> None:
         """Restart with another script; the flight equals that of a new session to the bit.
+
+        Args:
+            script: actions of the pilot.
+            duration: of the scenario [s].
 
         Raises:
             WorkbenchError: if the vehicle cannot fly it.
         """
-        scenario = dataclasses.replace(self._first.scenario, script=list(script))
+        scenario = dataclasses.replace(self._first.scenario, script=list(script), duration=duration)
         check_scenario(scenario)
         _check_script(scenario, self.vehicle, payload_of(self._first.values))
         self._first = dataclasses.replace(self._first, scenario=scenario)

@@ -18,7 +18,8 @@ from workbench.design.judge.plots import (
 )
 from workbench.design.judge.sampled_stability import RateSample, SlowestRate
 from workbench.design.judge.sensitivity import Sensitivity
-from workbench.design.judge.step_pair import StepPair, linear_step
+from workbench.design.judge.step_pair import StepPair
+from workbench.design.linear_step import linear_step
 from workbench.design.response_metrics import step_metrics
 
 LOOPS = load_controller().loops

@@ -8,8 +8,9 @@ import pytest
 from workbench.control.controller import load_controller
 from workbench.design.judge.loop_judgement import growing_loops, judge_loops
 from workbench.design.judge.report import judge
-from workbench.design.judge.step_pair import linear_step, step_pair
+from workbench.design.judge.step_pair import step_pair
 from workbench.design.linear.operating_point import OperatingPoint
+from workbench.design.linear_step import linear_step
 from workbench.scenario.scenario import Scenario
 
 LOOPS = load_controller().loops
@@ -46,7 +47,7 @@ def test_linear_and_flown_steps_stand_side_by_side(found):
 
 
 def test_a_small_flown_step_is_the_linear_one(steering):
-    pair = step_pair(steering, "x", 0.02, duration=1.5, scenario=Scenario())
+    pair = step_pair(steering, "x", 0.02, scenario=Scenario())
     assert pair.difference < 0.005
 
 

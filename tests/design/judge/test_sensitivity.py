@@ -10,7 +10,7 @@ from workbench.design.response_metrics import NUMBERS
 from workbench.design.step_response import fly_step
 from workbench.scenario.parameters import parameter_table
 
-DURATION = 1.0
+DURATION = 2.0
 
 
 @pytest.fixture(scope="module")

@@ -14,7 +14,6 @@ from workbench.design.rollout.engine import (
     LARGEST,
     RolloutEngine,
     compiled_block,
-    compiled_measures,
     make_schedule,
     rollout_metrics,
     run_chunks,
@@ -283,7 +282,6 @@ def test_flights_of_all_kinds_are_compiled_once(engine):
     start = start_state(engine.vehicle, Start())
     engine.fly_from(many, np.tile(start, (20, 1)), np.zeros((20, 4)), duration=0.1)
     assert len(compiled_block(load_controller(), None).signatures) == 1
-    assert len(compiled_measures.signatures) == 1
 
 
 @pytest.mark.parametrize("threads", [1, 2])

@@ -15,9 +15,7 @@ NAN = float("nan")
 @pytest.fixture(scope="session")
 def lost_table():
     """Six candidates along x, of which the stiffest are lost."""
-    return sweep(
-        ["kp_pitch=100..2000:3", "kp_velocity_x=3..6:2"], axis="x", amplitude=1.0, duration=3.0
-    )
+    return sweep(["kp_pitch=100..2000:3", "kp_velocity_x=3..6:2"], axis="x", amplitude=1.0)
 
 
 @pytest.fixture

@@ -26,7 +26,7 @@ NAN = float("nan")
 
 def full(settings, **options):
     """Return the metrics of `fly_step`, in the order of a sweep."""
-    response = fly_step("x", 1.0, duration=3.0, settings=settings, **options)
+    response = fly_step("x", 1.0, settings=settings, **options)
     return [*response.metrics.numbers.values(), response.peak_rotor_use]
 
 
@@ -59,7 +59,6 @@ def test_processes_fly_what_the_compiled_engine_flies(lost_table):
         ["kp_pitch=100..2000:2"],
         axis="x",
         amplitude=1.0,
-        duration=3.0,
         fly=fly_full,
         settings={"kp_velocity_x": 3.0},
     )
@@ -142,7 +141,7 @@ def test_a_stopped_sweep_keeps_what_was_flown():
     shares = []
     table = sweep(["kp_velocity_z=2..10:200"], duration=2.5, stop=stop, progress=shares.append)
     assert 0 < len(table) < table.planned == 200
-    assert np.isfinite(table.values).all(axis=1).any()
+    assert np.isfinite(table.column("rise_time")).any()
     np.testing.assert_array_equal(
         table.column("kp_velocity_z"), np.linspace(2.0, 10.0, 200)[: len(table)]
     )
@@ -157,9 +156,7 @@ def test_a_stopped_sweep_in_processes_keeps_what_was_flown(monkeypatch):
 
 
 def test_margins_are_columns():
-    table = sweep(
-        ["kp_velocity_x=2..6:2", "kp_pitch=100..2000:2"], axis="x", loop="velocity_x", duration=3.0
-    )
+    table = sweep(["kp_velocity_x=2..6:2", "kp_pitch=100..2000:2"], axis="x", loop="velocity_x")
     assert table.names[-5:] == (
         "phase_margin",
         "gain_margin",
@@ -263,7 +260,7 @@ def test_the_axis_follows_the_gains_and_equal_candidates_have_no_best():
 
 
 def test_a_candidate_that_has_not_settled_is_no_best():
-    table = sweep(["kp_velocity_z=0.5..6:4"], duration=2.0)
+    table = sweep(["kp_velocity_z=0.5..6:4"], duration=4.0)
     assert table.withheld.tolist() == [True, False, False, False]
     assert np.isnan(table.column("steady_state_error")[0])
     for metric in ("rise_time", "overshoot", "peak_rotor_use"):

@@ -17,7 +17,7 @@ def take(excitation, begun, end):
 
 @pytest.fixture
 def history():
-    return ResponseHistory(take)
+    return ResponseHistory(take, lambda: 0.0)
 
 
 def test_there_is_nothing_before_the_first_round(history):

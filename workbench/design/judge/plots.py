@@ -23,8 +23,9 @@ from workbench.design.judge.measured_loop import COHERENT
 from workbench.design.judge.modes import GONE, natural_poles
 from workbench.design.judge.phase_budget import PARTS, PhaseBudget
 from workbench.design.judge.sampled_stability import SAFE_PHASE, SLOW, SlowestRate
-from workbench.design.judge.step_pair import INPUTS, OUTPUTS, STEPS, StepPair, linear_step
+from workbench.design.judge.step_pair import STEPS, StepPair
 from workbench.design.linear.model import LinearModel
+from workbench.design.linear_step import INPUTS, OUTPUTS, linear_step
 from workbench.design.plots import PALETTE, label, legend, note, stacked, styled, titled, widen
 from workbench.scenario.axes import find_axis
 

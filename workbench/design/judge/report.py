@@ -19,9 +19,6 @@ from workbench.gains.gains import flight_gains
 from workbench.plant.sensors import Imu
 from workbench.scenario.scenario import Scenario
 
-STEP_DURATION = 5.0
-"""Time flown after the command of a step [s]."""
-
 
 @dataclass(frozen=True)
 class Judgement:
@@ -97,7 +94,7 @@ def judge(
     say = progress or (lambda share: None)
     steps = []
     if at_hover:
-        session = step_session(STEP_DURATION, scenario, settings)
+        session = step_session(scenario, settings)
         for index, (axis, amplitude) in enumerate(STEPS):
             say(index / (len(STEPS) + 1))
             steps.append(
@@ -105,7 +102,6 @@ def judge(
                     steering,
                     axis,
                     amplitude,
-                    duration=STEP_DURATION,
                     scenario=scenario,
                     settings=settings,
                     session=session,

@@ -10,8 +10,9 @@ import numpy as np
 from workbench.common.errors import FlightBrokenError
 from workbench.design.judge.loop_response import INTEGRATOR, closed_poles, growth_rate
 from workbench.design.linear.model import LinearModel
+from workbench.design.linear_step import INPUTS, OUTPUTS, decay_time, linear_step
 from workbench.design.lost import find_loss
-from workbench.design.response_metrics import StepMetrics, step_metrics
+from workbench.design.response_metrics import StepMetrics, step_duration, step_metrics
 from workbench.design.step_response import fly_step
 from workbench.plant.thrust_frame import thrust_frame
 from workbench.plant.vehicle import Vehicle
@@ -22,15 +23,8 @@ if TYPE_CHECKING:
 
 STEPS = (("x", 2.0), ("y", 2.0), ("z", 1.0), ("yaw", 0.2))
 """Axes and amplitudes of the steps in the paper [m/s, rad/s]."""
-INPUTS = {
-    "x": "reference_v_x",
-    "y": "reference_v_y",
-    "z": "reference_v_z",
-    "yaw": "reference_yaw_rate",
-}
 ASKED = 1.0
 """Time after a step in which its thrusts are evaluated [s]."""
-OUTPUTS = {"x": "v_x", "y": "v_y", "z": "v_z", "yaw": "w_z"}
 
 
 @dataclass(frozen=True)
@@ -71,7 +65,6 @@ def step_pair(
     axis: str,
     amplitude: float,
     *,
-    duration: float,
     scenario: Scenario,
     settings: Mapping[str, float] | None = None,
     session: "Session | None" = None,
@@ -82,7 +75,6 @@ def step_pair(
         model: of the same scenario and settings, while the pilot steers.
         axis: x, y, z or yaw.
         amplitude: of the command [m/s or rad/s].
-        duration: after the command [s].
         scenario: as for `fly_step`.
         settings: as for `fly_step`.
         session: as for `fly_step`.
@@ -90,13 +82,14 @@ def step_pair(
     Raises:
         WorkbenchError: as `fly_step`.
     """
-    time = model.period * np.arange(round(duration / model.period) + 1)
+    decay = decay_time(model, axis)
+    time = model.period * np.arange(round(step_duration(decay) / model.period) + 1)
     flown, broken = None, ""
     try:
         flight = fly_step(
             axis,
             amplitude,
-            duration=duration,
+            duration=step_duration(decay),
             scenario=scenario,
             settings=settings,
             session=session,
@@ -116,7 +109,7 @@ def step_pair(
         time=time,
         linear_response=response,
         flown_response=flown.response if flown else np.zeros(0),
-        linear=step_metrics(time, response, amplitude) if dies_out else None,
+        linear=step_metrics(time, response, amplitude, decay=decay) if dies_out else None,
         flown=flown.metrics if flown else None,
         broken=broken,
     )
@@ -141,23 +134,3 @@ def saturating_step(model: LinearModel, axis: str, vehicle: Vehicle) -> float:
         if room > 0.0:
             share = max(share, float(np.abs(thrust).max()) / room)
     return 1.0 / share if share else math.inf
-
-
-def linear_step(model: LinearModel, command: str, answer: str, samples: int) -> np.ndarray:
-    """Return the response (N) of a sampled model at rest to a command that steps to 1 at time 0.
-
-    Args:
-        model: sampled.
-        command: name of an input.
-        answer: name of an output.
-        samples: N.
-    """
-    A, b, c = model.A, model.B([command])[:, 0], model.C([answer])[0]
-    through = float(model.D([answer], [command])[0, 0])
-    state = np.zeros(len(A))
-    response = np.empty(samples)
-    with np.errstate(over="ignore", invalid="ignore"):
-        for index in range(samples):
-            response[index] = c @ state + through
-            state = A @ state + b
-    return response

@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from workbench.common.errors import FlightBrokenError, WorkbenchError
+from workbench.design.linear_step import DecayTimes
 from workbench.design.load_step import load_scenario
 from workbench.design.lost import find_loss
 from workbench.design.regress.signals import (
@@ -143,6 +144,7 @@ class Flight:
         command: target change of the signal; None if not specified.
         trouble: why the flight was lost or broke off, else "".
         changed: whether the script changes parameters from the edge on.
+        decay: time by which the transient of the step has decayed [s], 0 if unknown.
         samples: of the sensors, if a signal of the case needs them.
     """
 
@@ -153,6 +155,7 @@ class Flight:
     command: float | None
     trouble: str = ""
     changed: bool = False
+    decay: float = 0.0
     load: str = ""
     samples: tuple[Samples, ...] = ()
 
@@ -236,8 +239,13 @@ class Flight:
         if self.load:
             return self.loaded.withheld
         assert self.command is not None
-        duration = float(self.time[-1])
-        return why_withheld(self.step, duration, self.command, changed=self.changed)
+        return why_withheld(
+            self.step,
+            float(self.time[-1]),
+            self.command,
+            decay=self.decay,
+            changed=self.changed,
+        )
 
 
 def changed(spec: Spec, changes: Changes) -> Scenario:
@@ -297,7 +305,8 @@ def fly_case(case: Case, common: Scenario, settings: Mapping[str, float]) -> Fli
     scenario = case_scenario(case, common)
     of_sensors = [name for name in case.signals if POINT in name]
     scenario.sensors.keep |= bool(of_sensors)
-    session = Session(scenario, {**case.set, **settings}, engine="either")
+    values = {**case.set, **settings}
+    session = Session(scenario, values, engine="either")
     for name in of_sensors:  # before a possibly long flight
         sensor_signal(name, session.samples())
     broke_off = ""
@@ -316,6 +325,7 @@ def fly_case(case: Case, common: Scenario, settings: Mapping[str, float]) -> Fli
         command=case.amplitude if case.axis else case.command,
         trouble=broke_off or (loss.sentence if loss else ""),
         changed=any(action.set and action.at >= case.edge for action in case.script),
+        decay=DecayTimes(common).of(case.axis, values) if case.axis else 0.0,
         samples=session.samples() if of_sensors else (),
     )
 

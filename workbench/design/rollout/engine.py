@@ -21,7 +21,7 @@ from workbench.control.controller import Controller, load_controller
 from workbench.control.flight_law import SOURCES as LAW
 from workbench.control.flight_law import known_vehicle, law_constants, packed
 from workbench.control.guidance import KnownVehicle
-from workbench.design.response_metrics import ResponseMetrics, measure_steps, response_metrics
+from workbench.design.response_metrics import ResponseMetrics, response_metrics
 from workbench.design.rollout.candidates import Candidates, make_candidates, start_state
 from workbench.design.rollout.flight import make_fly_block
 from workbench.design.rollout.rows import LANES
@@ -46,7 +46,6 @@ SOURCES = (
     "systems/sensors/barometer.py",
     "design/rollout",
     "design/tumbling.py",
-    "design/response_metrics.py",
 )
 """What the compiled flights stand in, below `workbench/`."""
 LARGEST = 2
@@ -371,15 +370,6 @@ def compiled_block(controller: Controller, estimator: Estimator | None) -> Calla
     )
 
 
-compiled_measures = compile_cached(
-    measure_steps,
-    SOURCES,
-    "the metrics of steps",
-    nogil=True,
-    error_model="numpy",
-)
-
-
 def run_chunks(
     work: Work,
     count: int,
@@ -650,12 +640,14 @@ class RolloutEngine:
         heading: float = 0.0,
         variations: Sequence[Variation] | None = None,
         seeds: Sequence[int] | None = None,
+        decay: float | np.ndarray = 0.0,
         progress: Callable[[float], None] | None = None,
         stop: Callable[[], bool] | None = None,
     ) -> MeasuredSteps:
         """Fly a step with every gain set, and keep its metrics alone: a hundred bytes a candidate.
 
-        Args: as for `fly`.
+        Args: as for `fly`, and
+            decay: as for `ResponseMetrics.settled`.
 
         Raises:
             WorkbenchError: as `fly` does.
@@ -664,15 +656,20 @@ class RolloutEngine:
             gains, axis, amplitude, duration, heading, HOVER, 1, variations, seeds
         )
         times = planned.time
-        numbers = np.full((planned.size, len(dataclasses.fields(ResponseMetrics))), np.nan)
+        numbers = np.full((len(dataclasses.fields(ResponseMetrics)), planned.size), np.nan)
 
         def keep(first: int, last: int, samples: np.ndarray) -> None:
-            compiled_measures(times, samples[:, 0], float(amplitude), numbers[first:last])
+            responses = samples[:, 0, : last - first].T
+            numbers[:, first:last] = dataclasses.astuple(
+                response_metrics(times, responses, amplitude)
+            )
 
         kept = (RESPONSES[AXES.index(axis)],)
         used, lost_at = planned.fly(kept, keep, self._threads, progress, stop)
         return MeasuredSteps(
-            metrics=ResponseMetrics(*numbers[: len(used)].T).withheld(times[-1], amplitude),
+            metrics=ResponseMetrics(*numbers[:, : len(used)]).withheld(
+                times[-1], amplitude, np.broadcast_to(decay, planned.size)[: len(used)]
+            ),
             peak_rotor_use=used,
             diverged_at=lost_at,
         )

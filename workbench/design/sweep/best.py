@@ -122,8 +122,10 @@ def _why_none_counts(table: SweepTable, metric: str) -> str:
         return f"no candidate flies to the end and has a {metric}"
     if np.isnan(table.column("steady_state_error")[table.withheld]).all():
         return (
-            f"no best is chosen: no candidate settles within {table.case.duration:g} s: fly "
-            "longer with --duration, or sweep other values"
+            "no best is chosen: no candidate settles: sweep other values"
+            if table.case.duration is None
+            else f"no best is chosen: no candidate settles within {table.case.duration:g} s: leave "
+            "--duration out, or sweep other values"
         )
     return "no best is chosen: no step begins at rest, as the drone drifts in the hover before it"
 

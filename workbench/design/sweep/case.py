@@ -56,7 +56,8 @@ class SweepCase:
     Attributes:
         axis: x, y, z or yaw.
         amplitude: of the command [m/s] or [rad/s].
-        duration: flown after the edge of the command [s].
+        duration: flown after the edge of the command [s]; None for until each candidate has
+            settled, see `step_duration`.
         scenario: its vehicle, world and rates are used.
         settings: parameter values common to all candidates, by name.
 
@@ -66,13 +67,14 @@ class SweepCase:
 
     axis: str
     amplitude: float
-    duration: float = 3.0
+    duration: float | None = None
     scenario: Scenario = field(default_factory=Scenario)
     settings: Mapping[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         check_step(self.axis, self.amplitude)
-        check_duration(self.duration)
+        if self.duration is not None:
+            check_duration(self.duration)
 
     @property
     def controller(self) -> Controller:
@@ -161,6 +163,14 @@ class Flown(NamedTuple):
 
 FlySweep = Callable[[SweepCase, Vehicle, Sequence[Candidate], Progress | None, Stop | None], Flown]
 """Function that flies candidates: `fly_compiled` or `fly_full`."""
+
+
+def part(progress: Progress | None, first: float, last: float) -> Progress | None:
+    """Return a function for the progress of a part of the work."""
+    if progress is None:
+        return None
+    tell = progress
+    return lambda share: tell(first + share * (last - first))
 
 
 def nothing_flown(count: int) -> Flown:

@@ -8,13 +8,25 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from workbench.common.cache import PROGRESS_LOGGER
+from workbench.design.linear_step import DecayTimes
+from workbench.design.response_metrics import step_duration
 from workbench.design.rollout.engine import RolloutEngine
 from workbench.design.rollout.senses import make_senses, why_not
-from workbench.design.sweep.case import Candidate, Flown, Progress, Stop, SweepCase, nothing_flown
+from workbench.design.sweep.case import (
+    Candidate,
+    Flown,
+    Progress,
+    Stop,
+    SweepCase,
+    nothing_flown,
+)
 from workbench.plant.vehicle import Vehicle
 
 if TYPE_CHECKING:
     from workbench.design.executor.executor import Executor
+
+_CHUNK = 64
+"""Number of candidates that are flown between two looks at whether to stop."""
 
 
 def fly_compiled(
@@ -41,24 +53,38 @@ def fly_compiled(
         controller=case.controller,
         senses=make_senses(vehicle, case.scenario),
     )
-    measured = engine.measure(
-        [each.settings for each in candidates],
-        case.axis,
-        case.amplitude,
-        duration=case.duration,
-        variations=[each.variation for each in candidates],
-        seeds=[seed if each.seed is None else each.seed for each in candidates],
-        progress=progress,
-        stop=stop,
-    )
+    decay_times = DecayTimes(case.scenario)
     flown = nothing_flown(len(candidates))
-    done = slice(0, len(measured))
-    metrics = astuple(measured.metrics)[: len(flown.values[0]) - 1]
-    values = np.stack([*metrics, measured.peak_rotor_use], axis=1)
-    values[np.isfinite(measured.diverged_at)] = np.nan
-    flown.done[done] = True
-    flown.values[done] = values
-    flown.diverged_at[done] = measured.diverged_at
+    for first in range(0, len(candidates), _CHUNK):
+        chunk = range(first, min(first + _CHUNK, len(candidates)))
+        decays: dict[float, dict[int, float]] = {}
+        for index in chunk:
+            if stop and stop() and first:
+                return flown
+            each = candidates[index]
+            decay = decay_times.of(case.axis, each.settings, each.variation)
+            duration = step_duration(decay) if case.duration is None else case.duration
+            decays.setdefault(duration, {})[index] = decay
+        for duration, decay_of in decays.items():
+            some = [candidates[index] for index in decay_of]
+            measured = engine.measure(
+                [each.settings for each in some],
+                case.axis,
+                case.amplitude,
+                duration=duration,
+                variations=[each.variation for each in some],
+                seeds=[seed if each.seed is None else each.seed for each in some],
+                decay=np.array(list(decay_of.values())),
+            )
+            metrics = astuple(measured.metrics)[: len(flown.values[0]) - 1]
+            values = np.stack([*metrics, measured.peak_rotor_use], axis=1)
+            values[np.isfinite(measured.diverged_at)] = np.nan
+            done = list(decay_of)
+            flown.done[done] = True
+            flown.values[done] = values
+            flown.diverged_at[done] = measured.diverged_at
+        if progress:
+            progress(chunk.stop / len(candidates))
     return flown
 
 

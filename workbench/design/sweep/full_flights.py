@@ -8,9 +8,10 @@ import numpy as np
 
 from workbench.common.errors import FlightBrokenError
 from workbench.design.executor.executor import Executor, Task, all_cores
+from workbench.design.linear_step import DecayTimes
 from workbench.design.lost import find_loss
 from workbench.design.metrics import FLOWN
-from workbench.design.response_metrics import step_metrics
+from workbench.design.response_metrics import step_duration, step_metrics
 from workbench.design.step_response import EDGE, axis_velocity, step_scenario
 from workbench.design.sweep.case import Candidate, Flown, Progress, Stop, SweepCase, nothing_flown
 from workbench.plant.vehicle import Vehicle
@@ -77,7 +78,9 @@ def fly_one(case: SweepCase, candidate: Candidate) -> tuple[list[float], float]:
     Raises:
         WorkbenchError: if it cannot be built.
     """
-    scenario = step_scenario(case.axis, case.amplitude, case.duration, case.scenario)
+    decay = DecayTimes(case.scenario).of(case.axis, candidate.settings, candidate.variation)
+    duration = step_duration(decay) if case.duration is None else case.duration
+    scenario = step_scenario(case.axis, case.amplitude, duration, case.scenario)
     scenario.vehicle = dataclasses.replace(scenario.vehicle, variation=candidate.variation)
     if candidate.seed is not None:
         scenario.sensors.seed = candidate.seed
@@ -93,7 +96,8 @@ def fly_one(case: SweepCase, candidate: Candidate) -> tuple[list[float], float]:
     after = recording.between(EDGE, np.inf)
     if not np.isnan(lost):
         return [float("nan")] * len(FLOWN), lost
-    metrics = step_metrics(after.time - EDGE, axis_velocity(after, case.axis), case.amplitude)
+    response = axis_velocity(after, case.axis)
+    metrics = step_metrics(after.time - EDGE, response, case.amplitude, decay=decay)
     return [*metrics.numbers.values(), float(after.rotor_use.max())], lost
 
 

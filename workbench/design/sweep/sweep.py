@@ -10,7 +10,15 @@ from workbench.common.errors import WorkbenchError, unknown_name
 from workbench.control.controller import Loop
 from workbench.design.metrics import FLOWN, MARGINS, SWEPT, Metric, find_metric
 from workbench.design.rollout.engine import RolloutEngine
-from workbench.design.sweep.case import Candidate, FlySweep, Progress, Stop, SweepCase, default_axis
+from workbench.design.sweep.case import (
+    Candidate,
+    FlySweep,
+    Progress,
+    Stop,
+    SweepCase,
+    default_axis,
+    part,
+)
 from workbench.design.sweep.compiled_flights import fly_fastest
 from workbench.design.sweep.ranges import SweepRange, parse_range
 from workbench.design.sweep.table import SweepTable
@@ -32,7 +40,7 @@ def sweep(
     seed: int = 0,
     axis: str = "",
     amplitude: float = 1.0,
-    duration: float = 3.0,
+    duration: float | None = None,
     scenario: Scenario | None = None,
     settings: Mapping[str, float] | None = None,
     loop: str = "",
@@ -50,7 +58,8 @@ def sweep(
         axis: of the step, x, y, z or yaw; "" for the one that the first gain acts on, such as x for
             kp_pitch, else z.
         amplitude: of its command [m/s] or [rad/s].
-        duration: flown after the edge of the command [s].
+        duration: flown after the edge of the command [s]; None for until each candidate has
+            settled, see `step_duration`.
         scenario: its vehicle, gains, world and rates are used.
         settings: parameter values common to all candidates.
         loop: the one to compute margins of as well, see `Controller.loops`; "" for none.
@@ -76,11 +85,11 @@ def sweep(
     rows = np.vstack([present, parameters])
     candidates = [case.candidate(parsed, row) for row in rows]
     share = FLIGHT_SHARE if cut else 1.0
-    flown = (fly or fly_fastest)(case, vehicle, candidates, _part(progress, 0.0, share), stop)
+    flown = (fly or fly_fastest)(case, vehicle, candidates, part(progress, 0.0, share), stop)
     metrics, values = FLOWN, flown.values
     if cut:
         flying = flown.done & np.isnan(flown.diverged_at)
-        tell = _part(progress, share, 1.0)
+        tell = part(progress, share, 1.0)
         margins = _candidate_margins(case, candidates, flying, cut, tell, stop)
         metrics, values = (*FLOWN, *MARGINS), np.hstack([values, margins])
     kept = flown.done[1:]
@@ -98,14 +107,6 @@ def sweep(
         present=present,
         present_values=values[0],
     )
-
-
-def _part(progress: Progress | None, first: float, last: float) -> Callable[[float], None] | None:
-    """Return a function for the progress of a part of the work."""
-    if progress is None:
-        return None
-    tell = progress
-    return lambda share: tell(first + share * (last - first))
 
 
 def sample(ranges: Sequence[SweepRange], method: str, samples: int, seed: int) -> np.ndarray:

@@ -1,7 +1,8 @@
-"""Metrics of many flown steps at once, with the definitions of `step_metrics` but interpolated.
+"""Metrics of many flown steps at once, for a search.
 
-`control.step_info` gives times as whole samples; a search needs numbers that change smoothly with
-the gains, so crossings are interpolated here. The two differ by a sample at most.
+`step_metrics` gives times as whole samples. A search needs numbers that change smoothly with the
+gains: here crossings are interpolated, and a sample is added, so that the times are never shorter
+than those of `step_metrics`. Gains that meet a limit here meet it there, too.
 """
 
 from typing import NamedTuple
@@ -38,8 +39,9 @@ def flight_numbers(
     with np.errstate(invalid="ignore"):  # the wrong direction counts as not reached
         steady = np.where((steady - begin) * command > 0.0, steady, np.nan)
         share = (response - begin[:, None]) / (steady - begin)[:, None]
-        rise = _first_above(time, share, 0.9) - _first_above(time, share, 0.1)
-        settling = _last_outside(time, share)
+        sample = time[1] - time[0]
+        rise = _first_above(time, share, 0.9) - _first_above(time, share, 0.1) + sample
+        settling = _last_outside(time, share) + sample
         overshoot = np.maximum(0.0, 100.0 * (share.max(axis=1) - 1.0))
         error = 100.0 * np.abs(steady / command - 1.0)
     return FlightNumbers(*map(_or_infinite, (rise, settling, overshoot, error)))

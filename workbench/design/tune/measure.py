@@ -3,7 +3,7 @@
 import copy
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -15,17 +15,17 @@ from workbench.design.executor.executor import Task, all_cores
 from workbench.design.judge.loop_response import closed_poles, growth_rate
 from workbench.design.judge.margins import all_margins
 from workbench.design.judge.noise import noise_effects
-from workbench.design.judge.step_pair import linear_step
 from workbench.design.linear.model import LinearModel
 from workbench.design.linear.operating_point import HOLDING, OperatingPoint, Triple
+from workbench.design.linear.retuned import Models, retuned_models
 from workbench.design.linear.study import LinearStudy
+from workbench.design.linear_step import linear_step
 from workbench.design.metrics import LOOP, ROTORS, STEP
 from workbench.design.rollout.engine import RolloutEngine
 from workbench.design.rollout.senses import make_senses, why_not
 from workbench.design.step_response import HOVER, START_HEIGHT, fly_step
 from workbench.design.tune.case import NOMINAL, Case
 from workbench.design.tune.flight_numbers import flight_numbers
-from workbench.design.tune.retuned import Models, retuned_models
 from workbench.design.tune.variables import loop_of
 from workbench.design.tune.wish import ATTITUDE_METRICS, ATTITUDES
 from workbench.gains.gains import flight_gains
@@ -185,9 +185,19 @@ class Instruments:
             )
         return self._engines[case]
 
-    def responses(self, gains: Sequence[Gains], axis: str, case: Case) -> "Responses":
-        """Return flown steps of an axis, compiled if possible, else on the diagram."""
+    def responses(
+        self, gains: Sequence[Gains], axis: str, case: Case, duration: float | None = None
+    ) -> "Responses":
+        """Return flown steps of an axis, compiled if possible, else on the diagram.
+
+        Args:
+            gains: N sets of all parameter values.
+            axis: of the step.
+            case: the vehicle.
+            duration: flown after the edge [s]; None for that of the search.
+        """
         step = self.steps[axis]
+        step = step if duration is None else replace(step, duration=duration)
         if not self.compiles:
             return self._flown_on_the_diagram(gains, axis, step, case)
         flown = self._engine(case).fly(

@@ -1,6 +1,7 @@
 """The proof: flights on the full diagram with the gains, and their metrics."""
 
 import copy
+import dataclasses
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -8,9 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.design.metrics import STEP
+from workbench.design.response_metrics import StepMetrics, step_metrics
 from workbench.design.step_response import HOVER, StepResponse, fly_step
 from workbench.design.tune.case import NOMINAL, Case
-from workbench.design.tune.flight_numbers import flight_numbers
 from workbench.design.tune.measure import Step
 from workbench.design.tune.requirement import Requirement
 from workbench.scenario.scenario import Scenario
@@ -81,7 +82,6 @@ def prove(
         response = fly_step(
             axis,
             step.amplitude,
-            duration=step.duration,
             scenario=varied,
             settings=gains,
             velocity=velocity,
@@ -97,18 +97,27 @@ def prove(
 
 
 def _value(response: StepResponse, metric: str, case: Case) -> float:
-    """Return a metric of a flown step; NaN where it has no meaning.
-
-    In a corner the drone moves in the hover before the edge, so numbers are relative to the edge,
-    as in the search.
-    """
+    """Return a metric of a flown step; NaN where it has no meaning."""
     if metric == "peak_rotor_use":
         return response.peak_rotor_use
-    if case == NOMINAL:
-        return float(getattr(response.metrics, metric))
-    if response.loss or math.isnan(response.metrics.steady_state_error):
+    if response.loss:
         return math.nan
-    numbers = flight_numbers(
-        response.time, response.response[None], response.amplitude, np.array([False])
+    numbers = case_metrics(
+        response.time, response.response, response.amplitude, response.decay, case
     )
-    return float(getattr(numbers, metric)[0])
+    return float(getattr(numbers, metric))
+
+
+def case_metrics(
+    time: np.ndarray, response: np.ndarray, command: float, decay: float, case: Case
+) -> StepMetrics:
+    """Return the metrics of a step of a vehicle, see `step_metrics`.
+
+    In a corner the drone is not what its controller knows. It moves in the hover before the edge,
+    so its rise, settling and overshoot are relative to the edge.
+    """
+    found = step_metrics(time, response, command, decay=decay)
+    if case == NOMINAL:
+        return found
+    moved = step_metrics(time, response - response[0], command, decay=decay)
+    return dataclasses.replace(moved, steady_state_error=found.steady_state_error)

@@ -103,8 +103,9 @@ def shortfall(required: Requirement, value: float, smallest: float) -> str:
     assert required.widened is not None
     said = (
         f"{required.wish.name} stays at {shown(metric, value)} with {required.case}: a good flight "
-        f"has {sign} {shown(metric, required.widened)} there, which the rule's gains do not reach, "
-        f"so {sign} {shown(metric, required.bound)} was asked for; the best with all else met had "
+        f"has {sign} {shown(metric, required.widened)} there, which the law's own gains do not "
+        f"reach, so {sign} {shown(metric, required.bound)} was asked for; the best with all else "
+        "met had "
         f"{shown(metric, smallest)}"
     )
     return f"{said}; {NO_INTEGRAL}" if metric.name == "steady_state_error" else said

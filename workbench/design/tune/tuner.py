@@ -4,14 +4,15 @@ import dataclasses
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import compress
 
 import numpy as np
 
 from workbench.common.errors import WorkbenchError
 from workbench.control.controller import not_repeatable
 from workbench.design.linear.operating_point import Triple
-from workbench.design.metrics import STEP
-from workbench.design.response_metrics import AT_THE_END, FROM_REST, response_metrics
+from workbench.design.linear_step import DecayTimes
+from workbench.design.response_metrics import NUMBERS, StepMetrics, step_duration
 from workbench.design.step_response import HOVER
 from workbench.design.tune.case import NOMINAL, Case, Robustness, corners
 from workbench.design.tune.conflict import Unmet, conflicts
@@ -23,8 +24,8 @@ from workbench.design.tune.evaluation import (
     SearchEndedError,
     quantity,
 )
-from workbench.design.tune.measure import Instruments, Quantity, Responses, Step
-from workbench.design.tune.proof import Proof, flights_to_fly, prove
+from workbench.design.tune.measure import Instruments, Responses, Step
+from workbench.design.tune.proof import Proof, case_metrics, flights_to_fly, prove
 from workbench.design.tune.requirement import (
     Requirement,
     completed,
@@ -47,7 +48,7 @@ from workbench.design.tune.variables import (
     symmetric,
     variables_for,
 )
-from workbench.design.tune.wish import GUARD, Wish, Wishes, members, merged
+from workbench.design.tune.wish import DEFAULT, GUARD, Wish, Wishes, members, merged
 from workbench.gains.gains import make_profile, rule_gains
 from workbench.plant.variation import Variation
 from workbench.scenario.axes import find_axis
@@ -58,10 +59,8 @@ ROUNDS = 6
 """Number of repeated searches, with an omitted corner or with the results of the proof."""
 EVALUATIONS = 600
 """Default number of candidates of a run."""
-SHORTEST, LONGEST = 3.0, 20.0
-RULE_SETTLINGS = 3.0
-"""Duration of a step, as a multiple of the settling time with the rule's gains, within these limits
-[s]."""
+LONGEST = 20.0
+"""Longest duration of a step in the search [s]."""
 RISES, SETTLINGS = 4.0, 2.0
 """Duration of a step, as multiples of the wished rise time and settling time."""
 
@@ -120,8 +119,8 @@ def make_plan(
         for name, value in rule_gains(instruments.vehicle, law).items()
         if any(name in loop.gains for loop in law.loops)
     }
-    tell("flying the rule's gains, compiled: up to a minute the first time on this machine", 0.1)
-    instruments.steps = _steps(instruments, wishes, rule)
+    tell("flying the law's own gains, compiled: up to a minute the first time on this machine", 0.1)
+    instruments.steps = _steps(scenario, instruments, wishes, rule)
     tied = not separate and symmetric(law, rule, wishes.wishes)
     asked = mirrored(law, wishes.wishes) if tied else list(wishes.wishes)
     if wishes.defaults:
@@ -141,7 +140,7 @@ def make_plan(
     problem = Problem(
         instruments, variables, base, requirements(asked, [NOMINAL, *cases], wishes.robustness)
     )
-    tell(f"flying the rule's gains with {len(cases) + 1} vehicles", 0.6)
+    tell(f"flying the law's own gains with {len(cases) + 1} vehicles", 0.6)
     problem = problem.demanding(softened(problem.requirements, problem.measured([rule])[0]))
     tell("flying the result", 0.9)
     return Plan(
@@ -155,11 +154,14 @@ def make_plan(
     )
 
 
-def _steps(instruments: Instruments, wishes: Wishes, rule: Mapping[str, float]) -> dict[str, Step]:
+def _steps(
+    scenario: Scenario, instruments: Instruments, wishes: Wishes, rule: Mapping[str, float]
+) -> dict[str, Step]:
     """Return the steps to fly, long enough for the vehicle and the wishes."""
     asked = {wish.subject for wish in wishes.wishes}
     asked |= {"x", "y"} if asked & {"x", "y"} else set()  # one represents both, see `mirrored`
     steps = {}
+    decay_times = DecayTimes(scenario, instruments.point.velocity)
     for axis, amplitude in wishes.steps:
         if axis not in asked and not wishes.defaults:
             continue
@@ -175,10 +177,8 @@ def _steps(instruments: Instruments, wishes: Wishes, rule: Mapping[str, float]) 
             ],
             default=0.0,
         )
-        instruments.steps = {axis: Step(amplitude, LONGEST)}
-        settling = Quantity(NOMINAL, STEP, axis, "settling_time")
-        slow = RULE_SETTLINGS * float(instruments.measure([rule], [settling])[0, 0])
-        steps[axis] = Step(amplitude, min(LONGEST, max(SHORTEST, slow, longest)))
+        slow = step_duration(decay_times.of(axis, rule))
+        steps[axis] = Step(amplitude, min(LONGEST, max(slow, longest)))
     return steps
 
 
@@ -243,6 +243,11 @@ class Solution:
     problem: Problem
     best: Candidate
     smallest: Mapping[Requirement, float]
+
+    @property
+    def proved(self) -> bool:
+        """Whether all requirements of the search are met, on the full diagram as well."""
+        return self.best.met and self.proof is not None and not self.proof.missed
 
 
 class Solver:
@@ -456,11 +461,34 @@ class Tuner:
             telling=telling,
         )
         found = Solver(plan, self._budget, self._seed, telling).solve()
+        if not found.proved:
+            found = self._without_defaults(plan, found, telling)
         unmet = Unmet() if found.best.met else self._unmet(plan, found, telling)
         if unmet.nearest is not None:
             found = _nearest_reported(plan, found, unmet.nearest)
         telling.finish("flying the steps for the report")
         return self._tuning(plan, found, unmet)
+
+    def _without_defaults(self, plan: Plan, found: Solution, telling: Telling) -> Solution:
+        """Return gains that meet what was wished and not all defaults; else the given solution."""
+        whole = plan.problem
+        kept = [each.wish.origin != DEFAULT for each in whole.requirements]
+        if all(kept) or not any(wish.is_written for wish in plan.wishes):
+            return found
+        wished = dataclasses.replace(
+            plan,
+            problem=whole.demanding(list(compress(whole.requirements, kept))),
+            starts=(found.best.point, *plan.starts),
+            at_rule=plan.at_rule[kept],
+        )
+        budget = dataclasses.replace(
+            self._budget.part(self._budget.evaluations), seconds=self._budget.seconds
+        )
+        better = Solver(wished, budget, self._seed, telling).solve()
+        if not better.proved:
+            return found
+        values = whole.measured([{**whole.base, **better.gains}])[0]
+        return dataclasses.replace(better, values=values)
 
     def _unmet(self, plan: Plan, found: Solution, telling: Telling) -> Unmet:
         """Return the conflicts; none if the run was stopped.
@@ -483,12 +511,20 @@ class Tuner:
         before = problem.measured([problem.base])[0]
         axes = dict.fromkeys(wish.subject for wish in plan.wishes if wish.is_flown)
         cases = dict.fromkeys(required.case for required in problem.requirements)
-        responses = {
-            (axis, case): problem.instruments.responses([problem.base, gains], axis, case)
-            for axis in axes
-            for case in cases
-        }
-        results, withheld = _results(plan, responses, before, found.values)
+        decay_times = DecayTimes(plan.scenario, problem.instruments.point.velocity)
+        responses, measured = {}, {}
+        for case in cases:
+            for axis in axes:
+                decays = [
+                    decay_times.of(axis, each, case.variation) for each in (problem.base, gains)
+                ]
+                flown = problem.instruments.responses(
+                    [problem.base, gains], axis, case, max(map(step_duration, decays))
+                )
+                responses[axis, case] = flown
+                step = problem.instruments.steps[axis]
+                measured[axis, case] = _measured(flown, step, decays, case)
+        results, withheld = _results(plan, measured, before, found.values)
         required = [result.required for result in results]
         return Tuning(
             vehicle=problem.instruments.vehicle.name,
@@ -519,41 +555,49 @@ def _nearest_reported(plan: Plan, found: Solution, nearest: Candidate) -> Soluti
     return dataclasses.replace(found, gains=gains, values=values, best=nearest)
 
 
+def _measured(
+    flown: Responses, step: Step, decays: Sequence[float], case: Case
+) -> list[StepMetrics | None]:
+    """Return the metrics of steps, each as long as `workbench step` flies it; None if lost."""
+    found: list[StepMetrics | None] = []
+    for response, decay, lost in zip(flown.response, decays, flown.diverged, strict=True):
+        kept = flown.time <= step_duration(decay) + 1e-9
+        metrics = case_metrics(flown.time[kept], response[kept], step.amplitude, decay, case)
+        found.append(None if lost else metrics)
+    return found
+
+
 def _results(
     plan: Plan,
-    responses: Mapping[tuple[str, Case], Responses],
+    measured: Mapping[tuple[str, Case], list[StepMetrics | None]],
     before: np.ndarray,
     after: np.ndarray,
 ) -> tuple[tuple[Result, ...], list[str]]:
-    """Return all requirements before and after, without the numbers of steps that did not settle.
+    """Return all requirements before and after.
+
+    Args:
+        plan: of the run.
+        measured: metrics of the steps before and after, by axis and case.
+        before: values of the requirements in the search (R).
+        after: likewise.
 
     Returns:
         These, and why numbers are withheld, a sentence each.
     """
-    steps = plan.problem.instruments.steps
-    settled: dict[tuple[str, Case], list[bool]] = {}
-    for (axis, case), each in responses.items():
-        metrics = response_metrics(each.time, each.response, steps[axis].amplitude)
-        settled[axis, case] = metrics.settled(float(each.time[-1])).tolist()
     found = []
-    for required, old, new in zip(plan.problem.requirements, before, after, strict=True):
-        wish = required.wish
-        known = [True, True]
-        if wish.is_flown and wish.metric.name in (*FROM_REST, *AT_THE_END):
-            known = settled[wish.subject, required.case]
-        first, last = (
-            float(value) if kept else math.nan
-            for value, kept in zip((old, new), known, strict=True)
-        )
-        found.append(Result(required, first, last))
-    said = []
-    for place, when in enumerate(("before", "after")):
-        for (axis, case), flags in settled.items():
-            if not flags[place] and not responses[axis, case].diverged[place]:
-                said.append(
-                    f"numbers of the {axis} step {when}, {case}, are withheld: it has not settled "
-                    f"within {steps[axis].duration:.3g} s"
-                )
+    for required, *values in zip(plan.problem.requirements, before, after, strict=True):
+        name = required.wish.metric.name
+        steps = measured.get((required.wish.subject, required.case), [])
+        if name in NUMBERS:
+            for place, each in enumerate(steps):
+                values[place] = getattr(each, name) if each else values[place]
+        found.append(Result(required, *map(float, values)))
+    said = [
+        f"numbers of the {axis} step {when}, {case}, are withheld: {each.withheld}"
+        for place, when in enumerate(("before", "after"))
+        for (axis, case), steps in measured.items()
+        if (each := steps[place]) and each.withheld
+    ]
     return tuple(found), said
 
 

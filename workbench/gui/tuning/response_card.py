@@ -15,7 +15,7 @@ from pyqtgraph.functions import arrayToQPolygonF
 
 from workbench.analysis.questions import Step
 from workbench.analysis.replies import Predicted, StepNumbers, step_numbers
-from workbench.design.response_metrics import load_metrics, response_metrics, why_withheld
+from workbench.design.response_metrics import load_metrics, step_metrics
 from workbench.gui.charts.curve import COMMAND, CurveStyle
 from workbench.gui.charts.plots import StaticPlot
 from workbench.gui.icons import paint_picture
@@ -195,12 +195,15 @@ def step_parts(excitation: Excitation, *, again: bool = False) -> tuple[StepPart
             return ()
 
 
-def measure_step(trace: Trace, part: StepPart, *, changed: bool = False) -> StepNumbers | None:
+def measure_step(
+    trace: Trace, part: StepPart, *, decay: float = 0.0, changed: bool = False
+) -> StepNumbers | None:
     """Return the numbers of a step; None before its end, or if it is too short.
 
     Args:
         trace: signals of the round, from its edge on.
         part: the step in it.
+        decay: time by which its transient has decayed [s], 0 if unknown; see `step_metrics`.
         changed: whether gains changed during it.
     """
     if not len(trace) or trace.time[-1] < part.end - SAME:
@@ -209,15 +212,8 @@ def measure_step(trace: Trace, part: StepPart, *, changed: bool = False) -> Step
     if len(flown) < FEWEST or part.jump == 0.0:
         return None
     rise = flown.response - part.before
-    duration = float(flown.time[-1])
-    found = response_metrics(flown.time, rise[None, :], part.jump)
-    kept = found.withheld(duration, part.jump)
-    names = ("rise_time", "settling_time", "overshoot", "steady_state_error", "peak")
-    return StepNumbers(
-        **{name: math.nan if changed else float(getattr(kept, name)[0]) for name in names},
-        peak_rotor_use=float(flown.rotor_use.max()),
-        withheld=why_withheld(found, duration, part.jump, changed=changed),
-    )
+    found = step_metrics(flown.time, rise, part.jump, decay=decay, changed=changed)
+    return step_numbers(found, float(flown.rotor_use.max()))
 
 
 def measure_load(trace: Trace, part: StepPart, *, changed: bool = False) -> StepNumbers | None:
@@ -236,6 +232,8 @@ def measure_load(trace: Trace, part: StepPart, *, changed: bool = False) -> Step
 
 Take = Callable[[Excitation, float, float], Trace]
 """Returns the signals of an excitation between two simulated times [s]."""
+DecayTime = Callable[[], float]
+"""Returns the time by which the transient of the chosen step decays with the gains that fly [s]."""
 
 
 @dataclass(frozen=True)
@@ -290,6 +288,7 @@ class ResponseHistory:
 
     Args:
         take: returns signals of the flight.
+        decay_time: of the step.
 
     Attributes:
         round: the present or last round; None before the first.
@@ -298,8 +297,9 @@ class ResponseHistory:
         is_running: whether the newest round is in progress.
     """
 
-    def __init__(self, take: Take) -> None:
+    def __init__(self, take: Take, decay_time: DecayTime) -> None:
         self._take = take
+        self._decay_time = decay_time
         self.clear()
 
     def clear(self) -> None:
@@ -363,7 +363,8 @@ class ResponseHistory:
             return None
         if isinstance(flown.excitation.row, Load):
             return measure_load(trace, flown.parts[0], changed=self._changed)
-        return measure_step(trace, flown.parts[0], changed=self._changed)
+        decay = self._decay_time()
+        return measure_step(trace, flown.parts[0], decay=decay, changed=self._changed)
 
 
 @dataclass(frozen=True)
@@ -581,6 +582,7 @@ class ResponseCard(Card):
         limits: limits of a step.
         choice: selected excitation.
         designs: names of the gains that flew.
+        decay_time: of the chosen step.
 
     Attributes:
         table: the numbers.
@@ -589,7 +591,12 @@ class ResponseCard(Card):
     """
 
     def __init__(
-        self, workspace: Workspace, limits: Limits, choice: ExcitationChoice, designs: Designs
+        self,
+        workspace: Workspace,
+        limits: Limits,
+        choice: ExcitationChoice,
+        designs: Designs,
+        decay_time: DecayTime,
     ) -> None:
         super().__init__("Response")
         self._designs = designs
@@ -600,7 +607,7 @@ class ResponseCard(Card):
         self._gains: Mapping[str, float] = {}
         self._heading, self._round_begun = 0.0, math.nan
         self._histories = {
-            (row.name, pulse): ResponseHistory(self._take)
+            (row.name, pulse): ResponseHistory(self._take, decay_time)
             for row in EXCITED
             for pulse in (False, True)
         }

@@ -279,7 +279,9 @@ class TuningScreen(Screen):
         self._predictor = Follower(analysis, Predict, self)
         self.designs = Designs(workspace.flight, self.trial, self)
         self.excitation = ExcitationCard(workspace)
-        self.response = ResponseCard(workspace, self.limits, self.excitation.choice, self.designs)
+        self.response = ResponseCard(
+            workspace, self.limits, self.excitation.choice, self.designs, self._decay_time
+        )
         self.margins = MarginsCard(workspace, self.judgement, self.limits)
         self.poles = PolesCard(workspace, self.trial, self.judgement)
         self.frequency = FrequencyCard(workspace, self.trial, self.judgement, self.limits)
@@ -428,6 +430,14 @@ class TuningScreen(Screen):
             self.response.show_predicted(step, known)
         elif question is not None and predicted is not None:
             self.response.show_predicted(question.step, predicted)
+
+    def _decay_time(self) -> float:
+        """Return the decay time of the chosen step with the gains that fly [s], 0 if unknown."""
+        step = self.response.step
+        if step is None:
+            return 0.0
+        known = self.workspace.analysis.known(Predict(self.trial.judged_flown, step))
+        return known.decay if known is not None else 0.0
 
     def _judge_set(self) -> None:
         """Evaluate another set of scheduled gains."""

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from workbench.design.linear.operating_point import OperatingPoint
+from workbench.design.linear.retuned import TERMS, RetunedModels
 from workbench.design.linear.study import LinearStudy
-from workbench.design.tune.retuned import TERMS, RetunedModels
 from workbench.plant.variation import Variation
 from workbench.scenario.scenario import Scenario, VehicleConfig
 

@@ -66,6 +66,8 @@ _ATTITUDE = tuple(
 _YAW = _Term("kp_yaw_rate", "yaw_acceleration", "yaw_rate_error")
 TERMS = (*_POSITION, *_VELOCITY, *_ATTITUDE, _YAW)
 """Terms from the outermost loop inwards."""
+RETUNABLE = frozenset(term.gain for term in TERMS)
+"""Names of the gains that these models cover."""
 
 
 class RetunedModels:

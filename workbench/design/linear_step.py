@@ -1,0 +1,137 @@
+"""The step response of the linear closed loop, and the time at which its transient has decayed.
+
+A flown response looks settled wherever its peak is flat. Laws with integral action have slow modes
+of a small share, so their responses peak flat, and go on moving for many seconds. The linear model
+knows these modes: a step has settled only after its transient has decayed.
+"""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from workbench.common.errors import WorkbenchError
+from workbench.design.linear.model import LinearModel
+from workbench.design.linear.operating_point import HOVER, OperatingPoint
+from workbench.design.linear.retuned import RETUNABLE, Models, retuned_models
+from workbench.design.linear.study import LinearStudy
+from workbench.design.response_metrics import DECAYED, LONGEST_DURATION
+from workbench.plant.variation import Variation
+from workbench.scenario.scenario import Scenario
+
+INPUTS = {
+    "x": "reference_v_x",
+    "y": "reference_v_y",
+    "z": "reference_v_z",
+    "yaw": "reference_yaw_rate",
+}
+"""Commands of the steps, by axis."""
+OUTPUTS = {"x": "v_x", "y": "v_y", "z": "v_z", "yaw": "w_z"}
+"""Responses to them."""
+_HORIZON = 2.0 * LONGEST_DURATION
+"""Time after which the linear response counts as steady [s]."""
+
+
+def linear_step(model: LinearModel, command: str, answer: str, samples: int) -> np.ndarray:
+    """Return the response (N) of a sampled model at rest to a command that steps to 1 at time 0.
+
+    With the constant command as a state, x⁺ = M x, and y at sample i h + j is (C Mʲ) (Mⁱʰ x_0).
+    Both factors come from a few products by repeated doubling.
+
+    Args:
+        model: sampled.
+        command: name of an input.
+        answer: name of an output.
+        samples: N.
+    """
+    size = len(model.A)
+    M = np.zeros((size + 1, size + 1))
+    M[:size, :size], M[:size, size] = model.A, model.B([command])[:, 0]
+    M[size, size] = 1.0
+    rows = np.append(model.C([answer])[0], model.D([answer], [command])[0, 0])[None, :]
+    states = np.eye(size + 1)[:, size:]
+    with np.errstate(over="ignore", invalid="ignore"):
+        while len(rows) ** 2 < samples:
+            rows, M = np.vstack([rows, rows @ M]), M @ M
+        while states.shape[1] * len(rows) < samples:
+            states, M = np.hstack([states, M @ states]), M @ M
+        response: np.ndarray = (rows @ states).T.ravel()[:samples]
+    return response
+
+
+def decay_time(model: LinearModel, axis: str) -> float:
+    """Return the time [s] after which the linear step response stays near its steady state.
+
+    Near means within `DECAYED`. The response is the sum of the modes' shares, so each mode has
+    decayed by then.
+
+    Args:
+        model: sampled, while the pilot steers.
+        axis: x, y, z or yaw.
+
+    Returns:
+        The time; infinite if it is longer than `LONGEST_DURATION`, or if a mode of the response
+        grows; 0 if the axis does not respond.
+    """
+    samples = round(_HORIZON / model.period) + 1
+    response = linear_step(model, INPUTS[axis], OUTPUTS[axis], samples)
+    if not np.isfinite(response).all():
+        return math.inf
+    steady = response[-1]
+    away = np.flatnonzero(np.abs(response - steady) > DECAYED * abs(steady))
+    time = (away[-1] + 1) * model.period if len(away) else 0.0
+    return float(time) if time <= LONGEST_DURATION else math.inf
+
+
+class DecayTimes:
+    """The decay times of the step responses of one scenario, for any gains.
+
+    Args:
+        scenario: its vehicle, controller, estimator and rates.
+        velocity: of the steady flight before the step, in W (3) [m/s].
+    """
+
+    def __init__(self, scenario: Scenario, velocity: Sequence[float] = HOVER.velocity) -> None:
+        v_x, v_y, v_z = velocity
+        self._scenario = scenario
+        self._point = OperatingPoint(velocity=(v_x, v_y, v_z))
+        self._variation: Variation | None = None
+        self._study: LinearStudy | None = None
+        self._models: Models | None = None
+
+    def of(
+        self, axis: str, settings: Mapping[str, float], variation: Variation | None = None
+    ) -> float:
+        """Return the decay time of a step [s], see `decay_time`.
+
+        It is 0 if there is no linear model, as for a law that runs in another program: then the
+        flown response alone tells whether it has settled.
+
+        Args:
+            axis: x, y, z or yaw.
+            settings: parameter values that differ from those of the scenario.
+            variation: of the vehicle; None for that of the scenario.
+        """
+        try:
+            study = self._study_of(variation or self._scenario.vehicle.variation)
+            return decay_time(self._model(study, settings), axis)
+        except WorkbenchError:
+            return 0.0
+
+    def _study_of(self, variation: Variation) -> LinearStudy:
+        if self._study is None or variation != self._variation:
+            vehicle = replace(self._scenario.vehicle, variation=variation)
+            scenario = replace(self._scenario, vehicle=vehicle)
+            self._study = self._study.like(scenario) if self._study else LinearStudy(scenario)
+            self._variation, self._models = variation, None
+        return self._study
+
+    def _model(self, study: LinearStudy, settings: Mapping[str, float]) -> LinearModel:
+        """Return the model of settings; other gains alone cost a tenth, see `RetunedModels`."""
+        other = {name for name, value in settings.items() if value != study.gains.get(name)}
+        if other <= RETUNABLE:
+            if self._models is None:
+                self._models = retuned_models(study, self._point, study.gains)
+            return self._models({**study.gains, **settings})
+        return study.sampled(self._point, settings)
