@@ -12,12 +12,12 @@ from workbench.design.sweep.sweep import sweep
 
 pytestmark = pytest.mark.usefixtures("pictures_here")
 PNG = b"\x89PNG"
-SHORT = ("sweep", "kp_velocity_z=2..6:3", "--duration", "3")
+SHORT = ("sweep", "kp_velocity_z=2..6:3")
 
 
 def test_json_is_the_table_of_the_python_call(run, out):
     said = run(*SHORT, "--output", out, "--json").json
-    table = sweep(["kp_velocity_z=2..6:3"], axis="z", amplitude=1.0, duration=3.0)
+    table = sweep(["kp_velocity_z=2..6:3"], axis="z", amplitude=1.0)
     assert (said["flown"], said["planned"], said["diverged"]) == (3, 3, 0)
     assert list(said["columns"]) == list(table.names)
     assert [row["overshoot"] for row in said["candidates"]] == table.column("overshoot").tolist()
@@ -26,7 +26,7 @@ def test_json_is_the_table_of_the_python_call(run, out):
     assert said["present"]["kp_velocity_z"] == 4.4
     best = said["best"]
     assert best["row"] == table.ranking("settling_time")[0]
-    full = fly_step("z", 1.0, duration=3.0, settings={"kp_velocity_z": best["kp_velocity_z"]})
+    full = fly_step("z", 1.0, settings={"kp_velocity_z": best["kp_velocity_z"]})
     assert best["on_full_diagram"]["rise_time"] == full.metrics.rise_time
 
 
@@ -67,8 +67,6 @@ def test_margins_are_of_the_axis_or_of_a_loop(run, out):
         "kp_velocity_x=2..6:2",
         "--axis",
         "x",
-        "--duration",
-        "2.5",
         "--no-plots",
         "--json",
         "--output",
@@ -87,7 +85,7 @@ def test_what_diverges_is_a_row(run, out):
     assert said.code == 0
     first, second = said.json["candidates"]
     assert first["diverged_at"] is None
-    assert 0.0 <= second["diverged_at"] <= 3.0
+    assert 0.0 <= second["diverged_at"] <= 5.0
     assert second["rise_time"] is None
     assert said.json["diverged"] == 1
 

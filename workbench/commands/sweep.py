@@ -68,7 +68,13 @@ def add_parser(commands: Any) -> None:
         metavar="A",
         help="of the command in m/s, or rad/s for yaw (default: the paper's: 2, 2, 1, 0.2)",
     )
-    add_option(parser, "--duration", "T", "flown after the command's edge, in s", 3.0)
+    parser.add_argument(
+        "--duration",
+        type=float,
+        metavar="T",
+        help="flown after the command's edge, in s (default: until each candidate has settled by "
+        "the linear model, at least 5)",
+    )
     add_option(
         parser,
         "--metric",
@@ -200,6 +206,7 @@ def sweep_result(table: "SweepTable", best: "BestCandidate | None", metric: str)
         "no_best": "" if best else why_no_best(table, metric) or _NOTHING_FLIES,
         "unmoved": table.unmoved(metric),
         "withheld": int(table.withheld.sum()),
+        "missed": int(table.missed.sum()),
         "best": None
         if best is None
         else {
@@ -209,6 +216,7 @@ def sweep_result(table: "SweepTable", best: "BestCandidate | None", metric: str)
             "on_full_diagram": _named([each.name for each in FLOWN], best.flown),
             "difference": _named([each.name for each in FLOWN], best.difference),
             "refused_rows": best.refused,
+            "present_is_better": table.present_is_better(metric, best.index),
         },
         "columns": dict(zip(table.names, table.units, strict=True)),
         "candidates": [_named(table.names, row) for row in table.rows],
@@ -236,9 +244,11 @@ def print_sweep(
     note = what_does_not_move(table, metric)
     withheld = int(table.withheld.sum())
     if withheld:
+        within = "" if case.duration is None else f" within {case.duration:g} s"
+        hint = within and "; without --duration each flies until it settles"
         say(
-            f"{withheld} have no numbers, as they have not settled within "
-            f"{case.duration:g} s or did not begin at rest; --duration flies longer"
+            f"{withheld} have no numbers, as they did not settle{within} or did not begin at "
+            f"rest{hint}"
         )
     if best is None:
         why = why_no_best(table, metric) or _NOTHING_FLIES
@@ -274,6 +284,10 @@ def print_sweep(
     print_table(rows, left=(0, 4))
     if note:
         say(note)
+    if table.present_is_better(metric, best.index):
+        say(f"the present values are better by {metric}: keep them, or sweep other ranges")
+    if missed := int(table.missed.sum()):
+        say(f"{missed} rank last, as they settle more than {ARRIVED:g} % from the command")
     if best.refused:
         say(f"{len(best.refused)} that ranked before it diverged on the full diagram")
     error = best.values[[each.name for each in table.metrics].index("steady_state_error")]

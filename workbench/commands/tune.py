@@ -254,6 +254,7 @@ def progress_line(progress: "Progress") -> str:
 def print_tuning(found: "Tuning") -> None:
     """Print wishes, gains and the proof."""
     from workbench.control.controller import DEFAULT
+    from workbench.design.metrics import shown
     from workbench.design.tune.report import gain_rows, proof_rows, wish_rows
 
     whose = "" if found.controller.name == DEFAULT else f" with {found.controller.name}"
@@ -261,6 +262,11 @@ def print_tuning(found: "Tuning") -> None:
     print(f"{found.vehicle}{whose}: {searched}")
     for remark in (*found.shortfalls, *found.remarks):
         print(remark)
+    for each in found.given_up:
+        say(
+            f"not met, and not wished: {each.required}, a default; it has "
+            f"{shown(each.required.wish.metric, each.after)}. --no-defaults leaves defaults out"
+        )
     print()
     print_table(
         [["", "before", "after", "wished", ""], *wish_rows(found.as_described)], left=(0, 4)
@@ -284,7 +290,7 @@ def conclusion(found: "Tuning") -> list[str]:
     """Return the reasons why there are no gains, as sentences."""
     if found.conflicts:
         return [str(conflict) for conflict in found.conflicts]
-    short = min(found.results, key=lambda result: result.reserve)
+    short = min(found.deciding, key=lambda result: result.reserve)
     from workbench.design.metrics import shown
 
     value = shown(short.required.wish.metric, short.after)

@@ -259,6 +259,23 @@ def test_the_axis_follows_the_gains_and_equal_candidates_have_no_best():
     assert {name: default_axis([name]) for name in axes} == axes
 
 
+def test_present_values_that_rank_before_the_best_are_better(make_table):
+    """Columns are those of `FLOWN`; the eighth is the error, of which 5 % is the limit."""
+    row = [0.3, 0.9, 1.0, 0.0, 2.0, 0.5, 2.0, 1.0, 0.5]
+    slower, away = [0.4, *row[1:]], [0.1, *row[1:7], 6.0, 0.5]
+    for present, best, better in (
+        (row, slower, True),
+        (slower, row, False),
+        (row, row, False),
+        (row, away, True),  # quicker, but too far from the command
+        ([NAN] * 9, row, False),
+    ):
+        table = make_table([best, best], [NAN, NAN], "kp_roll=100..400:2")
+        table = dataclasses.replace(table, present_values=np.array(present))
+        assert table.present_is_better("rise_time", 1) == better, (present, best)
+        assert table.missed.tolist() == [best is away] * 2
+
+
 def test_a_candidate_that_has_not_settled_is_no_best():
     table = sweep(["kp_velocity_z=0.5..6:4"], duration=4.0)
     assert table.withheld.tolist() == [True, False, False, False]

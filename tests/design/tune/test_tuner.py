@@ -20,7 +20,7 @@ from workbench.design.tune.evaluation import Budget
 from workbench.design.tune.proof import Proof
 from workbench.design.tune.report import plot_tuning, report_html
 from workbench.design.tune.tuner import Solver, Tuner, make_plan
-from workbench.design.tune.wish import Wishes, merged, parse_wish, wishes_for
+from workbench.design.tune.wish import DEFAULT, Wishes, merged, parse_wish, wishes_for
 from workbench.gains.gains import rule_gains
 from workbench.plant.description import read_description
 from workbench.plant.loading import make_vehicle
@@ -67,6 +67,20 @@ def test_before_and_after_are_told(found):
     ((case, flight),) = found.proof.flights
     assert case == NOMINAL
     assert flight.metrics.rise_time == pytest.approx(rise.after, abs=1 / 128)
+
+
+def test_what_was_wished_decides_and_a_default_that_is_not_met_is_named(monkeypatch):
+    """As a default on another axis that no gains meet: a rise of the climb within 10 ms."""
+    (impossible,) = parse_wish("z.rise_time<=0.01", origin=DEFAULT)
+    monkeypatch.setattr(tuner, "default_wishes", lambda *_: [impossible])
+    asked = dataclasses.replace(wishes("yaw.rise_time<=0.3"), defaults=True)
+    found = Tuner(scenario(), asked, settings={"kp_yaw_rate": 0.5}, evaluations=60).run()
+    assert found.met
+    flown = fly_step("yaw", 0.2, scenario=scenario(), settings=found.gains)
+    assert flown.metrics.rise_time <= 0.3
+    (left,) = found.given_up
+    assert str(left.required).startswith("z.rise_time <= 0.01 s")
+    assert left.after > 0.01
 
 
 def test_the_gain_file_has_all_the_gains_of_the_vehicle(found):

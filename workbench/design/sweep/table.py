@@ -1,7 +1,7 @@
 """The result of a sweep: a table with rows of candidates, columns of parameters and metrics."""
 
 import csv
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -138,6 +138,29 @@ class SweepTable:
         tied: np.ndarray = ranked[(np.abs(keys - keys[:, :1]) <= 1.0).all(axis=0)]
         return tied
 
+    @property
+    def missed(self) -> np.ndarray:
+        """Which rows (N) settled more than 5 % from the command; they rank last."""
+        return np.isfinite(self.column("settling_time")) & self._away
+
+    @property
+    def _away(self) -> np.ndarray:
+        return np.asarray(~(self.column("steady_state_error") <= ARRIVED))
+
+    def present_is_better(self, metric: str, index: int) -> bool:
+        """Return whether the present values rank before a row.
+
+        Raises:
+            WorkbenchError: if the metric is unknown or was not measured.
+        """
+        both = replace(
+            self,
+            parameters=np.stack([self.present, self.parameters[index]]),
+            values=np.stack([self.present_values, self.values[index]]),
+            diverged_at=np.full(2, np.nan),
+        )
+        return both.tied(metric).tolist() == [0]
+
     def unmoved(self, metric: str) -> tuple[str, ...]:
         """Return the names of swept numbers that a metric does not depend on in this table.
 
@@ -166,8 +189,7 @@ class SweepTable:
     def _keys(self, metric: str) -> np.ndarray:
         """Return the ranking keys of rows (4, N), most important first, in whole resolutions."""
         command = self.case.amplitude
-        missed = ~(self.column("steady_state_error") <= ARRIVED)
-        keys = [2.0 * missed]
+        keys = [2.0 * self._away]
         for each in dict.fromkeys(map(self.metric, (metric, *_THEN))):
             values = self.column(each.name)
             costs = cost(each, values, command)

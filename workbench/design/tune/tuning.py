@@ -15,7 +15,7 @@ from workbench.design.tune.evaluation import Budget, Candidate, Problem
 from workbench.design.tune.measure import Responses, Step
 from workbench.design.tune.proof import Proof
 from workbench.design.tune.requirement import Requirement
-from workbench.design.tune.wish import GUARD, Wish
+from workbench.design.tune.wish import DEFAULT, GUARD, Wish
 from workbench.gains.gains import GainFile
 
 PREPARED, SEARCHED, PROVED, EXPLAINED = 0.1, 0.6, 0.75, 0.97
@@ -111,13 +111,28 @@ class Tuning:
     stopped: bool
 
     @property
+    def deciding(self) -> list[Result]:
+        """The results that decide: of defaults only if nothing was wished."""
+        if not any(wish.is_written for wish in self.wishes):
+            return list(self.results)
+        return [each for each in self.results if each.required.wish.origin != DEFAULT]
+
+    @property
     def met(self) -> bool:
-        """Whether all wishes are met, in every case and on the full diagram."""
+        """Whether what was wished is met, in every case and on the full diagram."""
+        deciding = {each.required for each in self.deciding}
         return (
             self.proof is not None
-            and not self.proof.missed
-            and all(result.met for result in self.results)
+            and not any(required in deciding for required, _ in self.proof.missed)
+            and all(result.met for result in self.deciding)
         )
+
+    @property
+    def given_up(self) -> list[Result]:
+        """The worst result of each default that is not met, although what was wished is."""
+        if not self.met:
+            return []
+        return worst_of_each(each for each in self.results if not each.met)
 
     @property
     def as_described(self) -> list[Result]:
