@@ -1,32 +1,25 @@
 """Run the notebooks and store in them what they show, as `make notebooks` does.
 
-Cells run in one namespace from top to bottom, as "Restart Kernel and Run All Cells" of Jupyter
-has it, but without Jupyter: a cell shows what it prints, the value of its last line, and its
-figures. Pictures are stored small, so that a changed notebook stays a small change.
+nbclient runs them in a kernel, as "Restart Kernel and Run All Cells" of Jupyter does. Pictures are
+stored with few colours, so that a changed notebook stays a small change.
 """
 
 import argparse
-import ast
 import base64
 import io
-import json
-from contextlib import redirect_stdout
+import os
+import tempfile
 from pathlib import Path
-from typing import Any
 
-import matplotlib
-
-matplotlib.use("agg")
-
-import matplotlib.pyplot as plt
-from matplotlib.figure import Figure
+import nbformat
+from nbclient import NotebookClient
 from PIL import Image
 
 FOLDER = Path(__file__).resolve().parent.parent / "notebooks"
-DPI = 72
-"""Of pictures; Jupyter's own."""
 COLOURS = 256
 """Of a picture: enough for lines and maps, at a third of the size."""
+LONGEST_CELL = 1200
+"""Time limit of a cell [s]."""
 
 
 def main() -> None:
@@ -36,56 +29,44 @@ def main() -> None:
     paths = parser.parse_args().notebooks or sorted(FOLDER.glob("*.ipynb"))
     for number, path in enumerate(paths, start=1):
         print(f"{number} of {len(paths)}: {path.name} ...", flush=True)
-        text = json.dumps(run(path), indent=1, ensure_ascii=False)
-        path.write_text(text + "\n", encoding="utf-8")
+        with tempfile.TemporaryDirectory() as folder:
+            nbformat.write(run(path, Path(folder)), path)
 
 
-def run(path: Path) -> dict[str, Any]:
-    """Return a notebook with the outputs of a run; what a cell raises is not caught."""
-    notebook: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
-    cells = [cell for cell in notebook["cells"] if cell["cell_type"] == "code"]
-    names: dict[str, Any] = {"__name__": "__main__"}
-    with matplotlib.rc_context():
-        for number, cell in enumerate(cells, start=1):
-            where = f"{path.name}, cell {number}"
-            cell["outputs"] = _outputs("".join(cell["source"]), names, where, number)
-            cell["execution_count"] = number
+def run(path: Path, folder: Path) -> nbformat.NotebookNode:
+    """Return a notebook with the outputs of a run in a folder.
+
+    Raises:
+        CellExecutionError: if a cell raises an error.
+    """
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    notebook = nbformat.read(path, as_version=4)
+    client = NotebookClient(
+        notebook,
+        timeout=LONGEST_CELL,
+        kernel_name="python3",
+        record_timing=False,
+        coalesce_streams=True,
+        resources={"metadata": {"path": str(folder)}},
+    )
+    client.execute()
+    notebook.metadata = {
+        "kernelspec": notebook.metadata["kernelspec"],
+        "language_info": {"name": "python"},
+    }
+    for cell in notebook.cells:
+        for output in cell.get("outputs", ()):
+            if "image/png" in output.get("data", ()):
+                output["data"]["image/png"] = _small(output["data"]["image/png"])
     return notebook
 
 
-def _outputs(source: str, names: dict[str, Any], where: str, number: int) -> list[dict[str, Any]]:
-    """Return what a cell shows."""
-    body = ast.parse(source).body
-    last = body.pop() if isinstance(body[-1], ast.Expr) and source.rstrip()[-1] != ";" else None
-    said, value = io.StringIO(), None
-    with redirect_stdout(said):
-        exec(compile(ast.Module(body, []), where, "exec"), names)
-        if isinstance(last, ast.Expr):
-            value = eval(compile(ast.Expression(last.value), where, "eval"), names)
-    outputs: list[dict[str, Any]] = []
-    if said.getvalue():
-        text = said.getvalue().splitlines(keepends=True)
-        outputs.append({"name": "stdout", "output_type": "stream", "text": text})
-    if value is not None:
-        result = {"execution_count": number, "output_type": "execute_result"}
-        outputs.append({"data": _data(value), "metadata": {}, **result})
-    for figure in plt.get_fignums():
-        data = _data(plt.figure(figure))
-        outputs.append({"data": data, "metadata": {}, "output_type": "display_data"})
-    plt.close("all")
-    return outputs
-
-
-def _data(value: Any) -> dict[str, Any]:
-    """Return a value as text, and a figure as a picture, too."""
-    data: dict[str, Any] = {"text/plain": repr(value).splitlines(keepends=True)}
-    if isinstance(value, Figure):
-        full, small = io.BytesIO(), io.BytesIO()
-        value.savefig(full, format="png", dpi=DPI, bbox_inches="tight")
-        with Image.open(full) as image:
-            image.convert("RGB").quantize(COLOURS).save(small, format="png", optimize=True)
-        data["image/png"] = base64.b64encode(small.getvalue()).decode()
-    return data
+def _small(picture: str) -> str:
+    """Return a picture with few colours; both are PNG in base 64."""
+    small = io.BytesIO()
+    with Image.open(io.BytesIO(base64.b64decode(picture))) as image:
+        image.convert("RGB").quantize(COLOURS).save(small, format="png", optimize=True)
+    return base64.b64encode(small.getvalue()).decode()
 
 
 if __name__ == "__main__":
