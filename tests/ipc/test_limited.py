@@ -10,7 +10,7 @@ import pytest
 
 from workbench.common.errors import WorkbenchError
 from workbench.ipc import limited
-from workbench.ipc.limited import LimitedError, run_limited
+from workbench.ipc.limited import LimitedError, run_limited, run_trusted
 
 CHILD = """
 import os, resource, signal, subprocess, sys, time
@@ -30,9 +30,9 @@ def run(tmp_path, monkeypatch):
     """Run a function's body on a request."""
     monkeypatch.setenv("PYTHONPATH", str(tmp_path))
 
-    def run_body(body: str, request: object = None, seconds: float = 5.0):
+    def run_body(body: str, request: object = None, seconds: float = 5.0, by=run_limited, **more):
         (tmp_path / "its_child.py").write_text(CHILD.format(body=body))
-        return run_limited("its_child", request, seconds=seconds, megabytes=1000)
+        return by("its_child", request, seconds=seconds, megabytes=1000, **more)
 
     return run_body
 
@@ -82,7 +82,7 @@ def test_what_the_function_refuses_is_said_in_its_words(run):
 )
 def test_the_lack_of_an_answer_has_a_reason(failure, tmp_path, monkeypatch, body, said):
     monkeypatch.chdir(tmp_path)
-    assert said in failure(body)
+    assert said in failure(body, writes=[tmp_path])
 
 
 def test_a_message_is_short(failure):
@@ -111,7 +111,7 @@ def test_what_the_child_started_ends_with_it(failure, tmp_path, monkeypatch):
 
     monkeypatch.setattr(limited.threading, "Timer", WhenNoted)
     body = f"open({str(note)!r}, 'w').write(str(subprocess.Popen(['sleep', '60']).pid))"
-    assert "was killed" in failure(f"{body}; time.sleep(60)")
+    assert "was killed" in failure(f"{body}; time.sleep(60)", by=run_trusted)
     status = Path(f"/proc/{note.read_text()}/stat")
     try:  # whoever inherits it needs a moment to bury it
         wait_for(lambda: not status.exists() or status.read_text().split()[2] == "Z")

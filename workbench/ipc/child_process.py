@@ -11,6 +11,7 @@ import signal
 import subprocess
 import sys
 import tempfile
+from collections.abc import Mapping
 from pathlib import Path
 from typing import IO, Any
 
@@ -22,12 +23,15 @@ DYING = 5.0
 """Time limit for a process to exit after it closed its end of the connection [s]."""
 
 
-def start_module(module: str, *arguments: str, **options: Any) -> subprocess.Popen[bytes]:
+def start_module(
+    module: str, *arguments: str, env: Mapping[str, str] | None = None, **options: Any
+) -> subprocess.Popen[bytes]:
     """Start `python -m MODULE ARGUMENTS` with the workbench of this process on its path.
 
     Args:
         module: full name of the module.
         arguments: command-line arguments.
+        env: environment variables to set for it.
         options: keyword arguments of `subprocess.Popen`.
 
     Raises:
@@ -41,7 +45,8 @@ def start_module(module: str, *arguments: str, **options: Any) -> subprocess.Pop
         # numpy's threads wait busily for each other where several processes share the cores
         env={"OPENBLAS_NUM_THREADS": "1"}
         | os.environ
-        | {"PYTHONPATH": os.pathsep.join(path for path in paths if path)},
+        | {"PYTHONPATH": os.pathsep.join(path for path in paths if path)}
+        | dict(env or {}),
         **options,
     )
 

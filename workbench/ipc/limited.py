@@ -1,6 +1,8 @@
-"""Processes untrusted data in a child process with limits on time, memory and output.
+"""Processes untrusted data in a child process with limits on time, memory, output and access.
 
-The parent calls `run_limited`; the module that it names calls `serve` when it runs.
+The parent calls `run_limited`; the module that it names calls `serve` when it runs. The kernel
+holds the child to reading the files named for it, see `sandbox`. `run_trusted` is for code of ours
+or of the user, which may also start programs.
 """
 
 import json
@@ -13,11 +15,13 @@ import sys
 import tempfile
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+from pathlib import Path
 from typing import IO, Any
 
 from workbench.common.errors import WorkbenchError
 from workbench.ipc.child_process import last_line, start_module
+from workbench.ipc.sandbox import SandboxError, confine
 
 LARGEST_FILE = 128_000_000
 """Largest file that the process may write, its answer included [bytes]."""
@@ -25,20 +29,37 @@ _SLOWNESS, _START = 3.0, 10.0
 """Limit of wall time as a multiple of the computing time, plus a time to start [s], as machines are
 shared."""
 _LONGEST_TEXT = 300
+_THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
+"""Numbers of threads that libraries start at import: Landlock binds only its caller's thread."""
+FORBIDDEN = "it tried to do more than read its own files"
+"""Beginning of the clause about a process that the kernel stopped."""
 
 
 class LimitedError(WorkbenchError):
     """Tells why a process gave no answer, in a clause that names no file."""
 
 
-def run_limited(module: str, request: object, *, seconds: float, megabytes: int) -> Any:
-    """Run `python -m MODULE` on a request and return its answer.
+def run_limited(
+    module: str,
+    request: object,
+    *,
+    seconds: float,
+    megabytes: int,
+    reads: Iterable[Path | str] = (),
+    writes: Iterable[Path | str] = (),
+) -> Any:
+    """Run `python -m MODULE` on a request and return its answer, within limits of the kernel.
+
+    The function of the module starts no process, has no network, and opens only the files named
+    here and those of Python.
 
     Args:
         module: full name of a module that calls `serve`.
         request: argument of its function; anything that JSON can hold.
         seconds: limit of computing time; wall time has a larger limit.
         megabytes: limit of address space.
+        reads: files that it may read, and folders with all that is below them.
+        writes: folders in which it may also make, change and delete files.
 
     Returns:
         The function's result, after a round trip through JSON.
@@ -48,8 +69,27 @@ def run_limited(module: str, request: object, *, seconds: float, megabytes: int)
             WorkbenchError.
         WorkbenchError: the function's own.
     """
+    bounds = {"reads": [str(path) for path in reads], "writes": [str(path) for path in writes]}
+    return _answer(module, request, seconds, megabytes, bounds)
+
+
+def run_trusted(module: str, request: object, *, seconds: float, megabytes: int) -> Any:
+    """Run code of ours or of the user as `run_limited` does, with access to all files."""
+    return _answer(module, request, seconds, megabytes, None)
+
+
+def _answer(
+    module: str,
+    request: object,
+    seconds: float,
+    megabytes: int,
+    bounds: dict[str, list[str]] | None,
+) -> Any:
+    """Return the answer to a request; `bounds` are the arguments of `confine`."""
     try:
-        message = json.dumps({"seconds": seconds, "megabytes": megabytes, "request": request})
+        message = json.dumps(
+            {"seconds": seconds, "megabytes": megabytes, "bounds": bounds, "request": request}
+        )
         with (
             tempfile.TemporaryFile() as given,  # files: of limited size, and never blocking
             tempfile.TemporaryFile() as answer,
@@ -83,7 +123,14 @@ def _run(
     module: str, given: IO[bytes], answer: IO[bytes], noise: IO[bytes], wall: float
 ) -> int | None:
     """Return the exit code: negative for a signal, None if the time was up."""
-    process = start_module(module, stdin=given, stdout=answer, stderr=noise, start_new_session=True)
+    process = start_module(
+        module,
+        stdin=given,
+        stdout=answer,
+        stderr=noise,
+        start_new_session=True,
+        env=dict.fromkeys(_THREADS, "1"),
+    )
     # A thread, because `wait(timeout)` polls only every 50 ms.
     timer = threading.Timer(wall, _kill, (process,))
     end = time.monotonic() + wall
@@ -128,6 +175,8 @@ def serve(function: Callable[[Any], Any]) -> None:
     _limit(resource.RLIMIT_AS, megabytes * 1_000_000, megabytes * 1_000_000)
     _limit(resource.RLIMIT_FSIZE, LARGEST_FILE, LARGEST_FILE)
     try:
+        if message["bounds"] is not None:
+            confine(**message["bounds"])
         text = json.dumps({"answer": function(message["request"])})
         if len(text) > LARGEST_FILE:
             text = json.dumps({"error": f"it came to more than {LARGEST_FILE // 1_000_000} MB"})
@@ -137,6 +186,10 @@ def serve(function: Callable[[Any], Any]) -> None:
         text = json.dumps({"error": f"it took more than {megabytes} MB of memory"})
     except RecursionError:
         text = json.dumps({"error": "it is nested too deeply"})
+    except SandboxError as error:
+        text = json.dumps({"error": f"the kernel does not bound its process: {one_line(error)}"})
+    except PermissionError as error:
+        text = json.dumps({"error": f"{FORBIDDEN}: {one_line(error)}"})
     except Exception as error:
         text = json.dumps({"error": one_line(error)})
     with answer:

@@ -14,7 +14,7 @@ import numpy as np
 
 from workbench.common.errors import WorkbenchError, sentences
 from workbench.control.controller import Controller, load_controller, unpickled, with_estimator
-from workbench.ipc.limited import run_limited, serve
+from workbench.ipc.limited import run_trusted, serve
 from workbench.ipc.send_queue import SendQueue
 from workbench.ipc.worker_process import Answer, Refusal, Request
 from workbench.live.alarms import Alarms, hit_speed
@@ -117,7 +117,7 @@ class LawCompiler:
             failure = ""
             request = {"name": law.name, "file": str(law.file), "text": law.text}
             try:
-                run_limited(__name__, request, seconds=LONGEST_COMPILATION, megabytes=MOST_MEMORY)
+                run_trusted(__name__, request, seconds=LONGEST_COMPILATION, megabytes=MOST_MEMORY)
             except WorkbenchError as error:
                 failure = str(error)
             with self._lock:

@@ -129,6 +129,8 @@ def read_limited(path: Path, format_: str) -> FlightRecord:
                 request,
                 seconds=min(SECONDS + SECONDS_A_MEGABYTE * size, MOST_SECONDS),
                 megabytes=round(min(MEGABYTES + MEGABYTES_A_MEGABYTE * size, MOST_MEGABYTES)),
+                reads=[path],
+                writes=[folder],
             )
         except LimitedError as error:
             raise WorkbenchError(f"{path}: cannot be read as a {format_}: {error}") from error

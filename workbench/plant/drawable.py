@@ -3,6 +3,7 @@
 import contextlib
 import dataclasses
 import math
+import tempfile
 import time
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -17,6 +18,7 @@ from workbench.common.errors import WorkbenchError
 from workbench.ipc.limited import LimitedError, run_limited
 from workbench.plant.formats.values import shortened
 from workbench.plant.meshes.job import MeshJob, Rgba, is_sealed, write_whole
+from workbench.plant.meshes.side_files import side_files
 from workbench.plant.model import Inertial, Link, LinkShape, Model
 from workbench.plant.remarks import Remarks
 from workbench.plant.rotors import Rotor
@@ -158,9 +160,35 @@ def _ask_alone(task: _Task, until: float) -> str:
 
 
 def _ask(tasks: Sequence[_Task]) -> list[str]:
-    request = [(dataclasses.asdict(task[0]), str(task[1])) for task in tasks]
-    answer = run_limited(_CHILD, request, seconds=_SECONDS, megabytes=_MEGABYTES)
+    """Convert in one process, which writes to a folder of its own and not to the cache."""
+    with tempfile.TemporaryDirectory(dir=tasks[0][1].parent, prefix=".") as folder:
+        made = [Path(folder) / target.name for _, target in tasks]
+        files = [Path(job.file) for job, _ in tasks]
+        request = [
+            (dataclasses.asdict(job), str(path)) for (job, _), path in zip(tasks, made, strict=True)
+        ]
+        sides = (side for file in files for side in side_files(file, _content(file)))
+        try:
+            answer = run_limited(
+                _CHILD,
+                request,
+                seconds=_SECONDS,
+                megabytes=_MEGABYTES,
+                reads=[*files, *sides],
+                writes=[folder],
+            )
+        finally:  # what was done before it died is not done again
+            for path, (_, target) in zip(made, tasks, strict=True):
+                if is_sealed(path):
+                    path.replace(target)
     return [str(reason) for reason in answer]
+
+
+def _content(file: Path) -> bytes:
+    try:
+        return file.read_bytes()
+    except OSError:  # deleted meanwhile: the child says so
+        return b""
 
 
 def stand_ins(link: Link, rotors: Sequence[Rotor]) -> list[tuple[RigidTransform, Shape]]:

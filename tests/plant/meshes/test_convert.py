@@ -46,7 +46,7 @@ def child(monkeypatch):
     """A stand-in for the child process: counts calls, and dies of meshes called `deadly`."""
     calls = []
 
-    def run_limited(module, request, *, seconds, megabytes):
+    def run_limited(module, request, **bounds):
         calls.append([Path(fields["file"]).stem for fields, _ in request])
         reasons = []
         for fields, target in request:

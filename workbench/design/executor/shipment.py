@@ -35,7 +35,7 @@ from workbench.common.resources import (
 )
 from workbench.control.schedule import split_label
 from workbench.gains.gains import flight_gains
-from workbench.ipc.limited import LimitedError, run_limited, serve
+from workbench.ipc.limited import LimitedError, run_trusted, serve
 from workbench.plant.formats.model_folder import description_file
 from workbench.plant.formats.xacro import is_xacro
 from workbench.plant.formats.xacro_child import expand
@@ -84,7 +84,7 @@ def shipment(scenario: Scenario) -> dict[str, bytes] | None:
     if not any(True for _ in _own_paths(scenario)):
         return None
     try:
-        names = run_limited(
+        names = run_trusted(
             _CHILD,
             {"scenario": yaml_dump_typed(scenario)},
             seconds=_SECONDS,

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from workbench.common.cache import cache_folder, release
 from workbench.common.errors import WorkbenchError
-from workbench.ipc.limited import LimitedError, run_limited
+from workbench.ipc.limited import LimitedError, run_trusted
 from workbench.plant.formats.xml import Element
 from workbench.plant.packages import PackageFinder
 
@@ -54,7 +54,7 @@ def expand_xacro(path: Path, args: Mapping[str, str], finder: PackageFinder) -> 
     if kept is not None:
         return kept
     try:
-        answer = run_limited(
+        answer = run_trusted(
             "workbench.plant.formats.xacro_child",
             request,
             seconds=_SECONDS,

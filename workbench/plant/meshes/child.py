@@ -21,7 +21,7 @@ from trimesh.visual.material import PBRMaterial
 from workbench.common.errors import WorkbenchError
 from workbench.ipc.limited import one_line, serve
 from workbench.plant.meshes.gltf import GENERATOR, to_z_up, write_gltf
-from workbench.plant.meshes.job import MeshJob, sealed, write_whole
+from workbench.plant.meshes.job import MeshJob, sealed
 from workbench.plant.meshes.materials import make_material, material_of, open_picture, vertex_colors
 from workbench.plant.meshes.parts import MOST_FACES, Array, Part, joined
 from workbench.plant.meshes.side_files import find_side_file
@@ -158,7 +158,7 @@ def convert_all(request: Any) -> list[str]:
 
 def _reason(job: MeshJob, target: Path) -> str:
     try:
-        write_whole(target, sealed(convert(job), target.suffix))
+        target.write_bytes(sealed(convert(job), target.suffix))
     except WorkbenchError as error:
         return str(error)
     except MemoryError:
@@ -393,7 +393,10 @@ class Beside(Resolver):
         path = find_side_file(self._file, str(key))
         if path is None:
             raise FileNotFoundError(key)
-        data = path.read_bytes()
+        try:
+            data = path.read_bytes()
+        except PermissionError as error:  # a name that the search for side files did not find
+            raise FileNotFoundError(key) from error
         return _as_utf8(data) if path.suffix.lower() == ".mtl" else data
 
     def keys(self) -> Iterable[str]:
