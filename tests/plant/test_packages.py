@@ -202,6 +202,7 @@ def test_a_uri_is_the_file_that_it_means(make, tmp_path, monkeypatch, uri, file)
         "ws/drone/parts/near.dae",
         "ws/drone/urdf/source.dae",
         "ws/other/b.dae",
+        "ws/other/model.config",
         "env/in_env.dae",
         "env/in_env/c.dae",
     )
@@ -250,6 +251,49 @@ def test_what_is_not_there_is_none(make, uri):
     source = make("ws/drone/a.urdf", package("ws/drone", "drone"))
     os.mkfifo(source.with_name("pipe"))
     assert PackageFinder(source).resolve(uri, source) is None
+
+
+@pytest.mark.parametrize(
+    ("source", "marks", "reached", "beyond"),
+    [
+        pytest.param("a/b/x.urdf", [], "a/b/c/d.stl", "a/d.stl", id="its folder"),
+        pytest.param("a/urdf/x.urdf", [], "a/meshes/d.stl", "d.stl", id="the drone's folder"),
+        pytest.param("a/b/x.urdf", ["a/package.xml"], "a/c/d.stl", "d.stl", id="its package"),
+        pytest.param("a/b/x.urdf", ["a/.git/HEAD"], "a/c/d.stl", "d.stl", id="its repository"),
+        pytest.param(
+            "a/b/x.urdf", [package("c/d", "n")], "a/b/d.stl", "c/d/e.stl", id="far package"
+        ),
+        pytest.param("a/b/x.urdf", [package("a/c", "n")], "a/c/d.stl", "a/e/d.stl", id="neighbour"),
+        pytest.param("a/b/x.urdf", ["env/e"], "env/d.stl", "env2/d.stl", id="environment"),
+        pytest.param("a/b/x.urdf", ["given/e"], "given/d.stl", "a/given/d.stl", id="given"),
+        pytest.param("home/x.urdf", [], "home/d.stl", "home/.d.stl", id="home, hidden file"),
+        pytest.param("home/x.urdf", [], "home/d.stl", "home/.ssh/d.stl", id="home, hidden folder"),
+        pytest.param("home/x.urdf", ["home/.git/HEAD"], "home/d.stl", "home/a/d.stl", id="home"),
+    ],
+)
+@pytest.mark.parametrize("link", [False, True])
+def test_a_description_is_given_its_own_files_and_those_of_packages(
+    make, tmp_path, monkeypatch, source, marks, reached, beyond, link
+):
+    """By path, by a path that climbs, and by a link that leads out of its folder."""
+    path = make(source, *marks, reached, beyond, "given/e")
+    monkeypatch.setenv("HOME", str(tmp_path / "home"))
+    monkeypatch.setenv("GZ_SIM_RESOURCE_PATH", str(tmp_path / "env"))
+    finder = PackageFinder(path, {"n": tmp_path / "given"} if "given/e" in marks else {})
+    for file, is_found in ((reached, True), (beyond, False)):
+        names = [str(tmp_path / file), os.path.relpath(tmp_path / file, path.parent)]
+        if link:
+            path.with_name(f"link{is_found}.stl").symlink_to(tmp_path / file)
+            names = [f"link{is_found}.stl"]
+        for name in (*names, f"file://{names[0]}"):
+            assert bool(finder.resolve(name, path)) == is_found, name
+
+
+@pytest.mark.parametrize("name", ["etc", ".ssh", "home", "private"])
+def test_a_folder_of_the_machine_or_a_user_is_no_package(make, tmp_path, monkeypatch, name):
+    source = make("home/a/x.urdf", "home/.ssh/id", "home/private/id", "home/a/.ssh/id")
+    monkeypatch.setenv("HOME", str(tmp_path / "home"))
+    assert PackageFinder(source).folder(name) is None
 
 
 def test_a_missing_file_of_a_known_package_is_not_taken_from_another(make):

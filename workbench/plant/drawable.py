@@ -20,6 +20,7 @@ from workbench.plant.formats.values import shortened
 from workbench.plant.meshes.job import MeshJob, Rgba, is_sealed, write_whole
 from workbench.plant.meshes.side_files import side_files
 from workbench.plant.model import Inertial, Link, LinkShape, Model
+from workbench.plant.packages import exists
 from workbench.plant.remarks import Remarks
 from workbench.plant.rotors import Rotor
 from workbench.plant.shapes import Box, Cylinder, Mesh, Shape
@@ -335,7 +336,9 @@ def _drawable(model: Model, link: Link, files: Files, remarks: Remarks, fate: st
         element = f"{use} '{shortened(shape.name)}' of link '{shortened(link.name)}'"
         if mesh.path is None:
             uri = shortened(mesh.uri) or "without a name"
-            text = f"the mesh {uri} is not found; {fate}"
+            there = exists(model.source.parent / mesh.uri.strip().removeprefix("file://"))
+            place = "outside of the description's folder and its packages"
+            text = f"the mesh {uri} is {place if there else 'not found'}; {fate}"
             remarks.add("missing", model.source, element, text)
             return shape
         file = files[MeshUse(mesh, use, shape.rgba)]

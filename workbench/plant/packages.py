@@ -2,6 +2,9 @@
 
 The search order is: the folders given for a name; folders above and beside the description; the
 usual environment variables; the repository or workspace of the description.
+
+A description is from a stranger. It may name any file, but is given only those of its own folder,
+package or repository, and of the packages that are found for it.
 """
 
 import os
@@ -22,12 +25,18 @@ _MODEL_PATHS = (
     "GAZEBO_MODEL_PATH",
 )
 _MARKERS = ("package.xml", "model.config", "model.sdf")
+_INNER = (
+    *("urdf", "xacro", "sdf", "mjcf", "xml", "robot", "robots", "model", "models"),
+    *("description", "world", "worlds"),
+)
+"""Usual names of a folder of descriptions within the folder of a drone."""
 _NEAR = 3
 """Number of ancestors of the description to search with their child folders."""
 _DEPTH = 4
 """Depth of the search in a folder of packages: repository, group, package, and one more."""
 _MOST_FOLDERS = 3000
 _MOST_ENTRIES = 10_000
+_LONGEST_ECHO = 300
 _MOST_NAMES = 1000
 """Limit of the number of packages named by a description."""
 
@@ -54,12 +63,60 @@ class PackageFinder:
         self.packages = {name: _given(name, folder) for name, folder in (packages or {}).items()}
         above = [*self.source.parents, *_resolved(self.source).parents]
         self._above = tuple(dict.fromkeys(above))
+        tops = (_resolved(self.source.parent), _resolved(self.source).parent)
+        self._own = tuple(dict.fromkeys(map(_own_folder, tops)))
         self._found: dict[str, tuple[Path, ...]] = {}
         self._crawled: dict[tuple[Path, int], dict[str, list[Path]]] = {}
 
     def folder(self, name: str) -> Path | None:
         """Return the folder of a ROS package or Gazebo model, None if not found."""
         return next(iter(self._folders(name)), None)
+
+    def readable(self) -> list[Path]:
+        """Return the files and folders that the description may read before it names a package."""
+        shallow = _shallow()
+        found = [folder for folder in self._roots() if folder not in shallow]
+        for folder in shallow.intersection(self._own):  # not all of a user, but files beside it
+            found += [each for each in _files(folder) if not each.name.startswith(".")]
+        return [*found, *self.packages.values()]
+
+    def reach(self, path: Path) -> Path | None:
+        """Return the file or folder for which the description may read a file, or None.
+
+        That is its own folder, package or repository; a folder that the user or an environment
+        variable gives; or a package or model that is found by its name.
+
+        Args:
+            path: links are followed before it is decided.
+        """
+        real, shallow = _resolved(path), _shallow()
+        for folder in self.readable():
+            if real.is_relative_to(folder):
+                return folder
+        for folder in real.parents:
+            if folder in shallow:
+                break
+            if any(self._folders(name) for name in _names(folder)):
+                return folder
+        return None
+
+    def allowed(self, path: Path, place: object) -> Path:
+        """Return the file or folder for which the description may read a file, see `reach`.
+
+        Args:
+            path: the file.
+            place: what names it, for the beginning of a message.
+
+        Raises:
+            WorkbenchError: if it may not.
+        """
+        folder = self.reach(path)
+        if folder is None:
+            raise WorkbenchError(
+                f"{place}: '{str(path)[:_LONGEST_ECHO]}' is outside of its folder and "
+                f"packages: {self.hint('NAME')} with the folder that holds it"
+            )
+        return folder
 
     def resolve(self, uri: str, file: Path) -> Path | None:
         """Return the file or folder that a URI or a path refers to.
@@ -70,25 +127,42 @@ class PackageFinder:
             file: the one that contains the URI.
 
         Returns:
-            An absolute path to an existing file or folder, or None. Web addresses are not followed.
+            An absolute path to an existing file or folder that the description may read, or None.
+            Web addresses are not followed.
         """
         text = uri.strip()
         return next(
             (
                 found
                 for spelling in dict.fromkeys((text, unquote(text)))
-                for found in self._places(spelling, file.absolute())
-                if _is_there(found)
+                for found, package in self._places(spelling, file.absolute())
+                if exists(found)
+                and (
+                    (package and _resolved(found).is_relative_to(_resolved(package)))
+                    or self.reach(found)
+                )
             ),
             None,
         )
 
-    def hint(self, name: str) -> str:
+    @staticmethod
+    def hint(name: str) -> str:
         """Return advice about a package that is not found, as a clause for a message."""
         return f"give --package {shlex.quote(f'{name}=DIR')}"
 
-    def _places(self, text: str, file: Path) -> Iterator[Path]:
-        """Yield the paths that a text may mean, whether they exist or not."""
+    def _roots(self) -> Iterator[Path]:
+        """Yield the folder of the description, and those given by environment variables."""
+        yield from self._own
+        for folder in (*_folders_in("ROS_PACKAGE_PATH"), *_model_folders()):
+            yield _resolved(folder)
+        for folder in _folders_in("AMENT_PREFIX_PATH"):
+            yield _resolved(folder / "share")
+
+    def _places(self, text: str, file: Path) -> Iterator[tuple[Path, Path | None]]:
+        """Yield the paths that a text may mean, with the package that it names.
+
+        They may not exist.
+        """
         scheme, sign, rest = text.partition("://")
         path = Path(rest if sign else text)
         if sign and scheme in ("package", "model"):
@@ -96,17 +170,16 @@ class PackageFinder:
         elif (sign and scheme != "file") or not path.name:
             return
         elif path.is_absolute():
-            yield path
+            yield path, None
         else:
-            models = [folder for name in _MODEL_PATHS for folder in _folders_in(name)]
-            for folder in (file.parent, self.source.parent, *models):
-                yield folder / path
+            for folder in (file.parent, self.source.parent, *_model_folders()):
+                yield folder / path, None
             name, *others = path.parts
             for folder in self._folders(name):
-                yield folder.joinpath(*others)
+                yield folder.joinpath(*others), folder
 
-    def _in_package(self, rest: str, file: Path) -> Iterator[Path]:
-        """Yield possible paths of a file of a package or model.
+    def _in_package(self, rest: str, file: Path) -> Iterator[tuple[Path, Path | None]]:
+        """Yield possible paths of a file of a package or model, with its folder if it is found.
 
         If there is no such package, the description may have been copied with its folders, such as
         `meshes/` beside or above it.
@@ -114,16 +187,17 @@ class PackageFinder:
         name, _, inner = rest.strip("/").partition("/")
         inner = inner.strip("/")
         folders = self._folders(name)
-        if not folders and inner:
-            folders = tuple(file.parents)[:-1]
         for folder in folders:
-            yield folder / inner
+            yield folder / inner, folder
+        if not folders and inner:
+            for folder in tuple(file.parents)[:-1]:
+                yield folder / inner, None
 
     def _folders(self, name: str) -> tuple[Path, ...]:
         """Return all folders for a name, the most likely first."""
         if name in self.packages:
             return (self.packages[name],)
-        if name in ("", ".", "..") or "/" in name or "\0" in name:
+        if not name or name.startswith(".") or "/" in name or "\0" in name:
             return ()
         if name not in self._found:
             if len(self._found) >= _MOST_NAMES:
@@ -137,20 +211,22 @@ class PackageFinder:
         for level, folder in enumerate(self._above):
             yield from self._crawl(folder, 1 if level < _NEAR else 0).get(name, ())
             yield from self._crawl(folder / name, 0).get(name, ())
+        shallow = _shallow()
         for folder in self._above:
-            if folder.name == name:
-                yield folder
-            yield folder / name
+            if folder not in shallow:  # /etc is no package, nor is each folder of a user
+                if folder.name == name:
+                    yield folder
+                yield folder / name
         for folder in _folders_in("ROS_PACKAGE_PATH"):
             yield from self._crawl(folder, _DEPTH).get(name, ())
         for folder in _folders_in("AMENT_PREFIX_PATH"):
             yield folder / "share" / name
-        for folder in (folder for path in _MODEL_PATHS for folder in _folders_in(path)):
+        for folder in _model_folders():
             yield folder / name
             if folder.name == name:
                 yield folder
         for folder in self._above:
-            if folder.name == "src" or _is_there(folder / ".git"):
+            if folder.name == "src" or exists(folder / ".git"):
                 yield from self._crawl(folder, _DEPTH).get(name, ())
 
     def _crawl(self, top: Path, depth: int) -> Mapping[str, list[Path]]:
@@ -206,6 +282,30 @@ def _folders_in(variable: str) -> list[Path]:
     return [Path(text).absolute() for text in texts if text]
 
 
+def _model_folders() -> list[Path]:
+    return [folder for variable in _MODEL_PATHS for folder in _folders_in(variable)]
+
+
+def _own_folder(folder: Path) -> Path:
+    """Return the repository, else the package, else the folder of the drone around a folder."""
+    shallow = _shallow()
+    above = [each for each in (folder, *folder.parents) if each not in shallow]
+    for marks in ((".git",), _MARKERS):
+        for each in above:
+            if any(exists(each / mark) for mark in marks):
+                return each
+    return folder.parent if folder.name.lower() in _INNER and folder.parent in above else folder
+
+
+def _files(folder: Path) -> list[Path]:
+    """Return the files in a folder, within limits."""
+    try:
+        with os.scandir(folder) as entries:
+            return [folder / each.name for each in islice(entries, _MOST_ENTRIES) if each.is_file()]
+    except OSError:
+        return []
+
+
 def _shallow() -> set[Path]:
     """Return the folders that contain the whole machine, or all files of a user."""
     try:
@@ -242,9 +342,9 @@ def _is_folder(path: Path) -> bool:
         return False
 
 
-def _is_there(path: Path) -> bool:
+def exists(path: Path) -> bool:
     """Return whether a path is a file or folder; a device or a pipe would never end."""
     try:
         return path.is_file() or path.is_dir()
-    except OSError:  # a name too long, a folder closed to us
+    except (OSError, ValueError):  # a name too long, a folder closed to us, a null character
         return False

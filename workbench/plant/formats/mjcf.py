@@ -113,24 +113,28 @@ def read_compiler(path: Path, root: Element) -> Compiler:
     )
 
 
-def with_includes(path: Path, root: Element) -> Element:
+def with_includes(path: Path, root: Element, finder: PackageFinder) -> Element:
     """Return a document with its `<include>` elements replaced by the included content.
 
     Paths are relative to the main file, as in MuJoCo.
 
     Raises:
-        WorkbenchError: naming an include of a missing file, in a circle, or nested too deeply.
+        WorkbenchError: naming an include of a missing file or one that the description may not
+            read, in a circle, or nested too deeply.
     """
-    return _resolved(root, (path,), count(1))
+    return _resolved(root, (path,), count(1), finder)
 
 
-def _resolved(element: Element, files: tuple[Path, ...], numbered: Iterator[int]) -> Element:
+def _resolved(
+    element: Element, files: tuple[Path, ...], numbered: Iterator[int], finder: PackageFinder
+) -> Element:
     """Return a copy of an element without includes.
 
     Args:
         element: in the last of the files.
         files: that lead to it, the main one first.
         numbered: counts the elements of all files.
+        finder: knows which files the description may read.
     """
     main = files[0]
     if next(numbered) > MOST_ELEMENTS:
@@ -142,14 +146,14 @@ def _resolved(element: Element, files: tuple[Path, ...], numbered: Iterator[int]
         copy.owner = f"{files[-1].name}:{element.line}"
     for child in elements(element):
         if child.tag == "include":
-            file = _included(child, files)
-            copy.extend(_resolved(_included_root(file), (*files, file), numbered))
+            file = _included(child, files, finder)
+            copy.extend(_resolved(_included_root(file), (*files, file), numbered, finder))
         else:
-            copy.append(_resolved(child, files, numbered))
+            copy.append(_resolved(child, files, numbered, finder))
     return copy
 
 
-def _included(include: Element, files: tuple[Path, ...]) -> Path:
+def _included(include: Element, files: tuple[Path, ...], finder: PackageFinder) -> Path:
     """Return the file of an include."""
     name = include.get("file", "")
     what = f"{place(include)}: <include file='{shortened(name)}'>"
@@ -158,6 +162,7 @@ def _included(include: Element, files: tuple[Path, ...]) -> Path:
         raise WorkbenchError(f"{what}: no such file")
     if file.resolve() in [each.resolve() for each in files] or len(files) > DEEPEST:
         raise WorkbenchError(f"{what} includes itself")
+    finder.allowed(file, what)
     return file
 
 
@@ -354,7 +359,7 @@ def read_mjcf(path: Path, root: Element, finder: PackageFinder, remarks: Remarks
     Raises:
         WorkbenchError: naming file and element, for invalid content.
     """
-    root = with_includes(path, root)
+    root = with_includes(path, root, finder)
     note_unused(path, root, remarks)
     reader = _Reader(path, root, finder, remarks)
     reader.add(_free_body(path, root, remarks), RigidTransform(), "", "")

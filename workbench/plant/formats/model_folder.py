@@ -45,6 +45,8 @@ def _newest(config: Path) -> Path:
         raise WorkbenchError(f"{config}: it does not name an <sdf> file: add one")
     newest = max(elements, key=_version)
     file = config.parent / (newest.text or "").strip()
+    if not file.resolve().is_relative_to(config.parent.resolve()):
+        raise WorkbenchError(f"{config}:{newest.line}: its <sdf> file is not in its folder")
     if not file.is_file():
         raise WorkbenchError(f"{config}:{newest.line}: its <sdf> file {file.name} does not exist")
     return file
