@@ -8,12 +8,16 @@ motors in X they are Betaflight's QUADX. With the clipped PID sums over 1000,
     s_i = roll roll_i + pitch pitch_i + yaw yaw_i,   low = min(0, s_i),   high = max(0, s_i)
     k   = 1 / max(1, high - low)      air mode off and throttle below 0.5: times 0.5 + throttle
     u_i = k s_i + throttle, between -k low and 1 - k high                      (legacy mixer)
-    u_i <- u_i (1 + e (1 - u_i)²)                                              e = thrust_linear
+    u_i <- thrust linearisation of u_i, with e = thrust_linear
     motor = idle + (1 - idle) u_i                                              of its full signal
 
-The throttle t is first divided by 1 + (e - e² / 2) (1 - t)².
+The linearisation depends on the version; the throttle t is changed by its inverse first:
 
-Source: Betaflight 4.6.0 development snapshot, mixer.c, mixer_init.c, pid.c.
+    up to 4.2         u <- (u / e + b²)^½ - b,  b = (1 - e) / (2 e);    t <- t (1 - e (1 - t))
+    4.3 to 2025.12    u <- u (1 + e (1 - u)²);               t <- t / (1 + (e - e² / 2) (1 - t)²)
+    since 2026.6      u <- u (1 + e (1 - u) (1 + e (1 - 2 u)));         t <- t (1 - e (1 - t))
+
+Source: Betaflight 4.2.11 to 2026.6.1, mixer.c, mixer_init.c, pid.c.
 
 ArduPilot's mixer and thrust linearisation, from torques and throttle
 ---------------------------------------------------------------------
@@ -218,7 +222,13 @@ def _betaflight_output(i: Any, turns: Any, linear: Any, shares: Any) -> Any:
     roll, pitch, yaw, throttle = turns
     by_roll, by_pitch, by_yaw, by_throttle = shares
     u = roll * by_roll[i] + pitch * by_pitch[i] + yaw * by_yaw[i] + throttle * by_throttle[i]
-    return between(u * (1.0 + linear * (1.0 - u) * (1.0 - u)), 0.0, 1.0)
+    e, form = linear
+    if form < 0.5 and e > 0.0 and u > 0.0:
+        b = 0.5 * (1.0 - e) / e
+        return between((u / e + b * b) ** 0.5 - b, 0.0, 1.0)
+    away = 1.0 - u
+    bend = 1.0 + e * (away - u) if form > 1.5 else away
+    return between(u * (1.0 + e * away * bend), 0.0, 1.0)
 
 
 _betaflight_outputs = per_motor(
@@ -233,13 +243,17 @@ def betaflight_mixed(wanted: Any, airmode: Any, linear: Any, shares: Any) -> Any
     Args:
         wanted: roll, pitch, yaw and throttle, in shares of full scale.
         airmode: on if above 0.5.
-        linear: `thrust_linear` over 100.
+        linear: `thrust_linear` over 100, and the form of its equations above, 0, 1 or 2.
         shares: of roll, pitch, yaw and throttle, eight numbers each.
     """
     roll, pitch, yaw, throttle = wanted
     by_roll, by_pitch, by_yaw, _ = shares
+    e, form = linear
     away = 1.0 - throttle
-    throttle = throttle / (1.0 + (linear - 0.5 * linear * linear) * away * away)
+    if form > 0.5 and form < 1.5:
+        throttle = throttle / (1.0 + (e - 0.5 * e * e) * away * away)
+    else:
+        throttle = throttle * (1.0 - e * away)
     low, high = 0.0 * roll, 0.0 * roll
     for i in range(MOST):
         s = roll * by_roll[i] + pitch * by_pitch[i] + yaw * by_yaw[i]

@@ -9,13 +9,21 @@ Second order: Butterworth, by the bilinear transform, in the direct form II of t
     d = x - a1 d1 - a2 d2,   y = b0 d + b1 d1 + b2 d2,   d2 <- d1,  d1 <- d
 
 Betaflight's PT2 and PT3 are two and three first-order filters in a row, with cut-offs raised so
-that the whole filter has -3 dB at f. A cut-off of 0 passes everything.
+that the whole filter has -3 dB at f. Its filter of second order, a biquad and since 2026.6 a state
+variable filter (SVF), is the Butterworth low-pass by the bilinear transform; for a cut-off that
+changes it is computed here as an SVF, with g = tan(pi f dt):
+
+    v1 = (i1 + g (x - i2)) / (1 + g (g + 2^½)),   v2 = i2 + g v1,   y = v2
+    i1 <- 2 v1 - i1,   i2 <- 2 v2 - i2
+
+A cut-off of 0 passes everything.
 """
 
 import math
 from typing import Any
 
 from workbench.common.jitable import register_jitable
+from workbench.control.law_parts import cosine_sine
 
 COEFFICIENTS = ("b0", "b1", "b2", "a1", "a2")
 """Names of the coefficients of a second-order low-pass, in the order of `butterworth`."""
@@ -83,3 +91,62 @@ def filtered(x: Any, one: Any, two: Any, coefficients: Any) -> Any:
 def towards(y: Any, x: Any, k: Any) -> Any:
     """Return the next states of three first-order low-passes, which are their outputs."""
     return y[0] + k * (x[0] - y[0]), y[1] + k * (x[1] - y[1]), y[2] + k * (x[2] - y[2])
+
+
+RAISED_2 = 1.0 / math.sqrt(2.0**0.5 - 1.0)
+RAISED_3 = 1.0 / math.sqrt(2.0 ** (1.0 / 3.0) - 1.0)
+"""Cut-off of each low-pass of a PT2 and of a PT3, over that of the whole."""
+PT1, SECOND_ORDER, PT2, PT3 = 0.0, 1.0, 2.0, 3.0
+"""Kinds of `low_passed`, in the order of Betaflight's words."""
+HIGHEST = 0.45
+"""Largest cut-off of a second order over the rate of the updates."""
+
+
+@register_jitable(forceinline=True)
+def low_passed(x: Any, states: Any, cutoff: Any, kind: Any, first: Any, dt: float) -> Any:
+    """Return the outputs of three low-passes, and their next states (9).
+
+    Args:
+        x: inputs.
+        states: three of each; those that a kind does not need equal its output.
+        cutoff: [Hz]; at 0 everything passes.
+        kind: `PT1`, `SECOND_ORDER`, `PT2` or `PT3`.
+        first: whether the filters begin, at rest at the inputs.
+        dt: between updates [s].
+    """
+    one, two, three = states[0:3], states[3:6], states[6:9]
+    if cutoff <= 0.0:
+        return x, (x[0], x[1], x[2], x[0], x[1], x[2], x[0], x[1], x[2])
+    none = 0.0 * x[0]
+    if kind > 0.5 and kind < 1.5:
+        if first:
+            one, two = (none, none, none), x
+        most = HIGHEST / dt
+        f = cutoff if cutoff < most else most + 0.0 * cutoff
+        cos, sin = cosine_sine(math.pi * dt * f)
+        g = sin / cos
+        share = 1.0 / (1.0 + g * (g + 2.0**0.5))
+        a_x = share * (one[0] + g * (x[0] - two[0]))
+        a_y = share * (one[1] + g * (x[1] - two[1]))
+        a_z = share * (one[2] + g * (x[2] - two[2]))
+        y = two[0] + g * a_x, two[1] + g * a_y, two[2] + g * a_z
+        one = 2.0 * a_x - one[0], 2.0 * a_y - one[1], 2.0 * a_z - one[2]
+        two = 2.0 * y[0] - two[0], 2.0 * y[1] - two[1], 2.0 * y[2] - two[2]
+        return y, (*one, *two, *y)
+    if first:
+        one, two, three = x, x, x
+    raised = 1.0
+    if kind > 1.5:
+        raised = RAISED_2
+    if kind > 2.5:
+        raised = RAISED_3
+    turn = 2.0 * math.pi * raised * dt * cutoff
+    k = turn / (1.0 + turn)
+    one = towards(one, x, k)
+    if kind < 0.5:
+        return one, (*one, *one, *one)
+    two = towards(two, one, k)
+    if kind < 2.5:
+        return two, (*one, *two, *two)
+    three = towards(three, two, k)
+    return three, (*one, *two, *three)

@@ -1,4 +1,4 @@
-"""Betaflight 4.6: its rate loop in angle mode, its mixer, and a small outer loop of our own.
+"""Betaflight 4.2 to 2026.6: its rate loop in angle mode, its mixer, and a small loop of our own.
 
 Betaflight has no position loop: `outer_` parameters are the workbench's. Every eighth update
 
@@ -13,13 +13,13 @@ at outer_hover.
 Everything else is Betaflight's, with its names, its integer gains and its scales. Rates are in
 deg/s about x forward, y left (nose down) and z up. t is the throttle, PT1, PT2, PT3 are low-passes:
 
-    ω_sp = PT3_50Hz(angle_p_gain / 10 (θ_d - θ) + its share of the yaw rate);  yaw: the rate itself
+    ω_sp = PT3(angle_p_gain / 10 (θ_d - θ) + its share of the yaw rate);  yaw: the rate itself
     e    = ω_sp - ω                                        ω through gyro_lpf2 and gyro_lpf1
     P    = 0.032029 p e                                    yaw: through yaw_lowpass_hz
     dI/dt = 0.244381 i e max(0, 1 - |ω_sp - PT1(ω_sp)| / 8)         yaw: 2.5 times i, and no max
     D    = -0.000529 d M T dω_f/dt                         ω_f: ω through dterm_lpf1 and dterm_lpf2
-    M    = min(d_max / d, PT2_35Hz(1 + (d_max / d - 1) max(c |PT2_85Hz(dω_f/dt)|,
-               c d_max_advance / 100 |dω_sp/dt|))),        c = 0.00008 d_max_gain / 35
+    M    = min(d_max / d, PT2_35Hz(1 + (d_max / d - 1) max(c d_max_gain |PT2_85Hz(dω_f/dt)|,
+               c d_max_advance |dω_sp/dt|))),                            c = 0.00008 / 35
     T    = 1 - tpa_rate / 100 max(0, t - b) / (1 - b),     b = tpa_breakpoint / 1000 - 1 <= 0.99
     F    = 0.013754 f / 100 dω_sp/dt                       roll and pitch: in rate mode alone
     A    = anti_gravity_gain PT2(|slope of t| (1 - t)²),   while t rises, times (1 - t) / 2
@@ -27,14 +27,26 @@ deg/s about x forward, y left (nose down) and z up. t is the throttle, PT1, PT2,
 A is anti-gravity: for roll and pitch it adds 0.34 A to 0.244381 i, and increases P by
 0.0034 A anti_gravity_p_gain / 100 / max(1, |ω_sp| / 50). Sums of P, I, D and F are clipped at
 pidsum_limit, integrals at iterm_windup percent of it; they are thousandths of a motor's range.
-First low-passes have dynamic cut-offs: min + (max - min) (t + expo / 10 t (1 - t)). The part of the
-throttle above the frequency throttle_boost_cutoff is boosted by throttle_boost / 10. In rate mode
-(`acro` 1) the outer loop commands ω_sp = outer_p_angle (θ_d - θ), and the 8 above becomes 40.
+First low-passes have dynamic cut-offs: min + (max - min) (t + expo / 10 t (1 - t)), or for an expo
+of 0 the larger of min and 1.5 max (t - t³ / 3); if min is 0, the static one. A filter's type is 0
+for PT1, 1 for the second order, 2 for PT2 and 3 for PT3. The part of the throttle above the
+frequency throttle_boost_cutoff is boosted by throttle_boost / 10. In rate mode (`acro` 1) the outer
+loop commands ω_sp = outer_p_angle (θ_d - θ), and the 8 above becomes 40.
 Motor signals follow from sums and throttle, see `control/autopilot_mixers.py`; a speed controller
 converts a full signal to `motor_speed`. The update runs at 1024 Hz, Betaflight's at 8000.
 
-Source: Betaflight 4.6.0 development snapshot (MSP API 1.47), pid.c, pid_init.c, filter.c, gyro.c.
-docs/autopilots.md lists omissions.
+`firmware` is the version that is computed; above is 2025.12. Otherwise there are
+
+    up to 2025.12   another thrust linearisation, see `control/autopilot_mixers.py`
+    up to 4.6       d_max_advance times d_max_gain / 100
+    up to 4.5       integrals within iterm_limit in place of iterm_windup
+    up to 4.4       the 8 above is 40, and the PT3 has 250 Hz in place of 50
+    up to 4.3       no PT3
+    4.2             c = 0.00005 / 10, a PT1 of 10 Hz for the PT2 of 35 Hz, and a filter of second
+                    order of 80 Hz for the PT2 of 85 Hz
+
+Source: Betaflight 4.2.11, 4.3.2, 4.4.3, 4.5.1, 4.6.0 development snapshot (MSP API 1.47), 2025.12.5
+and 2026.6.1, pid.c, pid_init.c, filter.c, gyro.c. docs/autopilots.md lists omissions.
 """
 
 import math
@@ -54,7 +66,14 @@ from workbench.control.autopilot_mixers import (
     with_motor,
 )
 from workbench.control.betaflight_outer import outer_loop
-from workbench.control.firmware_filters import cascaded, first_order, towards
+from workbench.control.firmware_filters import (
+    PT2,
+    SECOND_ORDER,
+    cascaded,
+    first_order,
+    low_passed,
+    towards,
+)
 from workbench.control.flight_law import known_vehicle, law_constants
 from workbench.controllers import (
     State,
@@ -90,9 +109,11 @@ MIXER = (1.0, "Betaflight's mixer")
 """Largest share of the mixer, and its name."""
 RELAX, RELAX_ANGLE = 40.0, 8.0
 """Fast part of a setpoint that stops an integral, in rate mode and in angle mode [deg/s]."""
-ATTITUDE_CUTOFF, D_MAX_RANGE, D_MAX_SMOOTH = 50.0, 85.0, 35.0
-"""Cut-offs of the PT3 after the angle, and of the PT2 filters of d_max [Hz]."""
+D_MAX_RANGE, D_MAX_SMOOTH = 85.0, 35.0
+"""Cut-offs of the PT2 filters of d_max [Hz]."""
 D_MAX_SCALE = 0.00008
+NEWEST = 9999.0
+"""Largest number of a version."""
 ANTI_GRAVITY_I, ANTI_GRAVITY_P, ANTI_GRAVITY_RATE = 0.34, 0.0034, 50.0
 
 _AXES = ("roll", "pitch", "yaw")
@@ -123,7 +144,7 @@ PARAMETERS = (
                 ("p", 250.0, "P gain"),
                 ("i", 250.0, "I gain"),
                 ("d", 250.0, "D gain"),
-                ("f", 1000.0, "feedforward"),
+                ("f", 2000.0, "feedforward"),
                 ("d_max", 250.0, "maximum D, 0 for D"),
             ),
             values,
@@ -131,27 +152,34 @@ PARAMETERS = (
         )
     ),
     gain("angle_p_gain", "1", (0.0, 200.0), 50.0, "angle P gain, tenths", "Angle"),
-    gain("angle_limit", "deg", (10.0, 80.0), 60.0, "maximum angle", "Angle"),
+    gain("angle_limit", "deg", (10.0, 90.0), 60.0, "maximum angle", "Angle"),
     gain("angle_earth_ref", "1", (0.0, 100.0), 100.0, "percent: yaw about the world's z", "Angle"),
     gain("d_max_gain", "1", (0.0, 100.0), 37.0, "D boost by gyro", "PID"),
     gain("d_max_advance", "1", (0.0, 200.0), 20.0, "D boost by setpoint", "PID"),
     gain("iterm_relax_cutoff", "Hz", (1.0, 50.0), 15.0, "I relax low-pass cutoff", "PID"),
     gain("iterm_windup", "1", (20.0, 100.0), 80.0, "I limit, percent of PID sum", "PID"),
+    gain("iterm_limit", "1", (0.0, 500.0), 400.0, "I limit of firmware up to 4.5", "PID"),
     gain("pidsum_limit", "1", (100.0, 1000.0), 500.0, "PID sum limit, roll and pitch", "PID"),
     gain("pidsum_limit_yaw", "1", (100.0, 1000.0), 400.0, "PID sum limit, yaw", "PID"),
     gain("anti_gravity_gain", "1", (0.0, 250.0), 80.0, "anti-gravity gain", "PID"),
     gain("anti_gravity_p_gain", "1", (0.0, 250.0), 100.0, "anti-gravity P share, percent", "PID"),
     gain("anti_gravity_cutoff_hz", "Hz", (2.0, 50.0), 5.0, "anti-gravity low-pass cutoff", "PID"),
     gain("tpa_rate", "1", (0.0, 100.0), 65.0, "D reduction by throttle, percent", "PID"),
-    gain("tpa_breakpoint", "us", (1000.0, 1999.0), 1350.0, "throttle where it starts", "PID"),
+    gain("tpa_breakpoint", "us", (750.0, 2250.0), 1350.0, "throttle where it starts", "PID"),
     gain("gyro_lpf1_dyn_min_hz", "Hz", (0.0, 1000.0), 250.0, "gyro filter 1 minimum", "Filters"),
     gain("gyro_lpf1_dyn_max_hz", "Hz", (0.0, 1000.0), 500.0, "gyro filter 1 maximum", "Filters"),
     gain("gyro_lpf1_dyn_expo", "1", (0.0, 10.0), 5.0, "gyro filter 1 expo, tenths", "Filters"),
-    gain("gyro_lpf2_static_hz", "Hz", (0.0, 1000.0), 500.0, "gyro filter 2", "Filters"),
+    gain("gyro_lpf1_static_hz", "Hz", (0.0, 4000.0), 250.0, "filter 1 if minimum 0", "Filters"),
+    gain("gyro_lpf1_type", "1", (0.0, 3.0), 0.0, "PT1, 1 second order, 2 PT2, 3 PT3", "Filters"),
+    gain("gyro_lpf2_static_hz", "Hz", (0.0, 4000.0), 500.0, "gyro filter 2", "Filters"),
+    gain("gyro_lpf2_type", "1", (0.0, 3.0), 0.0, "PT1, 1 second order, 2 PT2, 3 PT3", "Filters"),
     gain("dterm_lpf1_dyn_min_hz", "Hz", (0.0, 1000.0), 75.0, "D filter 1 minimum", "Filters"),
     gain("dterm_lpf1_dyn_max_hz", "Hz", (0.0, 1000.0), 150.0, "D filter 1 maximum", "Filters"),
     gain("dterm_lpf1_dyn_expo", "1", (0.0, 10.0), 5.0, "D filter 1 expo, tenths", "Filters"),
-    gain("dterm_lpf2_static_hz", "Hz", (0.0, 1000.0), 150.0, "D filter 2", "Filters"),
+    gain("dterm_lpf1_static_hz", "Hz", (0.0, 4000.0), 75.0, "filter 1 if minimum 0", "Filters"),
+    gain("dterm_lpf1_type", "1", (0.0, 3.0), 0.0, "PT1, 1 second order, 2 PT2, 3 PT3", "Filters"),
+    gain("dterm_lpf2_static_hz", "Hz", (0.0, 4000.0), 150.0, "D filter 2", "Filters"),
+    gain("dterm_lpf2_type", "1", (0.0, 3.0), 0.0, "PT1, 1 second order, 2 PT2, 3 PT3", "Filters"),
     gain("yaw_lowpass_hz", "Hz", (0.0, 500.0), 100.0, "yaw P filter", "Filters"),
     gain("throttle_boost", "1", (0.0, 100.0), 5.0, "throttle boost, tenths", "Motors"),
     gain("throttle_boost_cutoff", "Hz", (5.0, 50.0), 15.0, "boost high-pass cutoff", "Motors"),
@@ -159,6 +187,7 @@ PARAMETERS = (
     gain("thrust_linear", "1", (0.0, 150.0), 0.0, "thrust linearisation, percent", "Motors"),
     gain("motor_idle", "1", (0.0, 2000.0), 550.0, "idle signal, hundredths of a percent", "Motors"),
     gain("motor_speed", "rad/s", (1.0, 20000.0), 2600.0, "motor speed at full signal", "Motors"),
+    gain("firmware", "1", (4.2, NEWEST), 2025.12, "version that is computed", "Firmware"),
 )
 
 MEMORY = (
@@ -167,15 +196,17 @@ MEMORY = (
     *states("pt3_1", "deg/s", "xy"),
     *states("pt3_2", "deg/s", "xy"),
     *states("pt3_3", "deg/s", "xy"),
-    *states("gyro_2", "deg/s"),
-    *states("gyro_1", "deg/s"),
-    *states("d_1", "deg/s"),
-    *states("d_2", "deg/s"),
+    *(
+        state
+        for name in ("gyro_2", "gyro_1", "d_1", "d_2")
+        for stage in "abc"
+        for state in states(f"{name}{stage}", "deg/s")
+    ),
+    *states("d_before", "deg/s"),
     *states("relaxed", "deg/s"),
     *states("setpoint", "deg/s"),
     *states("i_rate", "1"),
-    *states("range_1", "deg/s^2"),
-    *states("range_2", "deg/s^2"),
+    *(state for stage in "abc" for state in states(f"range_{stage}", "deg/s^2")),
     *states("boost_1", "1"),
     *states("boost_2", "1"),
     State("throttle", "1"),
@@ -211,14 +242,20 @@ LOOPS = (
 DESIGNED = (
     *NAMES,
     "k_attitude",
-    "k_range",
-    "k_boost",
+    "range_cutoff",
+    "range_kind",
+    "k_boost_1",
+    "k_boost_2",
     "k_gravity",
     "k_relax",
     "k_yaw",
-    "k_gyro",
-    "k_dterm",
     "k_throttle",
+    "by_gyro",
+    "by_step",
+    "most_i",
+    "most_i_yaw",
+    "relax_angle",
+    "linear_form",
     *(f"d_most_{axis}" for axis in "xyz"),
     "idle",
     "hover_signal",
@@ -229,19 +266,34 @@ DESIGNED = (
 
 def design(vehicle: Any, g: Any, dt: float) -> list[float]:
     """Return shares of the mixer, gains of low-passes, limits of D, and motor constants."""
-    idle = 1e-4 * g.motor_idle
+    idle, version = 1e-4 * g.motor_idle, g.firmware
+    attitude = 50.0 if version >= 4.5 else 250.0 if version >= 4.4 else 0.0
+    slow_1, slow_2 = (cascaded(D_MAX_SMOOTH, dt, 2),) * 2
+    by_gyro, by_step = D_MAX_SCALE * g.d_max_gain / D_MAX_SMOOTH, g.d_max_advance / 100.0
+    if version < 4.3:
+        by_gyro = 0.00005 * g.d_max_gain / 10.0
+        slow_1, slow_2 = first_order(10.0, dt), 1.0
+    limits = (g.iterm_limit, g.iterm_limit)
+    if version >= 4.6:
+        limits = tuple(
+            0.01 * g.iterm_windup * most for most in (g.pidsum_limit, g.pidsum_limit_yaw)
+        )
     pairs = ((g.d_max_roll, g.d_roll), (g.d_max_pitch, g.d_pitch), (g.d_max_yaw, g.d_yaw))
     return [
         *column_numbers(vehicle.rotors, moment_shares(vehicle.rotors, *MIXER)),
-        cascaded(ATTITUDE_CUTOFF, dt, 3),
-        cascaded(D_MAX_RANGE, dt, 2),
-        cascaded(D_MAX_SMOOTH, dt, 2),
+        cascaded(attitude, dt, 3),
+        *((D_MAX_RANGE, PT2) if version >= 4.3 else (80.0, SECOND_ORDER)),
+        slow_1,
+        slow_2,
         cascaded(g.anti_gravity_cutoff_hz, dt, 2),
         first_order(g.iterm_relax_cutoff, dt),
         first_order(g.yaw_lowpass_hz, dt),
-        first_order(g.gyro_lpf2_static_hz, dt),
-        first_order(g.dterm_lpf2_static_hz, dt),
         first_order(g.throttle_boost_cutoff, dt),
+        by_gyro,
+        D_MAX_SCALE * g.d_max_advance / D_MAX_SMOOTH if version >= 2025.0 else by_gyro * by_step,
+        *limits,
+        RELAX_ANGLE if version >= 4.5 else RELAX,
+        2.0 if version >= 2026.0 else 1.0 if version >= 4.3 else 0.0,
         *(most / base if 0.0 < base < most else 1.0 for most, base in pairs),
         idle,
         idle + (1.0 - idle) * g.outer_hover,
@@ -250,21 +302,22 @@ def design(vehicle: Any, g: Any, dt: float) -> list[float]:
     ]
 
 
-def dynamic(throttle: Any, least: Any, most: Any, expo: Any, dt: float) -> Any:
-    """Return the gain of a first-order low-pass whose cut-off depends on the throttle.
+def dynamic(throttle: Any, least: Any, most: Any, expo: Any, static: Any) -> Any:
+    """Return a cut-off that depends on the throttle [Hz].
 
     Args:
         throttle: 0 .. 1.
-        least: cut-off without throttle, 0 for no low-pass [Hz].
+        least: cut-off without throttle [Hz].
         most: cut-off at full throttle [Hz].
         expo: tenths of the bend between them.
-        dt: between updates [s].
+        static: the cut-off if `least` is 0 [Hz].
     """
     if least <= 0.0:
-        return 1.0 + 0.0 * throttle
-    cutoff = least + (most - least) * (throttle + 0.1 * expo * throttle * (1.0 - throttle))
-    turn = 2.0 * math.pi * cutoff * dt
-    return turn / (1.0 + turn)
+        return static + 0.0 * throttle
+    if expo > 0.0:
+        return least + (most - least) * (throttle + 0.1 * expo * throttle * (1.0 - throttle))
+    cutoff = 1.5 * most * throttle * (1.0 - throttle * throttle / 3.0)
+    return cutoff if cutoff > least else least + 0.0 * throttle
 
 
 def size(x: Any) -> Any:
@@ -330,29 +383,44 @@ def update(
     knee = knee if knee < 0.99 else 0.99 + 0.0 * knee
     above = throttle - knee if throttle > knee else 0.0 * throttle
     tpa = 1.0 - 0.01 * g.tpa_rate / (1.0 - knee) * above
-    k_gyro = dynamic(
-        throttle, g.gyro_lpf1_dyn_min_hz, g.gyro_lpf1_dyn_max_hz, g.gyro_lpf1_dyn_expo, dt
+    gyro_cutoff = dynamic(
+        throttle,
+        g.gyro_lpf1_dyn_min_hz,
+        g.gyro_lpf1_dyn_max_hz,
+        g.gyro_lpf1_dyn_expo,
+        g.gyro_lpf1_static_hz,
     )
-    k_dterm = dynamic(
-        throttle, g.dterm_lpf1_dyn_min_hz, g.dterm_lpf1_dyn_max_hz, g.dterm_lpf1_dyn_expo, dt
+    dterm_cutoff = dynamic(
+        throttle,
+        g.dterm_lpf1_dyn_min_hz,
+        g.dterm_lpf1_dyn_max_hz,
+        g.dterm_lpf1_dyn_expo,
+        g.dterm_lpf1_static_hz,
     )
     slow = throttle if first else m.throttle_slow
     slow = slow + g.k_throttle * (throttle - slow)
     boosted = between(throttle + 0.1 * g.throttle_boost * (throttle - slow), 0.0, 1.0)
 
     # rates, filtered; and again for D
-    gyro_2, gyro = (m.gyro_2_x, m.gyro_2_y, m.gyro_2_z), (m.gyro_1_x, m.gyro_1_y, m.gyro_1_z)
-    d_1, d_before = (m.d_1_x, m.d_1_y, m.d_1_z), (m.d_2_x, m.d_2_y, m.d_2_z)
+    gyro_2 = (m.gyro_2a_x, m.gyro_2a_y, m.gyro_2a_z, m.gyro_2b_x, m.gyro_2b_y, m.gyro_2b_z)
+    gyro_2 = (*gyro_2, m.gyro_2c_x, m.gyro_2c_y, m.gyro_2c_z)
+    gyro_1 = (m.gyro_1a_x, m.gyro_1a_y, m.gyro_1a_z, m.gyro_1b_x, m.gyro_1b_y, m.gyro_1b_z)
+    gyro_1 = (*gyro_1, m.gyro_1c_x, m.gyro_1c_y, m.gyro_1c_z)
+    d_1 = (m.d_1a_x, m.d_1a_y, m.d_1a_z, m.d_1b_x, m.d_1b_y, m.d_1b_z)
+    d_1 = (*d_1, m.d_1c_x, m.d_1c_y, m.d_1c_z)
+    d_2 = (m.d_2a_x, m.d_2a_y, m.d_2a_z, m.d_2b_x, m.d_2b_y, m.d_2b_z)
+    d_2 = (*d_2, m.d_2c_x, m.d_2c_y, m.d_2c_z)
+    gyro, gyro_2 = low_passed(w, gyro_2, g.gyro_lpf2_static_hz, g.gyro_lpf2_type, first, dt)
+    gyro, gyro_1 = low_passed(gyro, gyro_1, gyro_cutoff, g.gyro_lpf1_type, first, dt)
+    slowed, d_1 = low_passed(gyro, d_1, dterm_cutoff, g.dterm_lpf1_type, first, dt)
+    slowed, d_2 = low_passed(slowed, d_2, g.dterm_lpf2_static_hz, g.dterm_lpf2_type, first, dt)
+    d_before = (m.d_before_x, m.d_before_y, m.d_before_z)
     if first:
-        gyro_2, gyro, d_1, d_before = w, w, w, w
-    gyro_2 = towards(gyro_2, w, g.k_gyro)
-    gyro = towards(gyro, gyro_2, k_gyro)
-    d_1 = towards(d_1, gyro, k_dterm)
-    d_2 = towards(d_before, d_1, g.k_dterm)
+        d_before = slowed
     falls = (
-        -(d_2[0] - d_before[0]) / dt,
-        -(d_2[1] - d_before[1]) / dt,
-        -(d_2[2] - d_before[2]) / dt,
+        -(slowed[0] - d_before[0]) / dt,
+        -(slowed[1] - d_before[1]) / dt,
+        -(slowed[2] - d_before[2]) / dt,
     )
 
     # angle mode, or rate mode
@@ -377,12 +445,12 @@ def update(
     pt_3 = towards(pt_3, pt_2, g.k_attitude)
     if g.acro > 0.5:
         s = (g.outer_p_angle * e_roll, g.outer_p_angle * e_pitch, turn)
-        feed, quiet = 1.0, RELAX
+        feed, quiet = 1.0, RELAX + 0.0 * turn
     else:
         steepest = size(roll_d) if size(roll_d) > size(pitch_d) else size(pitch_d)
         cos_most, _ = cosine_sine(earth * steepest / DEGREES)
         s = (pt_3[0], pt_3[1], turn * cos_most)
-        feed, quiet = 0.0, RELAX_ANGLE
+        feed, quiet = 0.0, g.relax_angle
 
     # rate control
     s_slow = (m.relaxed_x, m.relaxed_y, m.relaxed_z)
@@ -392,27 +460,24 @@ def update(
     s_slow = towards(s_slow, s, g.k_relax)
     steps = feed * (s[0] - s_was[0]) / dt, feed * (s[1] - s_was[1]) / dt, (s[2] - s_was[2]) / dt
     e = probe3((s[0] - gyro[0], s[1] - gyro[1], s[2] - gyro[2]), RATE, loops)
-    most_i = 0.01 * g.iterm_windup * g.pidsum_limit
-    most_i_yaw = 0.01 * g.iterm_windup * g.pidsum_limit_yaw
     added = ANTI_GRAVITY_I * anti
     grows_p = (I_SCALE * g.i_roll + added) * relaxed(e[0], s[0], s_slow[0], quiet)
     grows_q = (I_SCALE * g.i_pitch + added) * relaxed(e[1], s[1], s_slow[1], quiet)
-    i_p = clipped(m.i_rate_x + grows_p * dt, most_i)
-    i_q = clipped(m.i_rate_y + grows_q * dt, most_i)
-    i_r = clipped(m.i_rate_z + YAW_I * I_SCALE * g.i_yaw * e[2] * dt, most_i_yaw)
+    i_p = clipped(m.i_rate_x + grows_p * dt, g.most_i)
+    i_q = clipped(m.i_rate_y + grows_q * dt, g.most_i)
+    i_r = clipped(m.i_rate_z + YAW_I * I_SCALE * g.i_yaw * e[2] * dt, g.most_i_yaw)
     more = ANTI_GRAVITY_P * 0.01 * g.anti_gravity_p_gain * anti
     p_p = P_SCALE * g.p_roll * e[0] * (1.0 + more / steadied(s[0]))
     p_q = P_SCALE * g.p_pitch * e[1] * (1.0 + more / steadied(s[1]))
     p_r = P_SCALE * g.p_yaw * e[2]
     p_r = p_r if first else m.p_yaw + g.k_yaw * (p_r - m.p_yaw)
-    range_1 = towards((m.range_1_x, m.range_1_y, m.range_1_z), falls, g.k_range)
-    range_2 = towards((m.range_2_x, m.range_2_y, m.range_2_z), range_1, g.k_range)
-    by_gyro = D_MAX_SCALE * g.d_max_gain / D_MAX_SMOOTH
-    by_step = 0.01 * g.d_max_advance * by_gyro
+    ranges = (m.range_a_x, m.range_a_y, m.range_a_z, m.range_b_x, m.range_b_y, m.range_b_z)
+    ranges = (*ranges, m.range_c_x, m.range_c_y, m.range_c_z)
+    moving, ranges = low_passed(falls, ranges, g.range_cutoff, g.range_kind, False, dt)
     boost = (
-        boosting(range_2[0], steps[0], by_gyro, by_step, g.d_most_x),
-        boosting(range_2[1], steps[1], by_gyro, by_step, g.d_most_y),
-        boosting(range_2[2], steps[2], by_gyro, by_step, g.d_most_z),
+        boosting(moving[0], steps[0], g.by_gyro, g.by_step, g.d_most_x),
+        boosting(moving[1], steps[1], g.by_gyro, g.by_step, g.d_most_y),
+        boosting(moving[2], steps[2], g.by_gyro, g.by_step, g.d_most_z),
     )
     boost_1, boost_2 = (
         (m.boost_1_x, m.boost_1_y, m.boost_1_z),
@@ -420,8 +485,8 @@ def update(
     )
     if first:
         boost_1, boost_2 = boost, boost
-    boost_1 = towards(boost_1, boost, g.k_boost)
-    boost_2 = towards(boost_2, boost_1, g.k_boost)
+    boost_1 = towards(boost_1, boost, g.k_boost_1)
+    boost_2 = towards(boost_2, boost_1, g.k_boost_2)
     d_p = D_SCALE * g.d_roll * falls[0] * between(boost_2[0], 0.0, g.d_most_x) * tpa
     d_q = D_SCALE * g.d_pitch * falls[1] * between(boost_2[1], 0.0, g.d_most_y) * tpa
     d_r = D_SCALE * g.d_yaw * falls[2] * between(boost_2[2], 0.0, g.d_most_z) * tpa
@@ -436,14 +501,15 @@ def update(
     torque = probe3(torque, TORQUE, loops)
 
     # mixer and motors
-    u = betaflight_mixed((*torque, boosted), g.airmode, 0.01 * g.thrust_linear, columns(g))
+    linear = (0.01 * g.thrust_linear, g.linear_form)
+    u = betaflight_mixed((*torque, boosted), g.airmode, linear, columns(g))
     none = 0.0 * throttle
     wrench, by = (none, none, none, none), effects(g)
     for i in range(MOST):
         speed = g.motor_speed * (g.idle + (1.0 - g.idle) * u[i])
         wrench = with_motor(wrench, i, g.motor_constant * speed * (speed + g.linear_speed), by)
     outer = (i_x, i_y, i_z, roll_d, pitch_d, *pt_1[:2], *pt_2[:2], *pt_3[:2])
-    inner = (*gyro_2, *gyro, *d_1, *d_2, *s_slow, *s, i_p, i_q, i_r, *range_1, *range_2)
+    inner = (*gyro_2, *gyro_1, *d_1, *d_2, *slowed, *s_slow, *s, i_p, i_q, i_r, *ranges)
     last = (*boost_1, *boost_2, throttle, throttle, slow, quick, gravity, p_r, 1.0 + none)
     return wrench, (*outer, *inner, *last)
 

@@ -1,4 +1,4 @@
-"""Betaflight's angle and rate mode (the 4.6.0 snapshot), written anew from its sources.
+"""Betaflight's angle and rate mode, of versions 4.2 to 2026.6, written anew from its sources.
 
 Sources: src/main/flight/pid.c, pid_init.c, mixer.c, mixer_init.c, common/filter.c, sensors/gyro.c.
 Rates are in deg/s, of roll to the right, pitch nose down and yaw to the left: the signs of FLU.
@@ -39,6 +39,27 @@ class Pt:
         return sample
 
 
+class Svf:
+    """svfLowpassFilterApply of 2026.6; with a fixed cut-off the biquad of before."""
+
+    def __init__(self, value=0.0):
+        self.one, self.two = 0.0 * value, value
+
+    def apply(self, sample, cutoff, dt):
+        if cutoff <= 0.0:
+            return sample
+        f = np.tan(np.pi * min(cutoff, 0.45 / dt) * dt)
+        v1 = (self.one + f * (sample - self.two)) / (1.0 + f * (f + np.sqrt(2.0)))
+        v2 = self.two + f * v1
+        self.one, self.two = 2.0 * v1 - self.one, 2.0 * v2 - self.two
+        return v2
+
+
+def low_pass(kind, value):
+    """Return the filter of a type, by its place among PT1, BIQUAD, PT2, PT3."""
+    return Svf(value) if kind == 1.0 else Pt({0.0: 1, 2.0: 2, 3.0: 3}[kind], value)
+
+
 class Betaflight:
     """PID and mixer of one vehicle, with its parameters `g`."""
 
@@ -48,7 +69,9 @@ class Betaflight:
         self.targets, self.outer_integral = np.zeros(2), np.zeros(3)
         self.integral, self.gravity, self.tpa = np.zeros(3), 0.0, 1.0
         self.attitude = Pt(3, np.zeros(2))
-        self.range, self.boost = [Pt(2) for _ in AXES], [Pt(2, 1.0) for _ in AXES]
+        old = g is not None and g.firmware < 4.3
+        self.range = [Svf() if old else Pt(2) for _ in AXES]
+        self.boost = [Pt(1 if old else 2, 1.0) for _ in AXES]
         self.anti_gravity = Pt(2)
         moments = np.array([rotor.moment for rotor in vehicle.rotors])
         self.shares = moments / np.max(np.abs(moments), axis=0)
@@ -93,8 +116,9 @@ class Betaflight:
     def begin(self, gyro, setpoint, throttle):
         """Let all filters rest at their first samples."""
         self.began = True
-        self.gyro_2, self.gyro_1 = Pt(1, gyro), Pt(1, gyro)
-        self.d_1, self.d_2, self.d_before = Pt(1, gyro), Pt(1, gyro), gyro
+        g, self.d_before = self.g, gyro
+        kinds = g.gyro_lpf2_type, g.gyro_lpf1_type, g.dterm_lpf1_type, g.dterm_lpf2_type
+        self.gyro_2, self.gyro_1, self.d_1, self.d_2 = (low_pass(kind, gyro) for kind in kinds)
         self.relax, self.setpoint = [Pt(1, each) for each in setpoint], setpoint
         self.throttle_before = throttle
         self.throttle_slow = Pt(1, throttle)
@@ -130,7 +154,8 @@ class Betaflight:
         rate = (targets - angles) * 0.1 * g.angle_p_gain
         rate[0] -= yaw_rate * np.sin(np.radians(targets[1])) * earth
         rate[1] += yaw_rate * np.sin(np.radians(targets[0])) * earth
-        rate = self.attitude.apply(rate, 50.0, dt)
+        cutoff = 50.0 if g.firmware >= 4.5 else 250.0
+        rate = rate if g.firmware < 4.4 else self.attitude.apply(rate, cutoff, dt)
         yaw = yaw_rate * np.cos(np.radians(earth * np.max(np.abs(targets))))
         return np.array([*rate, yaw])
 
@@ -144,7 +169,7 @@ class Betaflight:
         error = setpoint - gyro
 
         smooth = self.relax[i].apply(setpoint, g.iterm_relax_cutoff, dt)
-        threshold = 8.0 if angle_mode else 40.0
+        threshold = 8.0 if angle_mode and g.firmware >= 4.5 else 40.0
         relaxed = 1.0 if yaw else max(0.0, 1.0 - abs(setpoint - smooth) / threshold)
 
         p_term = PTERM * p * error
@@ -153,15 +178,19 @@ class Betaflight:
             p_term = self.yaw_p.apply(p_term, g.yaw_lowpass_hz, dt)
         accelerator = 0.0 if yaw else 0.34 * self.gravity
         growth = (ITERM * i_gain * (2.5 if yaw else 1.0) + accelerator) * error * relaxed * dt
-        self.integral[i] = clip(self.integral[i] + growth, 0.01 * g.iterm_windup * most)
+        limit = g.iterm_limit if g.firmware < 4.6 else 0.01 * g.iterm_windup * most
+        self.integral[i] = clip(self.integral[i] + growth, limit)
 
         delta = 0.0 if angle_mode and not yaw else (setpoint - self.setpoint[i]) / dt
         multiplier = 1.0
         if d > 0.0 and d_max > d:
-            quick = abs(self.range[i].apply(slope, 85.0, dt)) * 0.00008 * g.d_max_gain / 35.0
-            ahead = abs(delta) * 0.00008 * g.d_max_gain * 0.01 * g.d_max_advance / 35.0
+            old = g.firmware < 4.3
+            factor, smooth, span = (0.00005, 10.0, 80.0) if old else (0.00008, 35.0, 85.0)
+            quick = abs(self.range[i].apply(slope, span, dt)) * factor * g.d_max_gain / smooth
+            advance = g.d_max_advance * (1.0 if g.firmware > 2000.0 else 0.01 * g.d_max_gain)
+            ahead = abs(delta) * factor * advance / smooth
             multiplier = 1.0 + (d_max / d - 1.0) * max(quick, ahead)
-            multiplier = min(self.boost[i].apply(multiplier, 35.0, dt), d_max / d)
+            multiplier = min(self.boost[i].apply(multiplier, smooth, dt), d_max / d)
         d_term = DTERM * d * slope * multiplier * self.tpa
         if not yaw:
             calm = max(abs(setpoint) / 50.0, 1.0)
@@ -176,7 +205,10 @@ class Betaflight:
         if g.throttle_boost > 0.0:
             throttle = min(max(throttle + 0.1 * g.throttle_boost * (throttle - slow), 0.0), 1.0)
         linear = 0.01 * g.thrust_linear
-        throttle /= 1.0 + (linear - 0.5 * linear**2) * (1.0 - throttle) ** 2
+        if 4.2 < g.firmware < 2026.0:
+            throttle /= 1.0 + (linear - 0.5 * linear**2) * (1.0 - throttle) ** 2
+        elif linear:
+            throttle *= throttle * linear + 1.0 - linear
 
         mix = self.shares @ [roll, pitch, yaw]
         high, low = max(np.max(mix), 0.0), min(np.min(mix), 0.0)
@@ -184,7 +216,13 @@ class Betaflight:
         scale /= max(high - low, 1.0)
         throttle = min(max(throttle, -low * scale), 1.0 - high * scale)
         u = mix * scale + throttle
-        u = u * (1.0 + linear * (1.0 - u) ** 2)
+        if g.firmware > 2026.0:
+            u = u * (1.0 + linear * (1.0 - u) * (1.0 + linear * (1.0 - u - u)))
+        elif g.firmware > 4.2:
+            u = u * (1.0 + linear * (1.0 - u) ** 2)
+        elif linear:
+            b = (1.0 - linear) / (2.0 * linear)
+            u = np.where(u > 0.0, np.sqrt(np.maximum(u, 0.0) / linear + b * b) - b, u)
         idle = 1e-4 * g.motor_idle
         signals = np.clip(idle + (1.0 - idle) * u, idle, 1.0)
         speeds = g.motor_speed * signals
@@ -205,7 +243,11 @@ class Betaflight:
 
 
 def dynamic(g, name, throttle):
-    """dynLpfCutoffFreq: return a cut-off that rises with throttle [Hz]."""
+    """dynLpfGyroUpdate: return a cut-off that rises with throttle, or the static one [Hz]."""
     low, high, expo = (getattr(g, f"{name}_dyn_{end}") for end in ("min_hz", "max_hz", "expo"))
+    if low == 0.0:
+        return getattr(g, f"{name}_static_hz")
+    if expo == 0.0:
+        return max(throttle * (1.0 - throttle * throttle / 3.0) * 1.5 * high, low)
     curve = throttle * (1.0 - throttle) * 0.1 * expo + throttle
     return low + (high - low) * curve

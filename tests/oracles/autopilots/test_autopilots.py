@@ -43,6 +43,11 @@ ORACLES = {
 }
 SWITCHES = {"MC_AIRMODE": (0.0, 1.0, 2.0), "MC_ACC_DECOUPLE": (0.0, 1.0)}
 SWITCHES |= {"acro": (0.0, 1.0), "airmode": (0.0, 1.0)}
+SWITCHES |= {"firmware": (4.2, 4.3, 4.4, 4.5, 4.6, 2025.12, 2026.6)}
+SWITCHES |= {
+    f"{name}_type": (0.0, 1.0, 2.0, 3.0)
+    for name in ("gyro_lpf1", "gyro_lpf2", "dterm_lpf1", "dterm_lpf2")
+}
 SWITCHES |= {"ATC_RATE_FF_ENAB": (0.0, 1.0), "ATC_ANGLE_BOOST": (0.0, 1.0)}
 OPEN = {"max_speed": 1e4, "max_climb_rate": 1e4, "max_height": 1e6, "max_tilt": 0.8}
 OPEN |= {"max_yaw_rate": 1e3, "spin_up_feedforward": 0.0}
