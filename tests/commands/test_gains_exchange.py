@@ -27,19 +27,32 @@ def vehicle(write):
 def test_import_says_what_changes_in_the_firmwares_words(run, vehicle):
     lines = run("gains", "import", vehicle, "--no-margins").out.splitlines()
     assert lines[0].endswith("px4 1.16.0, law px4, vehicle dh_drone")
-    row = "MC_ROLLRATE_P 0.15 0.12 s/rad -20.0 % roll rate P gain"
-    assert " ".join(lines[2].split()) == row
-    assert lines[3] == "1 of 2 gains differ"
-    assert lines[4] == "not simulated, and not imported: MPC_LAND_SPEED"
+    rows = [" ".join(line.split()) for line in lines[2:6]]
+    assert rows == [
+        "MC_ROLL_P 4 6.5 1/s +62.5 % attitude P gain, roll (default)",
+        "MC_PITCH_P 4 6.5 1/s +62.5 % attitude P gain, pitch (default)",
+        "MC_ROLLRATE_P 0.15 0.12 s/rad -20.0 % roll rate P gain",
+        "IMU_DGYRO_CUTOFF 20 30 Hz +50.0 % D low-pass cutoff (default)",
+    ]
+    assert lines[6] == "4 of 5 gains differ"
+    assert lines[7] == "not imported, and without effect here: MPC_LAND_SPEED"
+    assert lines[8] == "on by default in 1.16, and not simulated: MPC_VELD_LP 5"
+    assert lines[9] == "note: line 4: of other parts, or unknown: BAT1_N_CELLS 4"
 
 
 def test_import_tells_margins_before_and_after(run, vehicle):
     """Those of `hover_margins`, which are held against python-control elsewhere."""
     said = run("gains", "import", vehicle, "--json").json
-    assert [row["name"] for row in said["gains"] if row["a"] != row["b"]] == ["MC_ROLLRATE_P"]
+    after = {row["name"]: row["b"] for row in said["gains"] if row["a"] != row["b"]}
+    assert after == {
+        "MC_ROLL_P": 6.5,
+        "MC_PITCH_P": 6.5,
+        "MC_ROLLRATE_P": 0.12,
+        "IMU_DGYRO_CUTOFF": 30.0,
+    }
     study = LinearStudy(Scenario(controller="px4"))
     loops = {row["loop"]: row for row in said["margins"]}
-    for gains, key in (({}, "before"), ({"MC_ROLLRATE_P": 0.12}, "after")):
+    for gains, key in (({}, "before"), (after, "after")):
         for loop, margins in hover_margins(study.sampled(HOLDING, gains)).items():
             found = loops[loop][key]
             assert found["phase_margin"] == pytest.approx(margins.phase_margin, rel=1e-9)

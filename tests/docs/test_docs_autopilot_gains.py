@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from workbench.commands.cli import main
-from workbench.gains.autopilots.versions import ARDUPILOT, PX4
+from workbench.gains.autopilots.table import load_table
 
 PAGE = (Path(__file__).parents[2] / "docs" / "autopilot-gains.md").read_text(encoding="utf-8")
 
@@ -57,7 +57,8 @@ def test_the_python_example_runs(tmp_path, monkeypatch, capsys):
 
 
 def test_the_factors_on_the_page_are_those_of_the_table():
-    factors = {(each.old, each.new): each.factor for each in (*ARDUPILOT, *PX4)}
+    rows = [each for name in ("ardupilot", "px4") for each in load_table(name).settings]
+    factors = {(each.name, each.law): each.scale for each in rows}
     assert factors["PSC_ACCZ_P", "PSC_D_ACC_P"] == 0.1
     assert factors["PSC_ACCZ_IMAX", "PSC_D_ACC_IMAX"] == 0.001
     assert factors["PSC_VELZ_IMAX", "PSC_D_VEL_IMAX"] == 0.01

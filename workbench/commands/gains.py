@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from workbench.design.judge.margins import LoopMargins
     from workbench.design.translate.translation import Difference, Translation
     from workbench.gains.autopilots.exchange import Imported
+    from workbench.gains.autopilots.parameter_file import Remark
     from workbench.gains.gains import GainChange, GainFile, Save
     from workbench.plant.vehicle import Vehicle
     from workbench.scenario.scenario import Scenario
@@ -510,6 +511,9 @@ def add_exchange(actions: Any) -> None:
     write.add_argument(
         "--preview", action="store_true", help="show what would change, and write nothing"
     )
+    write.add_argument(
+        "--force", action="store_true", help="write gains that would not fly, such as P gains of 0"
+    )
 
 
 def _add_common(parser: argparse.ArgumentParser) -> None:
@@ -533,7 +537,7 @@ def _add_common(parser: argparse.ArgumentParser) -> None:
 def _import(args: argparse.Namespace) -> int:
     """Compare the file with the present gains, and save its gains if requested."""
     from workbench.control.controller import load_controller
-    from workbench.gains.autopilots.exchange import import_gains
+    from workbench.gains.autopilots.exchange import VERSION_ROW, import_gains
     from workbench.gains.autopilots.parameter_file import joined
     from workbench.gains.gains import diff_gains, make_profile, save_gains
 
@@ -541,10 +545,12 @@ def _import(args: argparse.Namespace) -> int:
     law = load_controller(args.controller) if args.controller else None
     found = import_gains(args.file, args.firmware, args.version, args.profile, law)
     scenario, vehicle, present = _flown(args, found.law)
-    changes = diff_gains(
-        {name: present[name] for name in found.values}, found.values, present, found.law
-    )
-    after = {**present, **found.values}
+    flown = found.flown(present)
+    changes = diff_gains({name: present[name] for name in flown}, flown, present, found.law)
+    shown = found.values.keys() & {row.name for row in found.firmware.rows(found.law)}
+    changes = [row for row in changes if row.name in shown or row.a != row.b]
+    changes = [row for row in changes if row.name != VERSION_ROW]
+    after = {**present, **flown}
     margins = _margins(args, scenario, present, after)
     remarks = [*found.remarks, *_hover_remarks(found, vehicle)]
     about = {
@@ -573,7 +579,7 @@ def _export(args: argparse.Namespace) -> int:
     from workbench.control.controller import load_controller
     from workbench.gains.autopilots.exchange import export_gains, import_gains
     from workbench.gains.autopilots.firmware import find_firmware
-    from workbench.gains.autopilots.parameter_file import encoded
+    from workbench.gains.autopilots.parameter_file import Remark, encoded, joined
     from workbench.gains.gains import diff_gains, load_gains
 
     firmware = find_firmware(args.firmware)
@@ -586,20 +592,28 @@ def _export(args: argparse.Namespace) -> int:
         present = import_gains(args.file, firmware.name, args.version, args.profile, law)
     scenario, vehicle, values = _flown(args, law)
     made = export_gains(values, law, firmware, args.version, present)
-    before = {row.name: row.default for row in firmware.rows(law)}
+    before = firmware.defaults(made.release)
+    before = {row.name: before.get(row.name, row.default) for row in firmware.rows(law)}
     if present:
-        before = dict(present.values)
+        before = {name: value for name, value in present.values.items() if firmware.has(name)}
     gains = {name: values[name] for name in before}
     changes = diff_gains(before, gains, values, law)
     margins = _margins(args, scenario, {**values, **before}, values)
     about = {
         "file": args.file,
         "firmware": firmware.name,
-        "version": args.version or (present.version if present else firmware.version),
+        "version": args.version or (present.version if present else made.release.version),
         "controller": law.name,
         "vehicle": vehicle.name,
     }
-    _print_exchange(args, about, changes, margins, made.remarks, present, written=None)
+    grounded = [Remark(f"would not fly: {each}") for each in made.grounded]
+    remarks = [*grounded, *made.remarks]
+    _print_exchange(args, about, changes, margins, remarks, present, written=None)
+    if made.grounded and not args.force and not args.preview:
+        raise WorkbenchError(
+            f"{args.file}: would not fly: {joined(made.grounded, 6)}; nothing is written: set them "
+            "with --set, or insist with --force"
+        )
     if not args.preview:
         write_atomically(args.file, encoded(made.text))
         say_written([args.file])
@@ -619,8 +633,9 @@ def _flown(
     return scenario, vehicle, flight_gains(vehicle, args.gains or "", dict(args.set), law)
 
 
-def _hover_remarks(found: "Imported", vehicle: "Vehicle") -> list[str]:
+def _hover_remarks(found: "Imported", vehicle: "Vehicle") -> "list[Remark]":
     """Return remarks on a hover thrust that differs from that of the vehicle."""
+    from workbench.gains.autopilots.parameter_file import Remark
     from workbench.gains.gains import rule_gains
 
     said = []
@@ -629,10 +644,11 @@ def _hover_remarks(found: "Imported", vehicle: "Vehicle") -> list[str]:
         if name in found.values and name in ruled:
             value, own = found.values[name], ruled[name]
             if abs(value - own) > 0.05 * own:
-                said.append(
+                text = (
                     f"{name} is {value:.3g} in the file, and {vehicle.name} hovers at {own:.3g}: "
                     "vertical gains are scaled by the ratio"
                 )
+                said.append(Remark(text, found.file.counted[name].line))
     return said
 
 
@@ -665,35 +681,41 @@ def _print_exchange(
     about: Mapping[str, Any],
     changes: "Sequence[GainChange]",
     margins: "Sequence[dict[str, LoopMargins]]",
-    remarks: Sequence[str],
+    remarks: "Sequence[Remark]",
     found: "Imported | None",
     written: list[Path] | None,
 ) -> None:
     """Print differences, margins and remarks."""
     from workbench.control.controller import load_controller
     from workbench.gains.autopilots.firmware import find_firmware
-    from workbench.gains.autopilots.parameter_file import joined
     from workbench.scenario.parameters import parameter_table
 
     firmware = find_firmware(about["firmware"])
     table = parameter_table(load_controller(args.controller))
-    not_flown = found.not_flown if found else ()
     wrong = found.unsafe if found else {}
     before, after = margins or ({}, {})
     result = {
         **about,
         "gains": [
             row._asdict()
-            | {"file_name": firmware.file_name(row.name), "meaning": table.find(row.name).help}
+            | {
+                "file_name": firmware.file_name(row.name),
+                "meaning": table.find(row.name).help,
+                "origin": _origin(row.name, found),
+            }
             for row in changes
         ],
         "unsafe": wrong,
-        "not_flown": not_flown,
+        **_unflown(found),
         "margins": [
             {"loop": loop, "before": margins, "after": after[loop]}
             for loop, margins in before.items()
         ],
-        "remarks": remarks,
+        "remarks": [str(each) for each in remarks],
+        "remark_details": [
+            {"text": each.text, "place": _place(about["file"], each), "count": each.count}
+            for each in remarks
+        ],
     }
 
     def show() -> None:
@@ -711,7 +733,8 @@ def _print_exchange(
                     f"{row.b:.5g}",
                     row.unit,
                     _percent(row.percent),
-                    table.find(row.name).help,
+                    table.find(row.name).help
+                    + (" (default)" if _origin(row.name, found) == "default" else ""),
                 )
                 for row in differing
             ]
@@ -722,12 +745,62 @@ def _print_exchange(
         if margins:
             print()
             print_margins(*margins)
-        if not_flown:
-            print(f"not simulated, and not imported: {joined(not_flown)}")
+        if found:
+            _print_unflown(found)
         for remark in remarks:
             print(f"note: {remark}")
 
     print_result(args, result, show, files=written or [])
+
+
+def _place(file: Path, remark: "Remark") -> str:
+    return f"{file}:{remark.line}" if remark.line else str(file)
+
+
+def _origin(name: str, found: "Imported | None") -> str:
+    """Return where the value of a gain comes from: the file, or its version."""
+    return "default" if found and name not in found.values else "file"
+
+
+def _unflown(found: "Imported | None") -> dict[str, Any]:
+    """Return what each line of a file is, and what the law does not have."""
+    if found is None:
+        return {"not_flown": (), "on_by_default": (), "lines": []}
+    flown = {each.name for each in found.left} | set(found.unknown)
+    lines = [
+        {"line": entry.line, "name": name, "value": entry.text, "part": part}
+        for name, entry in found.file.counted.items()
+        if not name.startswith("simplified_tuning ")
+        for part in [
+            "unknown" if name in found.unknown else "not flown" if name in flown else "flown"
+        ]
+    ]
+    lines += [
+        {"line": number, "name": "", "value": command, "part": "command"}
+        for number, command in found.file.ignored.items()
+    ]
+    acting = [each for each in found.left if each.acts]
+    return {
+        "not_flown": [each.name for each in found.left],
+        "acting": [{"name": each.name, "value": each.text, "line": each.line} for each in acting],
+        "on_by_default": [str(each) for each in found.standing],
+        "lines": sorted(lines, key=lambda each: each["line"]),
+    }
+
+
+def _print_unflown(found: "Imported") -> None:
+    """Print the parameters of flight control that the law does not have, with their values."""
+    acting = [str(each) for each in found.left if each.acts]
+    others = [each.name for each in found.left if not each.acts]
+    if acting:
+        print(f"not simulated, and not imported: {', '.join(acting)}")
+    if others:
+        print(f"not imported, and without effect here: {', '.join(others)}")
+    if found.standing:
+        print(
+            f"on by default in {found.release.version}, and not simulated: "
+            f"{', '.join(map(str, found.standing))}"
+        )
 
 
 def print_margins(before: "dict[str, LoopMargins]", after: "dict[str, LoopMargins]") -> None:

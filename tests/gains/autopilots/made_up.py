@@ -3,10 +3,10 @@
 import math
 import random
 
-from workbench.common.parameter import Parameter
 from workbench.control.controller import Controller
-from workbench.gains.autopilots.firmware import Firmware
-from workbench.gains.autopilots.parameter_file import WHOLE
+from workbench.gains.autopilots.firmware import Firmware, find_firmware
+from workbench.gains.autopilots.parameter_file import whole_names
+from workbench.gains.autopilots.table import BASE, Release, load_table
 
 OTHERS = {
     "px4": ("BAT1_CAPACITY", "COM_RC_LOSS_T", "SYS_AUTOSTART", "CAL_GYRO0_ID"),
@@ -16,21 +16,35 @@ OTHERS = {
 }
 
 
-def value_of(row: Parameter, rng: random.Random, *, whole: bool) -> float:
-    """Return a value within a row's limits."""
-    if whole:
-        return float(rng.randint(math.ceil(row.minimum), math.floor(row.maximum)))
-    value = rng.uniform(row.minimum, row.maximum)
-    return min(row.maximum, max(row.minimum, float(f"{value:.{rng.randint(2, 12)}g}")))
+VERSIONS = {"px4": "1.16", "ardupilot": "4.7", "betaflight": "4.6", "crazyflie": "2025.12"}
+"""Those of the files below."""
 
 
-def gains_of(firmware: Firmware, law: Controller, rng: random.Random) -> dict[str, float]:
-    """Return some gains of a law, by the firmware's names."""
-    rows = rng.sample(firmware.rows(law), rng.randint(3, len(firmware.rows(law))))
-    return {
-        firmware.file_name(row.name): value_of(row, rng, whole=firmware.steps or row.name in WHOLE)
-        for row in rows
-    }
+def release_of(firmware: Firmware) -> Release:
+    """Return the version of a file below."""
+    return firmware.table.release(VERSIONS[firmware.name])[0]
+
+
+def gains_of(
+    firmware: Firmware, law: Controller, rng: random.Random, release: Release
+) -> dict[str, float]:
+    """Return some gains of a law in the units and by the names of a version."""
+    rows = {row.name: row for row in law.parameters}
+    names = firmware.table.names(release)
+    known = [name for name, each in names.items() if each.law in rows and each.pair != BASE]
+    found = {}
+    for name in rng.sample(known, rng.randint(3, len(known))):
+        setting = names[name]
+        row = rows[setting.law]
+        least, most = row.minimum / setting.scale, row.maximum / setting.scale
+        if firmware.strict:
+            least, most = max(least, setting.least), min(most, setting.most)
+        if setting.whole:
+            found[name] = float(rng.randint(math.ceil(least), math.floor(most)))
+        else:
+            value = rng.uniform(least, most)
+            found[name] = min(most, max(least, float(f"{value:.{rng.randint(2, 12)}g}")))
+    return found
 
 
 def number(value: float, rng: random.Random) -> str:
@@ -59,7 +73,7 @@ def text_of(firmware: Firmware, gains: dict[str, float], rng: random.Random) -> 
 def _params(names, gains, rng):
     lines = ["# Onboard parameters for Vehicle 1", "#", "# Version: 1.16.0", ""]
     for name in names:
-        whole = name in WHOLE or name not in gains
+        whole = name in whole_names() or name not in gains
         text = str(round(gains.get(name, rng.randint(0, 9)))) if whole else f"{gains[name]:.18g}"
         lines.append(f"1\t1\t{name}\t{text}\t{6 if whole else 9}")
         if rng.random() < 0.1:  # the same name of another component is another parameter
@@ -98,7 +112,8 @@ def _cli(names, gains, rng):
         lines += [f"profile {profile}", ""]
         lines += [f"set {name} = {rng.randint(0, 99)}" for name in gains if rng.random() < 0.5]
     lines += ["rateprofile 0", "set roll_rc_rate = 7", f"profile {profiles}", ""]
-    lines += [f"set {name} = {round(value)}" for name, value in gains.items()]
+    names = load_table("betaflight").names(release_of(find_firmware("betaflight")))
+    lines += [f"set {name} = {names[name].text(value)}" for name, value in gains.items()]
     return [*lines, "", "save"]
 
 

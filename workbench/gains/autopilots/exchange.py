@@ -1,27 +1,54 @@
 """Import gains from the file of an autopilot, and export them to it."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from workbench.common.errors import WorkbenchError
+from workbench.common.parameter import Parameter
 from workbench.control.controller import Controller, load_controller
-from workbench.gains.autopilots import versions
+from workbench.gains.autopilots import command_line
 from workbench.gains.autopilots.firmware import (
+    BETAFLIGHT,
     CRAZYFLIE,
     Firmware,
     read_parameter_file,
     same,
     unsafe,
 )
-from workbench.gains.autopilots.parameter_file import ParameterFile, joined, tidy
-from workbench.gains.autopilots.ranges import beyond
+from workbench.gains.autopilots.parameter_file import Entry, ParameterFile, Remark, joined, tidy
+from workbench.gains.autopilots.table import Release, Setting
 from workbench.scenario.parameters import parameter_table
 
 _SELECTED = "stabilizer.controller"
 _LAW_OF = {1.0: "crazyflie", 2.0: "mellinger"}
 """The laws by the Crazyflie's controller parameter."""
+VERSION_ROW = "firmware"
+"""Parameter of a law that computes as the version of this number."""
+_LEARNED = {"MPC_THR_HOVER": ("MPC_USE_HTE", 1.0), "MOT_THST_HOVER": ("MOT_HOVER_LEARN", 2.0)}
+"""Hover thrusts that the firmware estimates while another parameter is not 0; its default."""
+_MOST_NAMED = 8
+
+
+@dataclass(frozen=True)
+class Left:
+    """A parameter of a file, or of its version, that does not fly here.
+
+    Attributes:
+        name: in the firmware.
+        text: its value.
+        line: in the file, 0 if the version has it by default.
+        acts: whether it changes a flight of the firmware.
+    """
+
+    name: str
+    text: str
+    line: int
+    acts: bool
+
+    def __str__(self) -> str:
+        return f"{self.name} {self.text}"
 
 
 @dataclass(frozen=True)
@@ -31,22 +58,55 @@ class Imported:
     Attributes:
         file: as it was read.
         firmware: of the file.
-        version: of the firmware, as assumed.
+        release: version of the firmware, as assumed.
+        stated: version that the file or the caller states, "" if the names decided.
         law: with these gains.
-        values: flyable ones, by the names and in the units of the law.
+        values: what the file sets, by the names and in the units of the law.
+        defaults: values that the file does not set, and its version has by default.
         unsafe: why a value must not fly, a clause by its name in the law.
-        not_flown: names of flight control in the file that the law does not have.
-        remarks: sentences.
+        left: parameters of flight control in the file that the law does not have.
+        standing: such parameters that are on by default in the version, and not in the file.
+        unknown: names in the file that are not in the table of the version, with their lines.
+        remarks: on the file.
     """
 
     file: ParameterFile
     firmware: Firmware
-    version: str
+    release: Release
+    stated: str
     law: Controller
     values: dict[str, float]
+    defaults: dict[str, float]
     unsafe: dict[str, str]
-    not_flown: tuple[str, ...]
-    remarks: tuple[str, ...]
+    left: tuple[Left, ...]
+    standing: tuple[Left, ...]
+    unknown: dict[str, int]
+    remarks: tuple[Remark, ...]
+
+    @property
+    def version(self) -> str:
+        """Version of the firmware, as stated, else as assumed."""
+        return self.stated or self.release.version
+
+    @property
+    def not_flown(self) -> tuple[str, ...]:
+        """Names of flight control in the file that the law does not have."""
+        return tuple(each.name for each in self.left)
+
+    def flown(self, present: Mapping[str, float]) -> dict[str, float]:
+        """Return values for a flight with the file: its own, and defaults of its version.
+
+        Args:
+            present: all values of the model; those of the workbench's own parameters are kept
+                unless they are the law's default.
+        """
+        own = {row.name: row.default for row in self.law.parameters}
+        defaults = {
+            name: value
+            for name, value in self.defaults.items()
+            if self.firmware.has(name) or present.get(name) in (None, own[name])
+        }
+        return defaults | self.values
 
 
 @dataclass(frozen=True)
@@ -55,19 +115,23 @@ class Exported:
 
     Attributes:
         text: of the file.
+        release: version of the firmware that it is for.
         written: changed values, by the names of the firmware.
         absent: gains of the law that the file lacks, by the names of the firmware.
-        remarks: sentences.
+        grounded: why the file would not fly, sentences; empty if it would.
+        remarks: on the file.
     """
 
     text: str
+    release: Release
     written: dict[str, float]
     absent: tuple[str, ...]
-    remarks: tuple[str, ...]
+    grounded: tuple[str, ...]
+    remarks: tuple[Remark, ...]
 
 
 def import_gains(
-    path: Path,
+    path: Path | str,
     firmware: str = "",
     version: str = "",
     profile: int | None = None,
@@ -78,56 +142,205 @@ def import_gains(
     Args:
         path: the file.
         firmware: its name; by default detected from the text.
-        version: of the firmware; by default that in the file, else that of the law.
+        version: of the firmware; by default that in the file, else the newest that has its names.
         profile: the one to use in a Betaflight file.
         law: with the requested gains; by default that of the firmware.
 
     Raises:
         WorkbenchError: if it is not such a file, or has no gain of the law.
     """
-    found, file = read_parameter_file(path, firmware, profile)
-    law = law or load_controller(_law_in(found, file))
-    if law.unscheduled not in found.laws:
+    found, file = read_parameter_file(Path(path), firmware, profile)
+    return imported(file, found, version, law)
+
+
+def imported(
+    file: ParameterFile, firmware: Firmware, version: str = "", law: Controller | None = None
+) -> Imported:
+    """Return the gains in parameters that were read; `file_of` makes them from a dictionary.
+
+    Args:
+        file: the parameters.
+        firmware: theirs.
+        version: of the firmware; by default that of the file, else the newest that has its names.
+        law: with the requested gains; by default that of the firmware.
+
+    Raises:
+        WorkbenchError: if it has no gain of the law.
+    """
+    law = law or load_controller(_law_in(firmware, file))
+    if law.unscheduled not in firmware.laws:
         raise WorkbenchError(
-            f"{path}: has parameters of {found.name}, and {law.name} is not one of its laws: leave "
-            f"--controller out, or say {' or '.join(found.laws)}; `workbench gains translate` "
-            "makes gains of one law from those of another"
+            f"{file.path}: has parameters of {firmware.name}, and {law.name} is not one of its "
+            f"laws: leave --controller out, or say {' or '.join(firmware.laws)}; `workbench gains "
+            "translate` makes gains of one law from those of another"
         )
-    version = version or file.version or found.version
-    remarks = list(file.remarks)
-    numbers = {
-        name: math.nan if entry.value is None else entry.value
-        for name, entry in file.counted.items()
-    }
-    by_law = found.to_law({name: tidy(value) for name, value in numbers.items()}, version)
-    rows = {row.name: row for row in found.rows(law)}
+    stated = version or file.version
+    candidates, release, remarks = _release(firmware, file, stated)
+    if firmware is BETAFLIGHT:
+        file = command_line.settled(file, release)
+    remarks = [*file.remarks, *remarks]
+    read = _Lines(firmware, release, file)
+    rows = {row.name: row for row in firmware.rows(law)}
     table = parameter_table(law)
-    values, wrong = {}, {}
-    for name in rows:
-        if name not in by_law:
-            continue
-        said = unsafe(table.find(name), by_law[name])
-        if said:
-            wrong[name] = said
-        else:
-            values[name] = by_law[name]
+    values: dict[str, float] = {}
+    wrong: dict[str, str] = {}
+    taken = {name: each for name, each in read.numbers.items() if name not in read.refused}
+    for name, value in firmware.to_law(taken, release).items():
+        if name in rows:
+            said = unsafe(table.find(name), value)
+            if said:
+                wrong[name] = said
+            else:
+                values[name] = value
     if not values and not wrong:
+        names = [firmware.file_name(name) for name in rows]
         raise WorkbenchError(
-            f"{path}: sets none of the {len(rows)} gains of {law.name}, as "
-            f"{joined([found.file_name(name) for name in rows], 3)}"
+            f"{file.path}: sets none of the {len(rows)} gains of {law.name}, as {joined(names, 3)}"
         )
-    remarks += [*_renamed(found, numbers, version), *_beyond(found, law, values)]
-    if found.steps and "begins at the defaults" in " ".join(remarks):
-        values = {name: row.default for name, row in rows.items() if name not in wrong} | values
-    others = tuple(
-        sorted(
-            name
-            for name in file.counted
-            if found.families.match(name)
-            and not set(found.to_law({name: 0.0}, version)) & set(rows)
-        )
+    decided = bool(stated) or len(candidates) < len(firmware.table.releases)
+    defaults: dict[str, float] = {}
+    if decided and not file.partial:
+        defaults = _defaults(firmware, law, candidates, read, values, wrong)
+        remarks += _undecided(firmware, candidates, defaults, values)
+    else:
+        remarks += _ambiguous(firmware, candidates, read, file)
+    parameters = {row.name for row in law.parameters}
+    if decided and VERSION_ROW in parameters:
+        values[VERSION_ROW] = float(release.version)
+    left = tuple(read.left(law))
+    standing = tuple(read.standing(law)) if defaults else ()
+    remarks += [
+        *read.old_names(),
+        *read.strangers(),
+        *_beyond(firmware, release, rows, firmware.to_file(values, release), read.lines),
+        *_other_meaning(firmware, law, release, values),
+    ]
+    return Imported(
+        file,
+        firmware,
+        release,
+        stated,
+        law,
+        values,
+        defaults,
+        wrong,
+        left,
+        standing,
+        read.unknown,
+        tuple(remarks),
     )
-    return Imported(file, found, version, law, values, wrong, others, tuple(remarks))
+
+
+class _Lines:
+    """The lines of a file that count, each by what its version makes of it."""
+
+    def __init__(self, firmware: Firmware, release: Release, file: ParameterFile) -> None:
+        self.firmware, self.release = firmware, release
+        self.entries: Mapping[str, Entry] = {
+            name: entry
+            for name, entry in file.counted.items()
+            if not name.startswith("simplified_tuning ")
+        }
+        self.lines = {name: entry.line for name, entry in self.entries.items()}
+        self.settings: dict[str, Setting] = {}
+        self.unknown: dict[str, int] = {}
+        self.numbers: dict[str, float] = {}
+        for name, entry in self.entries.items():
+            setting = firmware.setting(name, release)
+            if setting is None:
+                self.unknown[name] = entry.line
+                continue
+            self.settings[name] = setting
+            number = setting.number(entry.text) if setting.words else entry.value
+            self.numbers[name] = math.nan if number is None else tidy(number)
+        told = {name: self._refusal(name) for name in self.settings}
+        self.refused = {name: said for name, said in told.items() if said}
+
+    def _refusal(self, name: str) -> str:
+        """Return why the firmware refuses a line, as `p_roll 300 (0 .. 250)`; "" if it does not."""
+        setting, number = self.settings[name], self.numbers[name]
+        if not self.firmware.strict or (math.isnan(number) and not setting.words):
+            return ""
+        wanted = ", ".join(setting.words) if math.isnan(number) else setting.taken(number)
+        return f"{name} {self.entries[name].text[:20]} ({wanted})" if wanted else ""
+
+    def left(self, law: Controller) -> Iterator[Left]:
+        """Yield parameters of flight control that the law does not have."""
+        flown = {row.name for row in law.parameters}
+        for name, setting in self.settings.items():
+            if setting.law in flown:
+                continue
+            number = self.numbers[name]
+            value = None if math.isnan(number) else number
+            acts = bool(setting.law) or not setting.is_off(value)
+            yield Left(name, self.entries[name].text, self.lines[name], acts)
+
+    def standing(self, law: Controller) -> Iterator[Left]:
+        """Yield parameters that the law does not have, and the version has on by default."""
+        flown = {row.name for row in law.parameters}
+        for name, setting in self.firmware.table.names(self.release).items():
+            told = name in self.settings or setting.law in flown or bool(setting.law)
+            if told or setting.default is None or setting.is_off(setting.default):
+                continue
+            if setting.off:  # a row without values that are off needs another parameter to act
+                yield Left(name, setting.text(setting.default), 0, True)
+
+    def old_names(self) -> Iterator[Remark]:
+        """Yield remarks on names that the version does not have, and on names with a scale."""
+        own = self.firmware.table.names(self.release)
+        foreign = [name for name in self.settings if name not in own]
+        if foreign:
+            yield Remark(
+                f"{len(foreign)} names are not of {self.release.version}, and each is read as in "
+                f"its own version: {joined(foreign)}",
+                min(self.lines[name] for name in foreign),
+                len(foreign),
+            )
+        renamed = [
+            (name, setting)
+            for name, setting in self.settings.items()
+            if setting.law and self.firmware.file_name(setting.law) != name and not setting.pair
+        ]
+        if renamed:
+            lines = [self.lines[name] for name, _ in renamed]
+            listed = [
+                f"{name} is {self.firmware.file_name(each.law)}"
+                + (f" times {1.0 / each.scale:g}" if each.scale != 1.0 else "")
+                for name, each in renamed
+            ]
+            yield Remark(f"names of earlier versions: {joined(listed)}", min(lines), len(listed))
+        pairs = [name for name, setting in self.settings.items() if setting.pair]
+        if pairs:
+            yield Remark(
+                f"d and d_min of {self.release.version} are read as d_max and d",
+                min(self.lines[name] for name in pairs),
+                len(pairs),
+            )
+
+    def _said(self, name: str) -> str:
+        return f"{name} {self.entries[name].text[:20]}"
+
+    def strangers(self) -> Iterator[Remark]:
+        """Yield remarks on names that the table does not have."""
+        table = self.firmware.table
+        refused = [
+            name for name in self.unknown if table.others and not table.knows(name, self.release)
+        ]
+        others = [name for name in self.unknown if name not in refused]
+        if refused:
+            yield Remark(
+                f"unknown to {self.firmware.name} {self.release.version}, which refuses the line: "
+                f"{joined([self._said(name) for name in refused])}",
+                min(self.unknown[name] for name in refused),
+                len(refused),
+            )
+        if others:
+            said = "of other parts" if table.others else "of other parts, or unknown"
+            yield Remark(
+                f"{said}: {joined([self._said(name) for name in others], 3)}",
+                min(self.unknown[name] for name in others),
+                len(others),
+            )
 
 
 def export_gains(
@@ -157,36 +370,82 @@ def export_gains(
         )
     if law.schedule:
         raise WorkbenchError(f"{firmware.name} has no scheduled gains: export one set of them")
-    version = version or (present.version if present else "") or firmware.version
+    flown = f"{values[VERSION_ROW]:g}" if VERSION_ROW in values else ""
+    asked = version or (present.version if present else "") or flown or firmware.version
+    release, said = firmware.table.release(asked)
     table = parameter_table(law)
     gains = {row.name: values[row.name] for row in firmware.rows(law)}
     for name, value in gains.items():
-        said = unsafe(table.find(name), value)
-        if said:
-            raise WorkbenchError(f"{firmware.file_name(name)} {said}; nothing is exported")
-    remarks = (*_rounded(firmware, gains), *_beyond(firmware, law, gains))
-    wanted = firmware.to_file(gains, version)
+        why = unsafe(table.find(name), value)
+        if why:
+            raise WorkbenchError(f"{firmware.file_name(name)} {why}; nothing is exported")
+    wanted = firmware.to_file(gains, release)
+    for name, value in wanted.items():
+        taken = firmware.table.names(release)[name].taken(round(value)) if firmware.strict else ""
+        if taken:
+            raise WorkbenchError(
+                f"{name} {value:.6g} is beyond what {firmware.name} {release.version} takes, "
+                f"{taken}; nothing is exported"
+            )
+    rows = {row.name: row for row in firmware.rows(law)}
+    remarks = [
+        *([Remark(said)] if said else []),
+        *_unchecked(firmware, release),
+        *_rounded(firmware, release, wanted),
+        *_beyond(firmware, release, rows, wanted, {}),
+        *_lacking(firmware, release, gains, law),
+        *_other_meaning(firmware, law, release, values),
+    ]
+    grounded = tuple(_grounded(firmware, release, gains))
+    names = firmware.table.names(release)
     if present is None:
-        return Exported(firmware.new(wanted, version), wanted, (), remarks)
+        new = {n: float(round(v)) if names[n].whole else v for n, v in wanted.items()}
+        text = firmware.new(new, asked)
+        return Exported(text, release, wanted, (), grounded, tuple(remarks))
     file = present.file
     entries = file.counted
-    now = firmware.to_file(present.values, version)
+    now = firmware.to_file(present.values, release)
     changed = {
         name: value
         for name, value in wanted.items()
-        if name in entries and not (name in now and _equal(firmware, now[name], value))
+        if name in entries
+        and not (name in now and _equal(firmware, release, name, now[name], value))
     }
-    texts = {name: firmware.written(entries[name], value) for name, value in changed.items()}
-    defaults = firmware.to_file({row.name: row.default for row in firmware.rows(law)}, version)
-    absent = tuple(name for name in wanted if name not in entries)
-    told = [name for name in absent if not _equal(firmware, wanted[name], defaults[name])]
-    if told:
-        remarks = (
-            *remarks,
-            f"{file.path} does not have {joined(told)}, and their values here are not the "
-            "firmware's defaults: export them to a separate file, and load both",
+    written = {
+        name: names[name].text(round(value))
+        if names[name].words
+        else firmware.written(entries[name], value)
+        for name, value in changed.items()
+    }
+    late = {name: text for name, text in written.items() if entries[name].start < 0}
+    if late:
+        remarks.append(
+            Remark(
+                "a command of the file computes these otherwise, so lines behind it set them: "
+                f"{joined(list(late), _MOST_NAMED)}",
+                min(entries[name].line for name in late),
+                len(late),
+            )
         )
-    return Exported(file.replaced(texts), changed, absent, remarks)
+    defaults = firmware.to_file(firmware.defaults(release), release)
+    absent = tuple(name for name in wanted if name not in entries)
+    told = [
+        name
+        for name in absent
+        if name not in defaults or not _equal(firmware, release, name, wanted[name], defaults[name])
+    ]
+    if told:
+        remarks.append(
+            Remark(
+                f"{file.path} does not have {joined(told)}, and their values here are not the "
+                "firmware's defaults: export them to a separate file, and load both",
+                0,
+                len(told),
+            )
+        )
+    early = {name: text for name, text in written.items() if name not in late}
+    text = file.replaced(early, command_line.set_lines(late) if late else "")
+    return Exported(text, release, changed, absent, grounded, tuple(remarks))
 
 
 def _law_in(firmware: Firmware, file: ParameterFile) -> str:
@@ -201,46 +460,220 @@ def _law_in(firmware: Firmware, file: ParameterFile) -> str:
     return firmware.laws[0]
 
 
-def _renamed(firmware: Firmware, values: Mapping[str, float], version: str) -> tuple[str, ...]:
-    """Return remarks on names of earlier versions."""
-    known = {firmware.law_name(name): value for name, value in values.items()}
-    renamed = versions.with_new_names(known, firmware.renames)[1]
-    scaled = [
-        f"{each.old} is {each.new} times {1.0 / each.factor:g}"
-        for each in renamed.values()
-        if each.factor != 1.0
+def _release(
+    firmware: Firmware, file: ParameterFile, stated: str
+) -> tuple[tuple[Release, ...], Release, list[Remark]]:
+    """Return versions that a file may be of, the one that it is read as, and remarks on that."""
+    table = firmware.table
+    if stated:
+        release, said = table.release(stated)
+        remarks = [Remark(said)] if said else []
+        return (release,), release, [*remarks, *_unchecked(firmware, release)]
+    names = {name for name in file.counted if table.knows(name)}
+    has = {each: sum(name in table.names(each) for name in names) for each in table.releases}
+    most = max(has.values())
+    candidates = tuple(each for each, count in has.items() if count == most)
+    own = table.release(firmware.version)[0]
+    release = own if own in candidates else candidates[-1]
+    if len(candidates) == len(table.releases):
+        return candidates, release, []
+    first, last = candidates[0].version, candidates[-1].version
+    span = f"{first} to {last}" if first != last else first
+    said = (
+        f"states no version: its names are of {span}, read as {release.version}; --firmware decides"
+    )
+    return candidates, release, [Remark(said), *_unchecked(firmware, release)]
+
+
+def _unchecked(firmware: Firmware, release: Release) -> list[Remark]:
+    """Return a remark on a version whose rows were not read from its source."""
+    if release.checked:
+        return []
+    return [
+        Remark(
+            f"{firmware.name} {release.version} is not checked against the source: "
+            f"{release.source}{': ' if release.note else ''}{release.note}"
+        )
     ]
-    said = []
-    if renamed:
-        since = ".".join(map(str, next(iter(renamed.values())).since))
-        said.append(f"{len(renamed)} names are from before {since}: {joined(list(renamed))}")
-    if scaled:
-        said.append(f"some of them are scaled: {joined(scaled)}")
-    if any(f"d_min_{axis}" in values for axis in versions.AXES):
-        said.append("d and d_min of before 4.6 are read as d_max and d")
-    return tuple(said)
 
 
-def _beyond(firmware: Firmware, law: Controller, gains: Mapping[str, float]) -> tuple[str, ...]:
-    """Return remarks on gains beyond the ranges stated by a firmware."""
-    found = beyond(firmware.advised, firmware.rows(law), gains)
-    said = f"beyond the range that {firmware.name} recommends: {joined(found)}"
-    return (said,) if found else ()
+def _defaults(
+    firmware: Firmware,
+    law: Controller,
+    candidates: Sequence[Release],
+    read: _Lines,
+    values: Mapping[str, float],
+    wrong: Mapping[str, str],
+) -> dict[str, float]:
+    """Return defaults of all candidates alike, for parameters of the law that the file lacks."""
+    known = {row.name: row for row in law.parameters}
+    by_release = [firmware.defaults(each) for each in candidates]
+    found = {}
+    for name, value in by_release[-1].items():
+        if name not in known or name in values or name in wrong or _is_learned(name, read):
+            continue
+        if all(each.get(name) == value for each in by_release):
+            found[name] = min(max(value, known[name].minimum), known[name].maximum)
+    return found
 
 
-def _rounded(firmware: Firmware, gains: Mapping[str, float]) -> tuple[str, ...]:
-    """Return remarks on gains that a firmware stores as whole numbers."""
-    if not firmware.steps:
-        return ()
-    lost = [
-        f"{name} {value:.4g} to {round(value)}"
-        for name, value in gains.items()
-        if not value.is_integer()
+def _is_learned(name: str, read: _Lines) -> bool:
+    """Return whether the firmware estimates a parameter in flight."""
+    if name not in _LEARNED:
+        return False
+    switch, default = _LEARNED[name]
+    return read.numbers.get(switch, default) != 0.0
+
+
+def _undecided(
+    firmware: Firmware,
+    candidates: Sequence[Release],
+    defaults: Mapping[str, float],
+    values: Mapping[str, float],
+) -> Iterator[Remark]:
+    """Yield a remark on defaults in which the possible versions differ."""
+    by_release = [firmware.defaults(each) for each in candidates]
+    names = [
+        firmware.file_name(name)
+        for name, value in by_release[-1].items()
+        if name not in values and any(each.get(name) != value for each in by_release)
     ]
-    return (
-        (f"rounded, because {firmware.name} keeps whole numbers: {joined(lost)}",) if lost else ()
+    if names:
+        yield Remark(
+            f"the versions have other defaults of {joined(names)}, which stay as the model has "
+            "them; --firmware VERSION decides",
+            0,
+            len(names),
+        )
+
+
+def _ambiguous(
+    firmware: Firmware, candidates: Sequence[Release], read: _Lines, file: ParameterFile
+) -> Iterator[Remark]:
+    """Yield remarks on a file whose version nothing decides."""
+    if file.partial:
+        return
+    by_release = [firmware.to_law(read.numbers, each) for each in candidates]
+    other = [
+        name
+        for name, value in by_release[-1].items()
+        if any(each.get(name) != value for each in by_release)
+    ]
+    meaning = f"; other versions have another meaning of {joined(other)}" if other else ""
+    yield Remark(
+        f"states no version, and its names are of all: read as {read.release.version}{meaning}; "
+        "what it does not set stays as the model has it; --firmware VERSION decides",
+        0,
+        max(1, len(other)),
     )
 
 
-def _equal(firmware: Firmware, a: float, b: float) -> bool:
-    return round(a) == round(b) if firmware.steps else same(a, b)
+def _beyond(
+    firmware: Firmware,
+    release: Release,
+    rows: Mapping[str, Parameter],
+    wanted: Mapping[str, float],
+    lines: Mapping[str, int],
+) -> Iterator[Remark]:
+    """Yield a remark on values beyond the ranges that a firmware recommends."""
+    if firmware.strict:
+        return
+    names = firmware.table.names(release)
+    found = []
+    for name, value in wanted.items():
+        setting = names[name]
+        row = rows.get(setting.law)
+        if row is None:
+            continue
+        off = row.unit == "Hz" and value == 0.0
+        if setting.least <= value <= setting.most or off or value == setting.default:
+            continue
+        si = value * setting.scale
+        own = f" = {si:.6g} {row.unit}" if setting.scale != 1.0 else ""
+        found.append((name, f"{name} {value:.6g}{own} ({_span(setting)})"))
+    if found:
+        listed = ", ".join(said for _, said in found)
+        places = [lines[name] for name, _ in found if name in lines]
+        yield Remark(
+            f"beyond the range that {firmware.name} recommends: {listed}",
+            min(places, default=0),
+            len(found),
+        )
+
+
+def _span(setting: Setting) -> str:
+    """Return a range, of which one end may be missing."""
+    if math.isinf(setting.most):
+        return f"from {setting.least:g}"
+    if math.isinf(setting.least):
+        return f"up to {setting.most:g}"
+    return f"{setting.least:g} .. {setting.most:g}"
+
+
+def _rounded(firmware: Firmware, release: Release, wanted: Mapping[str, float]) -> Iterator[Remark]:
+    """Yield a remark on gains that a firmware stores as whole numbers."""
+    names = firmware.table.names(release)
+    lost = [
+        f"{name} {value:.4g} to {round(value)}"
+        for name, value in wanted.items()
+        if names[name].whole and not value.is_integer()
+    ]
+    if lost:
+        said = f"rounded, because {firmware.name} keeps whole numbers: {joined(lost)}"
+        yield Remark(said, 0, len(lost))
+
+
+def _lacking(
+    firmware: Firmware, release: Release, gains: Mapping[str, float], law: Controller
+) -> Iterator[Remark]:
+    """Yield a remark on gains that act here, and that the version does not have."""
+    by_law = firmware.table.by_law(release)
+    own = {row.name: row.default for row in law.parameters}
+    lost = []
+    for name, value in gains.items():
+        setting = by_law.get(name)
+        if setting is not None and setting.name:
+            continue
+        alike = setting.default if setting is not None else own[name]
+        if value != alike:
+            lost.append(f"{name} {value:g}" + (f" (there {alike:g})" if setting else ""))
+    if lost:
+        said = f"{firmware.name} {release.version} does not have, and does not fly: {joined(lost)}"
+        yield Remark(said, 0, len(lost))
+
+
+def _grounded(firmware: Firmware, release: Release, gains: Mapping[str, float]) -> Iterator[str]:
+    """Yield why gains of 0 would not fly, as `MC_YAW_P is 0: nothing corrects the heading`."""
+    defaults = firmware.defaults(release)
+    for law, setting in firmware.table.by_law(release).items():
+        if setting.name and setting.zero and gains.get(law) == 0.0 and defaults.get(law) != 0.0:
+            yield f"{setting.name} is 0: {setting.zero}"
+
+
+def _other_meaning(
+    firmware: Firmware, law: Controller, release: Release, values: Mapping[str, float]
+) -> Iterator[Remark]:
+    """Yield a remark on gains that fly here by the equations of another version than a file's."""
+    own = f"{values[VERSION_ROW]:g}" if VERSION_ROW in values else firmware.flown_by(law)
+    flown = firmware.table.release(own)[0]
+    other = [
+        f"{firmware.file_name(each.law)} {values[each.law]:g} ({each.note})"
+        for each in firmware.table.meanings
+        if (flown.numbers < each.since) != (release.numbers < each.since)
+        if values.get(each.law)
+    ]
+    if other:
+        chosen = any(row.name == VERSION_ROW for row in law.parameters)
+        how = f"; --set {VERSION_ROW}={release.version} flies so" if chosen else ""
+        yield Remark(
+            f"flies as in {flown.version}, and {release.version} computes otherwise: "
+            f"{joined(other)}{how}",
+            0,
+            len(other),
+        )
+
+
+def _equal(firmware: Firmware, release: Release, name: str, a: float, b: float) -> bool:
+    """Return whether two values are the same in the file's resolution."""
+    whole = firmware.table.names(release)[name].whole
+    return round(a) == round(b) if whole else same(a, b)

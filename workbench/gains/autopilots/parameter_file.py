@@ -1,16 +1,14 @@
 """Parameter files of autopilots, as texts with replaceable values.
 
-- PX4: QGroundControl's .params files, and `param set-default` of airframe scripts. A line of
-  .params has vehicle, component, name, value and type, between tabs; reals have single precision,
-  written with all their digits. Of several components the autopilot's own counts, 1.
+- QGroundControl's .params files, of PX4 and of ArduPilot: a line has vehicle, component, name,
+  value and type, between tabs; reals have single precision, written with all their digits. Of
+  several components the autopilot's own counts, 1. The head states firmware and version.
+- PX4: `param set-default` of airframe scripts, too.
 - ArduPilot: .param and .parm files, a name and a value a line, between them a comma or space;
   comments begin with #, at a line's end, too; numbers may be hexadecimal. Lines that begin with @
   tell the program that reads the file something, as @include, and are kept. The file has neither
-  types nor a version: names tell which one it is.
-- Betaflight: what `diff` and `dump` print, and what is typed there. `set NAME = VALUE` is for the
-  profile that a line `profile N` above it chose, or for all; a dump ends by choosing again the
-  profile that was in use, and that one counts. A `diff` has what differs from the defaults of its
-  own version, in whole numbers.
+  types nor, but for a comment at its head, a version: names tell which one it is.
+- Betaflight: see `command_line.py`.
 - Crazyflie: YAML or JSON, `group.name: value`, and the firmware's version, as the firmware has no
   text file of its own. Read are names with a dot at the top, below `params`, or as groups, and of
   a mapping its `stored_value` or `value`, as the client writes them.
@@ -31,7 +29,7 @@ import yaml
 from workbench.common.errors import WorkbenchError
 from workbench.common.plain_files import read_plain
 from workbench.common.yaml_files import fast_loader, refuse_bombs
-from workbench.gains.autopilots.versions import ARDUPILOT
+from workbench.gains.autopilots.table import load_table
 
 MOST_BYTES = 1_000_000
 ENCODING, ERRORS = "utf-8", "surrogateescape"
@@ -51,10 +49,8 @@ PX4_LINE = re.compile(r"[ \t]*(\d+)[ \t]+(\d+)[ \t]+(\S+)[ \t]+(\S+)[ \t]+(\d+)[
 PX4_SCRIPT_LINE = re.compile(
     r"[ \t]*param[ \t]+set(?:-default)?(?:[ \t]+-[a-z])*[ \t]+(\w+)[ \t]+([^\s#;]+)"
 )
-_PX4_VERSION = re.compile(r"#[ \t]*(?:Version|PX4 Version)[ \t]*:[ \t]*v?(\S+)")
+_QGC_VERSION = re.compile(r"#[ \t]*(?:Version|PX4 Version)[ \t]*:[ \t]*v?(\S+)")
 AUTOPILOT = "1"
-WHOLE = ("MC_AIRMODE", "MPC_ACC_DECOUPLE")
-"""Parameters of the law that PX4 stores as whole numbers."""
 _PX4_HEAD = """# Onboard parameters for Vehicle 1
 #
 # Stack: PX4 Pro
@@ -66,17 +62,27 @@ _PX4_HEAD = """# Onboard parameters for Vehicle 1
 ARDUPILOT_LINE = re.compile(
     r"[ \t]*([A-Z]\w{0,31})(?:[ \t]*,[ \t]*|[ \t]+)([^\s,#@]+)[ \t]*(?:[#@].*)?"
 )
-_SI = {each.new for each in ARDUPILOT}
-"""Names since ArduPilot 4.7."""
-_OLD = {each.old for each in ARDUPILOT}
-"""Names up to ArduPilot 4.6."""
-BETAFLIGHT_LINE = re.compile(r"[ \t]*set[ \t]+(\w+)[ \t]*=[ \t]*([^\r\n#]*[^\s#])[ \t]*(?:#.*)?")
-_PROFILE = re.compile(r"[ \t]*profile[ \t]+(\d{1,3})[ \t]*(?:#.*)?")
-_OTHER = re.compile(r"[ \t]*(rateprofile[ \t]+\d+|#[ \t]*(master|rateprofile)\b.*)[ \t]*")
-_BETAFLIGHT_VERSION = re.compile(r"#[ \t]*(?:Betaflight|BTFL)\b.*?[ \t](\d+\.\d+\.\d+\S*)")
-_SLIDERS = "simplified_pids_mode"
+_ARDUPILOT_VERSION = re.compile(r"#.*?\b(?:Ardu)?Copter[ \t]*-?v?(\d+\.\d+(?:\.\d+)?\S*)", re.I)
 _VERSION_KEYS = ("firmware", "firmware_version")
 _VALUE_KEYS = ("stored_value", "value")
+
+
+@dataclass(frozen=True)
+class Remark:
+    """One thing that the reader of a file should know.
+
+    Attributes:
+        text: a sentence.
+        line: the first one concerned, counted from 1; 0 for the whole file.
+        count: of lines or parameters concerned.
+    """
+
+    text: str
+    line: int = 0
+    count: int = 1
+
+    def __str__(self) -> str:
+        return f"line {self.line}: {self.text}" if self.line else self.text
 
 
 @dataclass(frozen=True)
@@ -87,7 +93,8 @@ class Entry:
         name: of the parameter, as in the file.
         value: its number; None if it is not a number.
         text: as in the file.
-        start: position of the text in the file [characters].
+        start: position of the text in the file [characters]; negative if a command of the file
+            computes the value, or includes another file that has it.
         line: counted from 1.
         scope: where it applies, if a file has several with a name: "profile 1", "1 1"; "" for all.
         whole: whether the file states that it is a whole number.
@@ -111,38 +118,48 @@ class ParameterFile:
         text: all of it.
         entries: its values, in order.
         version: of the firmware, "" if not stated.
-        scope: the selected profile or component, with entries that count in addition to those for
+        scopes: the selected profiles or component, with entries that count in addition to those for
             all.
-        remarks: as sentences.
+        remarks: on the file.
+        partial: whether it says itself that it leaves other parameters as they are.
+        ignored: lines that are neither values nor comments, by number; they set no gain.
+        end: position behind the last command that computes or includes values [characters].
     """
 
     path: Path
     text: str = field(repr=False)
     entries: tuple[Entry, ...] = field(repr=False)
     version: str = ""
-    scope: str = ""
-    remarks: tuple[str, ...] = ()
+    scopes: tuple[str, ...] = ()
+    remarks: tuple[Remark, ...] = ()
+    partial: bool = False
+    ignored: Mapping[int, str] = field(default_factory=dict, repr=False)
+    end: int = 0
 
     @property
     def counted(self) -> dict[str, Entry]:
         """Entries that count, by name; the last one of duplicates."""
-        return {each.name: each for each in self.entries if each.scope in ("", self.scope)}
+        return {each.name: each for each in self.entries if each.scope in ("", *self.scopes)}
 
-    def where(self, entry: Entry) -> str:
-        """Return "file:line: " of an entry, as prefix of a message."""
-        return f"{self.path}:{entry.line}: "
-
-    def replaced(self, texts: Mapping[str, str]) -> str:
+    def replaced(self, texts: Mapping[str, str], added: str = "") -> str:
         """Return the text of the file with other values; the rest stays the same to the byte.
 
         Args:
-            texts: of values by name; those of the selected scope are replaced.
+            texts: of values by name; those of the selected scopes are replaced.
+            added: text behind the last command that computes values.
         """
+        found = {
+            entry.start: (entry.start + len(entry.text), texts[entry.name])
+            for entry in self.entries
+            if entry.name in texts and entry.start >= 0 and entry.scope in ("", *self.scopes)
+        }
+        if added:
+            found[self.end] = (self.end, added)
         parts, end = [], 0
-        for entry in self.entries:
-            if entry.name in texts and entry.scope in ("", self.scope):
-                parts += [self.text[end : entry.start], texts[entry.name]]
-                end = entry.start + len(entry.text)
+        for start in sorted(found):
+            after, text = found[start]
+            parts += [self.text[end:start], text]
+            end = after
         return "".join([*parts, self.text[end:]])
 
 
@@ -218,8 +235,8 @@ def tidy(value: float) -> float:
     return float(shortest(value)) if math.isfinite(value) and single(value) == value else value
 
 
-def read_px4_params(path: Path, text: str) -> ParameterFile:
-    """Read a .params file.
+def read_qgc_params(path: Path, text: str) -> ParameterFile:
+    """Read a .params file of QGroundControl.
 
     Raises:
         WorkbenchError: with the invalid line.
@@ -228,7 +245,7 @@ def read_px4_params(path: Path, text: str) -> ParameterFile:
     for number, start, line in lines_of(text):
         bare = line.lstrip("\ufeff \t")
         if not bare or bare.startswith("#"):
-            found = _PX4_VERSION.match(bare)
+            found = _QGC_VERSION.match(bare)
             version = found[1] if found and not version else version
             continue
         match = PX4_LINE.fullmatch(line)
@@ -245,11 +262,13 @@ def read_px4_params(path: Path, text: str) -> ParameterFile:
     own = [scope for scope in scopes if scope.split()[1] == AUTOPILOT] or scopes
     remarks = []
     if len(scopes) > 1:
-        remarks.append(
+        said = (
             f"has parameters of {len(scopes)} components: those of component "
             f"{own[0].split()[1]} of vehicle {own[0].split()[0]} count"
         )
-    return ParameterFile(path, text, tuple(entries), version, own[0] if own else "", tuple(remarks))
+        others = [each for each in entries if each.scope != own[0]]
+        remarks.append(Remark(said, others[0].line, len(others)))
+    return ParameterFile(path, text, tuple(entries), version, tuple(own[:1]), tuple(remarks))
 
 
 def read_px4_script(path: Path, text: str) -> ParameterFile:
@@ -259,10 +278,14 @@ def read_px4_script(path: Path, text: str) -> ParameterFile:
         match = PX4_SCRIPT_LINE.match(line)
         if match:
             name, value = match.groups()
-            whole = name in WHOLE
-            at = start + match.start(2)
+            at, whole = start + match.start(2), name in whole_names()
             entries.append(Entry(name, number_in(value), value, at, number, whole=whole))
     return ParameterFile(path, text, tuple(entries))
+
+
+def whole_names() -> frozenset[str]:
+    """Return the parameters that PX4 stores as whole numbers."""
+    return frozenset(each.name for each in load_table("px4").settings if each.whole)
 
 
 def px4_value(entry: Entry, value: float) -> str:
@@ -276,7 +299,7 @@ def new_px4_file(values: Mapping[str, float], version: str) -> str:
     """Return the text of a .params file."""
     lines = [_PX4_HEAD.format(version=version)]
     for name in sorted(values):
-        whole = name in WHOLE
+        whole = name in whole_names()
         text = str(round(values[name])) if whole else long_single(values[name])
         lines.append(f"1\t{AUTOPILOT}\t{name}\t{text}\t{INT32 if whole else REAL32}\n")
     return "".join(lines)
@@ -288,15 +311,17 @@ def read_ardupilot_param(path: Path, text: str) -> ParameterFile:
     Raises:
         WorkbenchError: with the invalid line.
     """
-    entries = []
+    entries, version = [], ""
     remarks = []
     for number, start, line in lines_of(text):
         bare = line.lstrip("\ufeff \t")
         if not bare or bare.startswith("#"):
+            said = _ARDUPILOT_VERSION.match(bare)
+            version = said[1] if said and not version and not entries else version
             continue
         if bare.startswith("@"):
             if bare.startswith("@include"):
-                remarks.append(f"line {number} includes another file, which is not read: {bare}")
+                remarks.append(Remark(f"includes another file, which is not read: {bare}", number))
             continue
         match = ARDUPILOT_LINE.fullmatch(line, len(line) - len(bare))
         if not match:
@@ -305,77 +330,18 @@ def read_ardupilot_param(path: Path, text: str) -> ParameterFile:
             )
         name, value = match.groups()
         entries.append(Entry(name, number_in(value), value, start + match.start(2), number))
-    names = {each.name for each in entries}
-    new, old = not names.isdisjoint(_SI), not names.isdisjoint(_OLD)
-    if new and old:
-        remarks.append("has names of 4.6 and of 4.7: each is read as in its own version")
-    version = "4.7" if new else "4.6" if old else ""
     return ParameterFile(path, text, tuple(entries), version, remarks=tuple(remarks))
 
 
 def ardupilot_value(entry: Entry, value: float) -> str:
     """Return the text of a value in its line."""
-    return shortest(value)
+    return px4_value(entry, value) if entry.scope else shortest(value)
 
 
 def new_ardupilot_file(values: Mapping[str, float], version: str) -> str:
     """Return the text of a .param file."""
     lines = [f"# ArduCopter {version}\n"]
     return "".join([*lines, *(f"{name},{shortest(values[name])}\n" for name in sorted(values))])
-
-
-def read_betaflight_cli(path: Path, text: str, profile: int | None = None) -> ParameterFile:
-    """Read the output of a command line.
-
-    Args:
-        path: the file.
-        text: of it.
-        profile: the one with the gains; by default the one selected last.
-    """
-    entries = []
-    version, scope, chosen, resets = "", "", "", False
-    for number, start, line in lines_of(text):
-        found = _BETAFLIGHT_VERSION.match(line)
-        if found and not version:
-            version = found[1]
-        resets = resets or line.strip() == "defaults nosave"
-        if match := _PROFILE.fullmatch(line):
-            scope = chosen = f"profile {int(match[1])}"
-        elif _OTHER.fullmatch(line):
-            scope = "others"
-        elif match := BETAFLIGHT_LINE.fullmatch(line):
-            name, value = match.groups()
-            at = start + match.start(2)
-            of_profile = scope if scope.startswith("profile") else ""
-            entries.append(Entry(name, number_in(value), value, at, number, of_profile, True))
-    profiles = list(dict.fromkeys(each.scope for each in entries if each.scope))
-    counted = chosen if profile is None else f"profile {profile}"
-    remarks = []
-    if len(profiles) > 1:
-        remarks.append(f"has {', '.join(profiles)}: {counted} counts, --profile takes another")
-    if counted and profiles and counted not in profiles:
-        remarks.append(f"sets nothing in {counted}, but does in {', '.join(profiles)}")
-    if resets:
-        remarks.append("begins at the defaults of its version: what it does not set has those")
-    sliders = [each for each in entries if each.name == _SLIDERS and each.text != "OFF"]
-    if sliders:
-        remarks.append(
-            f"has {_SLIDERS} = {sliders[-1].text}: sliders rewrite gains when it is loaded, set "
-            "it to OFF"
-        )
-    return ParameterFile(path, text, tuple(entries), version, counted, tuple(remarks))
-
-
-def betaflight_value(entry: Entry, value: float) -> str:
-    """Return the text of a value in its line."""
-    return str(round(value))
-
-
-def new_betaflight_file(values: Mapping[str, float], version: str) -> str:
-    """Return lines to paste into the command line."""
-    lines = [f"# Betaflight {version}\n", "\n", "batch start\n", "\n", "profile 0\n", "\n"]
-    lines += [f"set {name} = {round(values[name])}\n" for name in sorted(values)]
-    return "".join([*lines, "\n", "save\n"])
 
 
 def read_crazyflie_parameters(path: Path, text: str) -> ParameterFile:

@@ -118,7 +118,7 @@ class GainFiles(QObject):
 
     def load_autopilot(self, path: Path) -> None:
         """Compare with an autopilot's file of parameters."""
-        self._read(path.name, partial(_of_autopilot, path, self._law))
+        self._read(path.name, partial(_of_autopilot, path, self._law, dict(self._editor.flown)))
 
     def export(self, path: Path) -> None:
         """Compare the flown gains with an autopilot's file, or with its defaults for a new one."""
@@ -286,7 +286,7 @@ def _with_schedule(path: Path, law: Controller) -> GainFile:
     return load_gains(path, wanted if wanted.schedule else law)
 
 
-def _of_autopilot(path: Path, law: Controller) -> GainFile:
+def _of_autopilot(path: Path, law: Controller, present: Values) -> GainFile:
     """Return the gains of an autopilot's file for the flying law; unsafe ones are left out.
 
     Raises:
@@ -301,8 +301,10 @@ def _of_autopilot(path: Path, law: Controller) -> GainFile:
     found = import_gains(path, found.firmware.name, law=law)
     file = found.firmware.file_name
     unsafe = [f"{file(name)} {why} and is left out" for name, why in found.unsafe.items()]
-    said = [f"{found.firmware.name} {found.version}", *unsafe, *found.remarks]
-    return GainFile("", "; ".join(said), found.values, controller=law.name)
+    left = [str(each) for each in found.left if each.acts]
+    lacking = [f"not simulated: {', '.join(left)}"] if left else []
+    said = [f"{found.firmware.name} {found.version}", *unsafe, *lacking, *map(str, found.remarks)]
+    return GainFile("", "; ".join(said), found.flown(present), controller=law.name)
 
 
 def _compare_export(path: Path, law: Controller, flown: Values) -> GainFileDiff:
@@ -320,14 +322,18 @@ def _compare_export(path: Path, law: Controller, flown: Values) -> GainFileDiff:
         )
     present = import_gains(path, firmware.name, law=law) if path.exists() else None
     made = export_gains(flown, law, firmware, present=present)
-    rows = firmware.rows(law)
-    has = present.values if present else {row.name: row.default for row in rows}
+    own = firmware.defaults(made.release)
+    has = {row.name: own.get(row.name, row.default) for row in firmware.rows(law)}
+    if present:
+        has = {name: value for name, value in present.values.items() if firmware.has(name)}
     values = {name: flown[name] for name in has}
     changes = tuple(
         each for each in diff_gains(has, values, flown, law) if not same(each.a, each.b)
     )
     said = [f"what {firmware.name} {'has there' if present else 'has by default'}, and what flies"]
-    return GainFileDiff(path.name, "; ".join([*said, *made.remarks]), flown, changes, path)
+    grounded = [f"would not fly: {each}" for each in made.grounded]
+    origin = "; ".join([*said, *grounded, *map(str, made.remarks)])
+    return GainFileDiff(path.name, origin, flown, changes, path)
 
 
 def _export(path: Path, law: Controller, values: Values) -> None:
