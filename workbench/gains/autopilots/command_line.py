@@ -1,10 +1,10 @@
 """Betaflight's command line as a file: what `diff` and `dump` print, presets, and typed lines.
 
 A file is a list of commands, run in order. `set NAME = VALUE` is for the profile or rate profile
-that a line `profile N` or `rateprofile N` above it chose, or for all; a dump ends by choosing again
-those in use, and these count. `simplified_tuning apply` computes gains and filters from the sliders
-(`simplified_tuning.c`), in single precision and cut to whole numbers. A `diff` has what differs
-from the defaults of its own version.
+that a line `profile N` or `rateprofile N` above it chose, if one of these has the parameter; a dump
+ends by choosing again those in use, and these count. `simplified_tuning apply` computes gains and
+filters from the sliders (`simplified_tuning.c`), in single precision and cut to whole numbers. A
+`diff` has what differs from the defaults of its own version.
 
 A preset of the Configurator begins with fields after `#$`. An option is run if it is CHECKED; an
 included file is looked for in the folders above the preset, as the path counts from the folder of
@@ -50,6 +50,7 @@ _COMMANDS = frozenset(
     "tasks timer version vtx vtx_info vtxtable".split()
 )
 """Words that begin a command line of some version."""
+_BETWEEN = ", "
 _AXES = ("roll", "pitch", "yaw")
 _MODES = {"OFF": 0, "RP": 2, "RPY": 3}
 """Number of axes that the sliders set."""
@@ -68,11 +69,12 @@ class _Reader:
     """Lines of options that are not checked, by their name."""
     versions: list[str] = field(default_factory=list)
     heads: list[str] = field(default_factory=list)
-    scope: str = ""
     chosen: dict[str, str] = field(default_factory=dict)
-    """Selected profile and rate profile."""
+    """Selected profile and rate profile, by their kind."""
     preset: bool = False
     end: int = 0
+    at_end: str = ""
+    """Profile that is selected there."""
     includes: int = 0
     option: str = ""
     """Name of the option that is not taken around the line."""
@@ -82,7 +84,7 @@ class _Reader:
         for number, start, each in lines_of(text):
             self._line(each, line or number, -1 if line else start)
             if not line and each.strip().casefold() == _APPLY:
-                self.end = start + len(each)
+                self._ends(start + len(each))
 
     def _line(self, line: str, number: int, start: int) -> None:
         bare = line.lstrip("\ufeff \t")
@@ -94,12 +96,13 @@ class _Reader:
             self.left[self.option] += 1
         elif match := _PROFILE.fullmatch(line):
             kind = match[1].casefold()
-            self.scope = self.chosen[kind] = f"{kind} {int(match[2])}"
+            self.chosen[kind] = f"{kind} {int(match[2])}"
         elif match := SET_LINE.fullmatch(line):
             name, value = match.groups()
             at = start + match.start(2) if start >= 0 else -1
+            scope = _BETWEEN.join(self.chosen.values())
             self.entries.append(
-                Entry(name.casefold(), number_in(value), value, at, number, self.scope, True)
+                Entry(name.casefold(), number_in(value), value, at, number, scope, True)
             )
         else:
             command = " ".join(bare.split())
@@ -110,8 +113,6 @@ class _Reader:
     def _comment(self, bare: str) -> None:
         if found := _VERSION.match(bare):
             self.heads.append(found[1])
-        elif re.match(r"#[ \t]*master\b", bare):
-            self.scope = ""
 
     def _field(self, bare: str, number: int, start: int) -> None:
         """Read a field of a preset."""
@@ -134,7 +135,11 @@ class _Reader:
         elif name == "INCLUDE" and not self.option:
             self._include(rest, number)
             if start >= 0:
-                self.end = start + len(bare)
+                self._ends(start + len(bare))
+
+    def _ends(self, position: int) -> None:
+        """Keep the position behind a command that computes or includes values."""
+        self.end, self.at_end = position, self.chosen.get("profile", "")
 
     def _include(self, name: str, number: int) -> None:
         self.includes += 1
@@ -179,7 +184,7 @@ def read_command_line(path: Path, text: str, profile: int | None = None) -> Para
     reader.read(text)
     if profile is not None:
         reader.chosen["profile"] = f"profile {profile}"
-    remarks = [*reader.remarks, *_of_profiles(reader), *_of_options(reader), *_of_lines(reader)]
+    remarks = [*reader.remarks, *_of_options(reader), *_of_lines(reader)]
     versions = reader.heads[:1] or sorted(
         (each for each in reader.versions if each), key=load_table("betaflight").place
     )
@@ -196,14 +201,15 @@ def read_command_line(path: Path, text: str, profile: int | None = None) -> Para
         reader.preset,
         reader.ignored,
         reader.end,
+        reader.at_end,
     )
 
 
-def _of_profiles(reader: _Reader) -> Iterator[Remark]:
+def _of_profiles(file: ParameterFile) -> Iterator[Remark]:
     """Yield remarks on profiles that do not count."""
-    entries = [each for each in reader.entries if each.scope.startswith("profile")]
+    entries = [each for each in file.entries if each.scope.startswith("profile")]
     profiles = list(dict.fromkeys(each.scope for each in entries))
-    counted = reader.chosen.get("profile", "")
+    counted = next((each for each in file.scopes if each.startswith("profile")), "")
     if len(profiles) > 1:
         others = [each for each in entries if each.scope != counted]
         yield Remark(
@@ -265,7 +271,8 @@ def settled(file: ParameterFile, release: Release) -> ParameterFile:
     table = load_table("betaflight")
     names = table.names(release)
     entries: list[Entry] = []
-    remarks = list(file.remarks)
+    file = replace(file, entries=tuple(_scoped(each, names) for each in file.entries))
+    remarks = [*file.remarks, *_of_profiles(file)]
     for entry in file.entries:
         if entry.name not in (_APPLY, _DISABLE):
             entries.append(entry)
@@ -283,6 +290,14 @@ def settled(file: ParameterFile, release: Release) -> ParameterFile:
             said = f"'{_APPLY}' computes {len(run)} values from the sliders"
             remarks.append(Remark(said, entry.line, len(run)))
     return replace(file, entries=tuple(entries), remarks=tuple(remarks))
+
+
+def _scoped(entry: Entry, names: Mapping[str, Setting]) -> Entry:
+    """Return an entry that applies to the profile selected at its line, if that has the name."""
+    setting = names.get(entry.name)
+    kind = f"{setting.scope} " if setting and setting.scope else "?"
+    chosen = [each for each in entry.scope.split(_BETWEEN) if each.startswith(kind)]
+    return replace(entry, scope=chosen[0] if chosen else "")
 
 
 def _disabled() -> dict[str, str]:
@@ -389,10 +404,14 @@ def betaflight_value(entry: Entry, value: float) -> str:
     return str(round(value))
 
 
-def set_lines(texts: Mapping[str, str]) -> str:
+def set_lines(file: ParameterFile, texts: Mapping[str, str]) -> str:
     """Return lines for a file in which a command computes these values otherwise."""
     lines = [_DISABLE, *(f"set {name} = {text}" for name, text in sorted(texts.items()))]
-    return "".join(f"\n{line}" for line in lines)
+    counted = next((each for each in file.scopes if each.startswith("profile")), "")
+    if counted != file.at_end:
+        lines = [counted, *lines, file.at_end or "profile 0"]
+    end = "\r\n" if "\r\n" in file.text else "\n"
+    return "".join(f"{end}{line}" for line in lines)
 
 
 def new_betaflight_file(values: Mapping[str, float], version: str) -> str:

@@ -444,7 +444,7 @@ def export_gains(
             )
         )
     early = {name: text for name, text in written.items() if name not in late}
-    text = file.replaced(early, command_line.set_lines(late) if late else "")
+    text = file.replaced(early, command_line.set_lines(file, late) if late else "")
     return Exported(text, release, changed, absent, grounded, tuple(remarks))
 
 
@@ -469,7 +469,7 @@ def _release(
         release, said = table.release(stated)
         remarks = [Remark(said)] if said else []
         return (release,), release, [*remarks, *_unchecked(firmware, release)]
-    names = {name for name in file.counted if table.knows(name)}
+    names = {each.name for each in file.entries if table.knows(each.name)}
     has = {each: sum(name in table.names(each) for name in names) for each in table.releases}
     most = max(has.values())
     candidates = tuple(each for each, count in has.items() if count == most)

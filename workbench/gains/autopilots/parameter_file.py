@@ -124,6 +124,7 @@ class ParameterFile:
         partial: whether it says itself that it leaves other parameters as they are.
         ignored: lines that are neither values nor comments, by number; they set no gain.
         end: position behind the last command that computes or includes values [characters].
+        at_end: profile that is selected there.
     """
 
     path: Path
@@ -135,6 +136,7 @@ class ParameterFile:
     partial: bool = False
     ignored: Mapping[int, str] = field(default_factory=dict, repr=False)
     end: int = 0
+    at_end: str = ""
 
     @property
     def counted(self) -> dict[str, Entry]:
@@ -145,13 +147,14 @@ class ParameterFile:
         """Return the text of the file with other values; the rest stays the same to the byte.
 
         Args:
-            texts: of values by name; those of the selected scopes are replaced.
+            texts: of values by name; the last line of each in the selected scopes changes.
             added: text behind the last command that computes values.
         """
+        counted = self.counted
         found = {
-            entry.start: (entry.start + len(entry.text), texts[entry.name])
-            for entry in self.entries
-            if entry.name in texts and entry.start >= 0 and entry.scope in ("", *self.scopes)
+            counted[name].start: (counted[name].start + len(counted[name].text), text)
+            for name, text in texts.items()
+            if name in counted
         }
         if added:
             found[self.end] = (self.end, added)

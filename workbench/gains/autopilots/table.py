@@ -77,6 +77,7 @@ class Setting:
         whole: whether the firmware keeps whole numbers.
         off: values without an effect on a flight here, as texts.
         zero: what is lost if the law has 0, a clause; "" if nothing is.
+        scope: kind of profile that has the parameter, "" for none.
     """
 
     name: str
@@ -92,6 +93,7 @@ class Setting:
     whole: bool
     off: tuple[str, ...]
     zero: str
+    scope: str = ""
 
     def covers(self, version: tuple[int, ...]) -> bool:
         """Return whether a version has this row."""
@@ -252,6 +254,7 @@ def _setting(row: Mapping[str, str]) -> Setting:
         kind == WHOLE or bool(words),
         tuple(filter(None, row.get("off", "").split("|"))),
         row.get("zero", ""),
+        row.get("scope", ""),
     )
 
 
