@@ -25,6 +25,8 @@ from typing import Any
 from workbench.common.jitable import register_jitable
 from workbench.control.law_parts import cosine_sine
 
+RAISED_2, RAISED_3 = 1.553773974, 1.961459177
+"""Cut-off of each low-pass of a PT2 and of a PT3 over that of the whole, as Betaflight has them."""
 COEFFICIENTS = ("b0", "b1", "b2", "a1", "a2")
 """Names of the coefficients of a second-order low-pass, in the order of `butterworth`."""
 
@@ -41,7 +43,7 @@ def first_order(cutoff: float, period: float) -> float:
 
 def cascaded(cutoff: float, period: float, count: int) -> float:
     """Return the gain k of each of `count` low-passes in a row (PT2, PT3), see above."""
-    return first_order(cutoff / math.sqrt(2.0 ** (1.0 / count) - 1.0), period)
+    return first_order(cutoff * (1.0, RAISED_2, RAISED_3)[count - 1], period)
 
 
 def butterworth(cutoff: float, period: float) -> tuple[float, ...]:
@@ -93,9 +95,6 @@ def towards(y: Any, x: Any, k: Any) -> Any:
     return y[0] + k * (x[0] - y[0]), y[1] + k * (x[1] - y[1]), y[2] + k * (x[2] - y[2])
 
 
-RAISED_2 = 1.0 / math.sqrt(2.0**0.5 - 1.0)
-RAISED_3 = 1.0 / math.sqrt(2.0 ** (1.0 / 3.0) - 1.0)
-"""Cut-off of each low-pass of a PT2 and of a PT3, over that of the whole."""
 PT1, SECOND_ORDER, PT2, PT3 = 0.0, 1.0, 2.0, 3.0
 """Kinds of `low_passed`, in the order of Betaflight's words."""
 HIGHEST = 0.45

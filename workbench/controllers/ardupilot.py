@@ -1,4 +1,4 @@
-"""ArduPilot Copter 4.7: position, thrust-vector attitude, rate PIDs, and its mixer.
+"""ArduPilot Copter 4.3 to 4.7: position, thrust-vector attitude, rate PIDs, and its mixer.
 
 Parameters have ArduPilot's names, units (SI, degrees where it has them) and defaults. It uses NED
 and FRD; here x, y, z are those of the world and the body, z up: N and E are horizontal, D is
@@ -18,7 +18,8 @@ The commanded attitude has its thrust along (a_x, a_y, g). A shaped target moves
 
     ω_d = sqrtP(e; κ, a_m) - ω_t,   dω_t/dt = κ (ω_d - ω_t) within a_m, its slope within κ a_m
 
-with κ = 1 / ATC_INPUT_TC and a_m = ATC_ACC_MAX; the yaw rate turns it, shaped likewise. With
+with κ = 1 / ATC_INPUT_TC and a_m = ATC_ACC_MAX; the yaw rate turns it, shaped likewise. Up to 4.6
+the jerk is not limited: ω_t = sqrtP(e; κ, a_m), its slope within a_m; `firmware` chooses. With
 ATC_RATE_FF_ENAB 0 the target is the commanded attitude, and ω_t is 0. From body to target, e is the
 rotation of the thrust vector, x and y, and the remaining heading error, z. The latter is limited to
 45°, and to the error at which P_yaw commands full scale:
@@ -94,6 +95,12 @@ PERIOD = 1 / 512
 RADIANS = math.pi / 180.0
 THROTTLE_CUTOFF = 2.0
 """Cut-off of the throttle's low-pass (POSCONTROL_THROTTLE_CUTOFF_FREQ_HZ) [Hz]."""
+INPUT_TC = 0.1
+"""Default of ATC_INPUT_TC [s]."""
+LEAST_TC = 0.01
+"""Smallest time constant of the attitude target [s]."""
+JERK_LIMITED = 4.65
+"""Versions above this limit the jerk of the attitude target."""
 YAW_TC = 0.025
 """Time constant of the shaped yaw rate: PILOT_Y_RATE_TC 0 is ten of ArduPilot's loops [s]."""
 UNLIMITED = 1800.0 * RADIANS
@@ -149,7 +156,7 @@ PARAMETERS = (
     gain("ATC_RATE_P_MAX", "deg/s", (0.0, 4000.0), 0.0, "pitch rate limit, 0 off", "Attitude"),
     gain("ATC_RATE_Y_MAX", "deg/s", (0.0, 4000.0), 0.0, "yaw rate limit, 0 off", "Attitude"),
     gain("ATC_RATE_FF_ENAB", "1", (0.0, 1.0), 1.0, "1: shaped target and its rate", "Attitude"),
-    gain("ATC_INPUT_TC", "s", (0.0, 10.0), 0.15, "target time constant", "Attitude"),
+    gain("ATC_INPUT_TC", "s", (0.0, 10.0), INPUT_TC, "target time constant", "Attitude"),
     gain("ATC_ANGLE_BOOST", "1", (0.0, 1.0), 1.0, "1: more throttle when tilted", "Attitude"),
     *(
         gain(f"ATC_RAT_{name}_{term}", each, limits, value, f"{axis} rate {what}", "Rate")
@@ -185,6 +192,7 @@ PARAMETERS = (
     gain("MOT_SPIN_MIN", "1", (0.0, 0.5), SPIN_MIN, "minimum motor signal", "Motors"),
     gain("MOT_SPIN_MAX", "1", (0.5, 1.0), SPIN_MAX, "maximum motor signal", "Motors"),
     gain("motor_speed", "rad/s", (1.0, 20000.0), 1000.0, "motor speed at full signal", "Motors"),
+    gain("firmware", "1", (4.3, 99.0), 4.7, "version that is computed", "Firmware"),
 )
 
 MEMORY = (
@@ -376,6 +384,18 @@ def shaped_yaw(asked: Any, rate: Any, slope: Any, most: Any, dt: float) -> Any:
     return rate + slope * dt, slope
 
 
+def eased(wanted: Any, rate: Any, most: Any, dt: float) -> Any:
+    """Return a rate of the attitude target after an update, of versions up to 4.6.
+
+    Args:
+        wanted: the rate asked for [rad/s].
+        rate: before [rad/s].
+        most: largest slope, 0 for any [rad/s²].
+        dt: since the update before [s].
+    """
+    return rate + clipped(wanted - rate, most * dt) if most > 0.0 else wanted
+
+
 def within_rates(w: Any, most_x: Any, most_y: Any, most_z: Any) -> Any:
     """Return rates within ATC_RATE_MAX, 0 for any: roll and pitch within an ellipse."""
     x, y, z = w
@@ -509,11 +529,24 @@ def update(
     towards_up = rotated(inverse(q_t), up)
     if g.ATC_RATE_FF_ENAB > 0.5:
         g_x, g_y, _ = tilt_vector(towards_up)
-        k, top = 1.0 / g.ATC_INPUT_TC, RADIANS * g.ATC_RATE_R_MAX
-        t_x, u_x = shaped(g_x, t_x, u_x, k, g.target_slope_x, top, dt)
-        top = RADIANS * g.ATC_RATE_P_MAX
-        t_y, u_y = shaped(g_y, t_y, u_y, k, g.target_slope_y, top, dt)
-        t_z, u_z = shaped_yaw(yaw_rate, t_z, u_z, g.target_slope_z, dt)
+        k = 1.0 / (g.ATC_INPUT_TC if g.ATC_INPUT_TC > LEAST_TC else LEAST_TC)
+        r_x, r_y, r_z = (
+            RADIANS * g.ATC_RATE_R_MAX,
+            RADIANS * g.ATC_RATE_P_MAX,
+            RADIANS * g.ATC_RATE_Y_MAX,
+        )
+        if g.firmware > JERK_LIMITED:
+            t_x, u_x = shaped(g_x, t_x, u_x, k, g.target_slope_x, r_x, dt)
+            t_y, u_y = shaped(g_y, t_y, u_y, k, g.target_slope_y, r_y, dt)
+            t_z, u_z = shaped_yaw(yaw_rate, t_z, u_z, g.target_slope_z, dt)
+        else:
+            most = RADIANS * g.ATC_ACC_R_MAX
+            t_x = eased(sqrt_p(g_x, k, most, 0.0), t_x, most, dt)
+            most = RADIANS * g.ATC_ACC_P_MAX
+            t_y = eased(sqrt_p(g_y, k, most, 0.0), t_y, most, dt)
+            t_z = eased(yaw_rate, t_z, RADIANS * g.ATC_ACC_Y_MAX, dt)
+            t_x, t_y, t_z = within_rates((t_x, t_y, t_z), r_x, r_y, r_z)
+            u_x, u_y, u_z = 0.0 * u_x, 0.0 * u_y, 0.0 * u_z
     else:
         turn = small_turn(0.0 * t_x, 0.0 * t_y, yaw_rate * dt)
         q_t = unit(product(product(q_t, shortest((0.0, 0.0, 1.0), towards_up)), turn))
@@ -584,7 +617,8 @@ def update(
         boosted = boosted / between(R[8], 0.1, 1.0)
     average = boosted if boosted > throttle else throttle
     average = between(average, 0.0, 1.0)
-    raised = average + g.ATC_THR_MIX_MAX * (hover - average)
+    rest = 1.0 - g.ATC_THR_MIX_MAX
+    raised = g.ATC_THR_MIX_MAX * hover + (average * rest if rest > 0.0 else 0.0 * average)
     average = raised if raised > average else average
     given = boosted if first else m.throttle + g.k_throttle * (boosted - m.throttle)
     given = between(given, 0.0, 1.0)
@@ -652,7 +686,7 @@ def rule(vehicle: Any) -> dict[str, float]:
     values["INS_GYRO_FILTER"] = opened
     for name, _ in _AXES[:2]:
         values[f"ATC_RAT_{name}_FLTT"] = values[f"ATC_RAT_{name}_FLTD"] = opened
-    values["ATC_INPUT_TC"] = min(0.15 * max(1.0, 1.0 / faster), 1.0)
+    values["ATC_INPUT_TC"] = min(INPUT_TC * max(1.0, 1.0 / faster), 1.0)
     level = min(pd["kp_velocity_x"], 0.3 / values["ATC_INPUT_TC"])
     return {
         **values,

@@ -164,13 +164,13 @@ def test_given_files_of_ardupilot_come_back(tmp_path, case):
 
 
 @pytest.mark.skipif(not GIVEN.is_dir(), reason="the given files of ArduPilot are not there")
-def test_defaults_are_those_that_a_vehicle_with_arducopter_4_6_had():
-    """A file that its ground station saved before anything was set; 4.7 has a smaller D."""
+def test_defaults_are_those_that_a_vehicle_with_arducopter_4_5_had():
+    """A file that its ground station saved before anything was set, of 4.5."""
     found = import_gains(GIVEN / "Holybro_X500_V2/00_default.param")
     defaults = {row.name: row.default for row in found.law.parameters}
     assert len(found.values) == len(found.firmware.rows(found.law)) == 71
     other = {name: value for name, value in found.values.items() if value != defaults[name]}
-    assert other == {"PSC_NE_VEL_D": 0.5}
+    assert other == {"PSC_NE_VEL_D": 0.5, "ATC_INPUT_TC": 0.15}
     own = found.firmware.defaults(found.firmware.table.release("4.5")[0])
     assert found.values == {name: pytest.approx(own[name], rel=1e-6) for name in found.values}
 

@@ -167,7 +167,16 @@ class ArduPilot:
         g = self.g
         self.target = normalised(multiply(self.target, from_axis_angle(self.w_target * dt)))
         turn, error, _ = thrust_rotation(from_thrust_vector(thrust_vector), self.target)
-        if g.ATC_RATE_FF_ENAB > 0.5:
+        if g.ATC_RATE_FF_ENAB > 0.5 and g.firmware < 4.7:
+            tops = [np.radians(getattr(g, f"ATC_RATE_{name}_MAX")) for name in "RPY"]
+            for i, name in enumerate("RPY"):
+                accel = np.radians(getattr(g, f"ATC_ACC_{name}_MAX"))
+                wanted = heading_rate
+                if name != "Y":
+                    wanted = sqrt_controller(error[i], 1.0 / max(g.ATC_INPUT_TC, 0.01), accel, dt)
+                self.w_target[i] = input_shaping_ang_vel(self.w_target[i], wanted, accel, dt)
+            self.w_target, self.a_target = limit_rates(self.w_target, *tops), np.zeros(3)
+        elif g.ATC_RATE_FF_ENAB > 0.5:
             for i, name in enumerate("RPY"):
                 most = np.radians(getattr(g, f"ATC_RATE_{name}_MAX"))
                 accel = np.radians(getattr(g, f"ATC_ACC_{name}_MAX")) or np.radians(1800.0)
@@ -320,6 +329,13 @@ def inv_sqrt_controller(output, p, second):
     if abs(output) < second / p:
         return output / p
     return np.sign(output) * (0.5 * second / p**2 + output**2 / (2.0 * second))
+
+
+def input_shaping_ang_vel(rate, wanted, accel_max, dt):
+    """Of 4.3 to 4.6, with PILOT_Y_RATE_TC 0: return the target's rate."""
+    if accel_max <= 0.0:
+        return wanted
+    return min(max(wanted, rate - accel_max * dt), rate + accel_max * dt)
 
 
 def shaped(angle, rate, accel, rate_max, accel_max, tc, dt):

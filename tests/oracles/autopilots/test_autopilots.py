@@ -43,7 +43,10 @@ ORACLES = {
 }
 SWITCHES = {"MC_AIRMODE": (0.0, 1.0, 2.0), "MC_ACC_DECOUPLE": (0.0, 1.0)}
 SWITCHES |= {"acro": (0.0, 1.0), "airmode": (0.0, 1.0)}
-SWITCHES |= {"firmware": (4.2, 4.3, 4.4, 4.5, 4.6, 2025.12, 2026.6)}
+VERSIONS = {
+    "betaflight": (4.2, 4.3, 4.4, 4.5, 4.6, 2025.12, 2026.6),
+    "ardupilot": (4.3, 4.6, 4.7),
+}
 SWITCHES |= {
     f"{name}_type": (0.0, 1.0, 2.0, 3.0)
     for name in ("gyro_lpf1", "gyro_lpf2", "dterm_lpf1", "dterm_lpf2")
@@ -163,6 +166,8 @@ def drawn_gains(law, vehicle, rng, given):
         if row.name == "MOT_THST_EXPO":  # at 1 a first touch of thrust has infinite slope
             drawn = rng.uniform(-0.9, 0.9)
         values[row.name] = float(np.clip(drawn, row.minimum, row.maximum))
+    if "firmware" in values:
+        values["firmware"] = rng.choice(VERSIONS[law.name])
     values |= (
         {name: rng.choice(SWITCHES[name]) for name in SWITCHES if name in values} | OPEN | given
     )

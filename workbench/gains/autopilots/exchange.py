@@ -104,7 +104,9 @@ class Imported:
         defaults = {
             name: value
             for name, value in self.defaults.items()
-            if self.firmware.has(name) or present.get(name) in (None, own[name])
+            if self.firmware.has(name)
+            or name == VERSION_ROW
+            or present.get(name) in (None, own[name])
         }
         return defaults | self.values
 
@@ -206,14 +208,14 @@ def imported(
         remarks += _ambiguous(firmware, candidates, read, file)
     parameters = {row.name for row in law.parameters}
     if decided and VERSION_ROW in parameters:
-        values[VERSION_ROW] = float(release.version)
+        defaults[VERSION_ROW] = float(release.version)
     left = tuple(read.left(law))
-    standing = tuple(read.standing(law)) if defaults else ()
+    standing = tuple(read.standing(law)) if decided and not file.partial else ()
     remarks += [
         *read.old_names(),
         *read.strangers(),
         *_beyond(firmware, release, rows, firmware.to_file(values, release), read.lines),
-        *_other_meaning(firmware, law, release, values),
+        *_other_meaning(firmware, law, release, defaults | values),
     ]
     return Imported(
         file,
