@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.logs.test_flight_reader import MAPPING, SHARED, blackbox, real, usd_log
+from tests.logs.test_flight_reader import MAPPING, SHARED, made_up_blackbox, real, usd_log
 from workbench.common.errors import WorkbenchError
 from workbench.logs.flight_contents import contents_of
 from workbench.logs.flight_reader import READERS, read_flight
@@ -123,7 +123,7 @@ def test_damaged_copies_of_real_logs(tmp_path, case, count):
 
 def foreign() -> dict[str, bytes]:
     """Return small files of formats that libraries read, by the format."""
-    found = {"Betaflight blackbox log": blackbox(100)}
+    found = {"Betaflight blackbox log": made_up_blackbox(100)}
     if SHARED.exists():
         # The head has the parameters and formats; cut there, a file is read as far as it goes.
         found["PX4 ULog"] = (SHARED / "px4_ulog/sample.ulg").read_bytes()[:150_000]

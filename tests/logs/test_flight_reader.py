@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from tests.logs.foreign_files import blackbox
 from workbench.common.errors import WorkbenchError
 from workbench.logs.flight_contents import contents_of
 from workbench.logs.flight_reader import open_log, read_flight
@@ -199,49 +200,18 @@ def test_a_dataflash_log_is_what_pymavlink_reads_turned_to_our_axes():
     assert flight.firmware.startswith("ArduPlane V3.8.2") and len(flight.parameters) > 700
 
 
-def vb(value: int) -> bytes:
-    """Return a number as blackbox logs have it: zigzag, seven bits a byte."""
-    value = (value << 1) ^ (value >> 31)
-    value &= 0xFFFFFFFF
-    parts = bytearray()
-    while value > 0x7F:
-        parts.append(value & 0x7F | 0x80)
-        value >>= 7
-    return bytes([*parts, value])
-
-
-def blackbox(rows: int) -> bytes:
-    """Return a log of Betaflight: key frames alone, each field a signed number."""
-    fields = ["loopIteration", "time", "gyroADC[0]", "gyroADC[1]", "setpoint[1]", "motor[0]"]
-    fields += ["accSmooth[2]", "vbatLatest", "eRPM[0]"]
-    lines = [
-        "H Product:Blackbox flight data recorder by Nicholas Sherlock",
-        "H Data version:2",
-        "H I interval:1",
-        "H P interval:1/1",
-        f"H Field I name:{','.join(fields)}",
-        f"H Field I signed:{','.join('1' for _ in fields)}",
-        f"H Field I predictor:{','.join('0' for _ in fields)}",
-        f"H Field I encoding:{','.join('0' for _ in fields)}",
-        f"H Field P predictor:{','.join('0' for _ in fields)}",
-        f"H Field P encoding:{','.join('0' for _ in fields)}",
-        "H Firmware revision:Betaflight 4.5.1 (made up) TEST",
-        "H minthrottle:1070",
-        "H motorOutput:158,2047",
-        "H acc_1G:2048",
-        "H vbatref:420",
-    ]
-    data = "".join(f"{line}\n" for line in lines).encode()
-    for i in range(rows):
-        values = [i, 1_000_000 + 500 * i, 90, -180, 360, 158 + i, 2048, 1620, 700]
-        data += b"I" + b"".join(map(vb, values))
-    return data + b"E\xffEnd of log\x00"
+def made_up_blackbox(rows: int) -> bytes:
+    """Return a log of Betaflight with all kinds of fields."""
+    fields = ["gyroADC[0]", "gyroADC[1]", "setpoint[1]", "motor[0]", "accSmooth[2]", "vbatLatest"]
+    values = [[90, -180, 360, 158 + i, 2048, 1620, 700] for i in range(rows)]
+    stamps = [1_000_000 + 500 * i for i in range(rows)]
+    return blackbox(stamps, values, [*fields, "eRPM[0]"], {"motor_poles": "14"})
 
 
 def test_a_made_up_blackbox_log(tmp_path):
     pytest.importorskip("orangebox")
     path = tmp_path / "made.bbl"
-    path.write_bytes(blackbox(200))
+    path.write_bytes(made_up_blackbox(200))
     flight = read_flight(path)
     assert flight.firmware.startswith("Betaflight 4.5.1")
     gyro = flight["imu.angular_velocity.x"]
@@ -299,7 +269,10 @@ def test_a_csv_with_a_mapping(tmp_path, case):
     for wrong, said in (
         (MAPPING.replace("gx:", "gz:"), "column of"),
         (MAPPING.replace("sign: -1", "sgn: -1"), "did you mean 'sign'"),
-        (MAPPING.replace("motors.command_1", "battery.voltage"), "give each a different name"),
+        (
+            MAPPING.replace('motors.command_1, unit: "1"', "battery.voltage, unit: V"),
+            "give each a different name",
+        ),
         (MAPPING.replace("imu.angular_velocity.x", "Gyro X"), "is not a signal"),
         ("columns: {}", "is not a mapping"),
         ("[", "cannot be read as YAML"),
@@ -365,7 +338,7 @@ def test_a_damaged_table_of_states_is_read_as_far_as_it_is_whole(tmp_path):
     lines[5] = lines[5].replace(",", ",x", 1)
     path.write_text("\n".join(lines)[:-30], encoding="utf-8")
     flight = read_flight(path)
-    assert flight.remarks == ("2 damaged rows were left out",)
+    assert flight.remarks == ("2 damaged rows were left out, the first one is line 6",)
     expected = [row[3] for i, row in enumerate(rows[:-1]) if i != 4]
     assert flight["position_data.z"].values.tolist() == expected
     path.write_text("\n".join(lines[:3]), encoding="utf-8")

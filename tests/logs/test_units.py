@@ -46,6 +46,7 @@ def test_units_are_those_of_pint(case):
         ("cm/s/s", 1e-2, "m/s^2"),
         ("deg/s", 0.017453292519943295, "rad/s"),
         ("degrees per second", 0.017453292519943295, "rad/s"),
+        ("rps", 6.283185307179586, "rad/s"),
         ("dps", 0.017453292519943295, "rad/s"),
         ("RPM", 0.10471975511965977, "rad/s"),
         ("rev/min", 0.10471975511965977, "rad/s"),

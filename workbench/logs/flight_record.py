@@ -32,6 +32,7 @@ Other signals keep the names of the log. Samples filled in by a logger and not m
 out; the gaps of the signal show where.
 """
 
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -50,17 +51,55 @@ LOG_ENDINGS = (".mcap", ".ulg", ".bin", ".bbl", ".bfl", ".csv", ".gz")
 """Endings of log files in lower case; those of a Crazyflie have none."""
 GAP = 2.5
 """Number of periods between two samples from which on there is a gap."""
-LATEST = 1e7
-"""Latest time in a log [s], a third of a year; a later one is a damaged number."""
 MOST_POINTS = 50_000_000
 """Largest number of points of a grid, times its signals."""
 LEAST = 2
 """Smallest number of samples of a signal with a rate."""
 
 
+class Remark(str):
+    """A sentence on a log, for programs with number and place.
+
+    Attributes:
+        number: of the samples that it is about; None if it is about the whole log.
+        place: of the first one, such as "line 12, at 3.000 s"; "" if it is about the whole log.
+    """
+
+    __slots__ = ("number", "place")
+    number: int | None
+    place: str
+
+    def __new__(cls, text: str, number: int | None = None, place: str = "") -> "Remark":
+        """Return a sentence with its number and place."""
+        remark = super().__new__(cls, text)
+        remark.number, remark.place = number, place
+        return remark
+
+
 def parts(beginning: str, each: Iterable[str] = "xyz") -> tuple[str, ...]:
     """Return the names of the signals of a vector: prefix, and name of the component."""
     return tuple(f"{beginning}{part}" for part in each)
+
+
+STANDARD_UNITS = (
+    (r"(position_data|estimate|setpoint)\.[xyz]", "m"),
+    (r"(position_data|estimate|setpoint|attitude_setpoint)\.(roll|pitch|yaw)", "rad"),
+    (r"(velocity_data|estimate|setpoint|command_velocity)\.v_[xyz]", "m/s"),
+    (r"(velocity_data|attitude|estimate|rate_setpoint)\.w_[xyz]", "rad/s"),
+    (r"(attitude|estimate|attitude_setpoint)\.q_[wxyz]", "1"),
+    (r"estimate\.a_[xyz]|imu\.linear_acceleration\.[xyz]", "m/s^2"),
+    (r"imu\.(angular_velocity|unfiltered)\.[xyz]|command_velocity\.yaw_rate", "rad/s"),
+    (r"motors\.command_\d+|torque_setpoint\.[xyz]|attitude_setpoint\.thrust", "1"),
+    (r"rotors\.speed(_command)?\.\d+", "rad/s"),
+    (r"battery\.voltage", "V"),
+    (r"battery\.current", "A"),
+)
+"""Patterns of the names of signals that all readers share, and their units."""
+
+
+def standard_unit(name: str) -> str:
+    """Return the unit of a signal that all readers share, "" for any other signal."""
+    return next((unit for names, unit in STANDARD_UNITS if re.fullmatch(names, name)), "")
 
 
 GYRO = parts("imu.angular_velocity.")
@@ -145,9 +184,11 @@ class FlightRecord:
         format: of the log, such as "NanoBench CSV".
         firmware: name and version; "" if the log does not state it.
         parameters: of the firmware, and other data on the flight in the log, by name.
-        remarks: on what the reader found, left out or assumed, a sentence each.
+        remarks: on what the reader found, left out or assumed, a sentence each; those on samples
+            are `Remark`s with number and place.
         signals: by their names.
         end: of the record [s].
+        logs: lengths of all logs in its file, if there are several [s]; 0 for one without data.
     """
 
     name: str
@@ -158,6 +199,7 @@ class FlightRecord:
     parameters: Mapping[str, float | str] = field(default_factory=dict)
     remarks: tuple[str, ...] = ()
     end: float = 0.0
+    logs: tuple[float, ...] = ()
 
     def __getitem__(self, name: str) -> Signal:
         """Return a signal.
@@ -181,8 +223,10 @@ class FlightRecord:
             "format": self.format,
             "firmware": self.firmware,
             "parameters": dict(self.parameters),
-            "remarks": list(self.remarks),
+            "remarks": list(map(str, self.remarks)),
+            "remark_details": self.remark_details(),
             "end": self.end,
+            "logs": self.logs,
             "signals": [
                 {
                     "name": each.name,
@@ -194,6 +238,15 @@ class FlightRecord:
                 for each in self.signals.values()
             ],
         }
+
+    def remark_details(self) -> list[dict[str, Any]]:
+        """Return the remarks with number and place, in JSON types."""
+        return [
+            {"text": str(each), "number": each.number, "place": each.place}
+            for each in (
+                each if isinstance(each, Remark) else Remark(each) for each in self.remarks
+            )
+        ]
 
     @classmethod
     def from_description(
@@ -231,8 +284,14 @@ class FlightRecord:
             signals=signals,
             firmware=said["firmware"],
             parameters=said["parameters"],
-            remarks=tuple(said["remarks"]),
+            remarks=tuple(
+                Remark(each["text"], each["number"], each["place"])
+                for each in said["remark_details"]
+            )
+            if "remark_details" in said  # not in logs of earlier versions
+            else tuple(said["remarks"]),
             end=float(said["end"]),
+            logs=tuple(map(float, said.get("logs", ()))),
         )
 
     def names(self, topic: str = "") -> list[str]:
@@ -291,20 +350,6 @@ class FlightRecord:
         return Grid(tuple(names), time, values, known)
 
 
-def rising_rows(time: np.ndarray) -> np.ndarray:
-    """Return which of finite times (n) [s] are valid: increasing, up to `LATEST`.
-
-    If a single time jumps ahead of those that follow, only that one is left out.
-    """
-    good = time <= LATEST
-    if len(time) > 2:
-        ahead = (time[1:-1] >= time[2:]) & (time[2:] > time[:-2])
-        good[1:-1] &= ~ahead
-    latest = np.maximum.accumulate(np.where(good, time, -np.inf))
-    good[1:] &= time[1:] > latest[:-1]
-    return np.asarray(good)
-
-
 def make_signal(
     name: str,
     unit: str,
@@ -314,32 +359,41 @@ def make_signal(
     end: float | None = None,
     rate: float | None = None,
     delay: float | None = None,
+    breaks: Iterable[Span] = (),
 ) -> Signal:
     """Return a signal, with the rate and gaps of its times.
 
-    Samples that are not numbers, or at times that do not increase, are left out. A gap is where two
-    samples are `GAP` periods or more apart; the period is the median.
+    Samples that are not numbers, or without a time, are left out. A gap is where two samples are
+    `GAP` periods or more apart, the period being the median, or where the clock started again.
 
     Args:
         name: TOPIC.FIELD.
         unit: SI.
-        time: (n) [s].
+        time: (n) [s], see `readers.clock.read_clock`; where it does not increase, samples are left
+            out.
         values: (n).
         end: of the record [s]; a signal that ends earlier has a gap up to it.
         rate: of the signal, if it is not that of the times [Hz].
         delay: of the signal [s].
+        breaks: times around restarts of the clock [s].
     """
     time, values = np.asarray(time, dtype=float), np.asarray(values, dtype=float)
     good = np.isfinite(values) & np.isfinite(time)
     time, values = time[good], values[good]
-    rising = rising_rows(time)
+    rising = np.ones(len(time), dtype=bool)
+    rising[1:] = time[1:] > np.maximum.accumulate(time)[:-1]
     time, values = time[rising], values[rising]
     if len(time) < LEAST:
         gap = ((float(time[-1]), end),) if len(time) and end is not None and end > time[-1] else ()
         return Signal(name, unit, time, values, rate or 0.0, delay, gap)
     steps = np.diff(time)
     period = float(np.median(steps))
-    gaps = [(float(time[i]), float(time[i + 1])) for i in np.nonzero(steps >= GAP * period)[0]]
+    wide = steps >= GAP * period
+    for before, after in breaks:
+        last = int(np.searchsorted(time, 0.5 * (before + after))) - 1
+        if 0 <= last < len(wide):
+            wide[last] = True
+    gaps = [(float(time[i]), float(time[i + 1])) for i in np.nonzero(wide)[0]]
     if end is not None and end - time[-1] >= GAP * period:
         gaps.append((float(time[-1]), end))
     return Signal(name, unit, time, values, rate or 1.0 / period, delay, tuple(gaps))

@@ -1,19 +1,34 @@
-"""Read Betaflight's blackbox logs, with orangebox: the first log in a file.
+"""Read Betaflight's blackbox logs, with orangebox: one of the logs in a file.
 
-Betaflight's gyro and setpoints are in degrees per second; roll to the right, nose down and
-counter-clockwise from above are positive, as in forward, left, up. Its motors are M1 rear right, M2
-front right, M3 rear left, M4 front left.
+Roll to the right, nose down and counter-clockwise from above are positive, as in forward, left, up.
+Motors are M1 rear right, M2 front right, M3 rear left, M4 front left. What a number means depends
+on header and version:
 
-Source: github.com/betaflight/blackbox-log-viewer and blackbox.c of Betaflight, as facts.
+- `gyro_scale` has the bits of a float: degrees per second of a count of the gyro, 1 since 3.1.
+  Firmware before Betaflight states radians per microsecond.
+- `blackbox_high_resolution` (since 4.4) multiplies gyro, rate setpoints and stick commands by 10.
+- The voltage is in steps of 0.01 V since 4.0, of 0.1 V since 3.1, and the reading of a 12-bit
+  converter before, whose scale is `vbatscale`. The current is in 0.01 A since 3.1, and a reading
+  before, with offset and scale in `currentMeter`.
+- `motorOutput` (before 3.1 `minthrottle` and `maxthrottle`) has the range of the motors.
+
+What a header does not determine keeps the log's name, and a remark states it.
+
+Source: github.com/betaflight/blackbox-log-viewer, and blackbox.c, battery.c and voltage.h of
+Betaflight 2.9 to 2026.6, as facts.
 """
 
+import re
+import struct
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
 from workbench.common.errors import WorkbenchError
-from workbench.logs.flight_record import FORCE, GYRO, FlightRecord, parts
+from workbench.logs.flight_record import FORCE, GYRO, FlightRecord, Remark, parts
+from workbench.logs.readers.several import longest
 from workbench.logs.readers.topic_log import Row, Table, scaled, share, topic_record
 from workbench.plant.gravity import GRAVITY
 
@@ -21,58 +36,122 @@ FORMAT = "Betaflight blackbox log"
 MAGIC = b"H Product:Blackbox flight data recorder"
 NEEDS = "orangebox"
 MOST_FRAMES = 5_000_000
+"""Largest number of frames of all logs in a file."""
 MOTORS = 8
+HIGH_RESOLUTION = 10.0
+FINER = re.compile(r"(gyroADC|gyroUnfilt|rcCommand)\[\d\]|setpoint\[[012]\]")
+"""Fields that `blackbox_high_resolution` multiplies."""
+FEATURE_3D = 1 << 12
+LEAST_DEGREES = 1e-5
+"""A smaller `gyro_scale` is in radians per microsecond; the finest gyros have 4e-3 degrees."""
+USUAL_POLES = 14.0
+_REVISION = re.compile(r"(\w+)\s+v?(\d+)\.(\d+)(?:\.(\d+))?")
 _DEG = np.pi / 180.0
+_ADC = 3.3 / 4095.0
+"""Voltage of a step of the converter that older firmware logs [V]."""
 _TOPIC = "blackbox"
 """Name for the only table of such a log."""
 
 
-def read_blackbox(path: Path) -> FlightRecord:
+class _Frames(NamedTuple):
+    """The frames of a log.
+
+    Attributes:
+        headers: by name.
+        names: of the fields.
+        frames: their values.
+        damage: what is wrong with the log, "" if nothing.
+    """
+
+    headers: Mapping[str, object]
+    names: Sequence[str]
+    frames: Sequence[tuple[float, ...]]
+    damage: str
+
+
+def read_blackbox(path: Path, number: int | None = None) -> FlightRecord:
     """Read a log of Betaflight.
 
+    Args:
+        path: the file.
+        number: of the log in it, from 1; None for the longest one.
+
     Raises:
-        WorkbenchError: if it cannot be read, or is not such a log.
+        WorkbenchError: if it cannot be read, is not such a log, or has no log of that number.
     """
+    from orangebox.reader import Reader
+
+    try:
+        count = Reader(str(path)).log_count
+    except Exception as error:  # orangebox raises any exception on a damaged file
+        raise WorkbenchError(f"{path}: cannot be read as a blackbox log: {error}") from error
+    left = MOST_FRAMES
+
+    def read(each: int) -> FlightRecord:
+        nonlocal left
+        found = _frames(path, each, left)
+        left -= len(found.frames)
+        return _record(path, found)
+
+    return longest(path, count, number, read)
+
+
+def _frames(path: Path, number: int, most: int) -> _Frames:
+    """Return the frames of a log, as far as they can be read."""
     from orangebox import Parser
 
+    try:
+        # A new parser for each log: it keeps the headers of the log before.
+        parser = Parser.load(str(path), number, allow_invalid_header=True)
+    except Exception as error:  # orangebox raises any exception on a damaged file
+        raise WorkbenchError(f"{path}: cannot be read as a blackbox log: {error}") from error
     frames: list[tuple[float, ...]] = []
     damage = ""
     try:
-        parser = Parser.load(str(path), allow_invalid_header=True)
-        headers = dict(parser.headers)
-        names = list(parser.field_names)
-        count = parser.reader.log_count
         for frame in parser.frames():
-            frames.append(frame.data)
-            if len(frames) >= MOST_FRAMES:
-                damage = f"only the first {MOST_FRAMES} frames were read"
+            if len(frames) >= most:
+                damage = f"only the first {MOST_FRAMES} frames of the file were read"
                 break
-    except Exception as error:  # orangebox raises any exception on a damaged file
-        if len(frames) < 2:
-            raise WorkbenchError(f"{path}: cannot be read as a blackbox log: {error}") from error
-        damage = f"the file is damaged, and was read up to there: {error}"
-    fields = _columns(names, frames)
+            frames.append(frame.data)
+    except Exception as error:
+        # At the end of the data it fails, too, if there is no end mark: as when power was lost.
+        if parser.reader.tell() < len(parser.reader):
+            damage = f"the log is damaged, and was read up to frame {len(frames)}: {error}"
+    return _Frames(dict(parser.headers), list(parser.field_names), frames, damage)
+
+
+def _record(path: Path, found: _Frames) -> FlightRecord:
+    """Return the flight record of the frames of a log."""
+    headers = found.headers
+    fields = _columns(found.names, found.frames)
     if len(fields.get("time", ())) < 2:
         raise WorkbenchError(f"{path}: has fewer than two frames: it is empty or damaged")
     microseconds = fields.pop("time")
     fields.pop("loopIteration", None)
-    time = (microseconds - microseconds[0]) * 1e-6
+    if _number(headers, "blackbox_high_resolution") > 0.0:
+        fields = {
+            name: values / HIGH_RESOLUTION if FINER.fullmatch(name) else values
+            for name, values in fields.items()
+        }
+    rows, remarks = _rows(headers, fields)
     filtered = any(name.startswith("gyroADC") for name in fields)
     return topic_record(
         path,
         FORMAT,
-        {_TOPIC: Table(time, fields)},
-        _rows(headers),
-        end=float(np.max(time)),
+        {_TOPIC: Table(microseconds, fields)},
+        rows,
+        tick=1e-6,
+        counter=True,
+        noun="frame",
         firmware=str(headers.get("Firmware revision", headers.get("Firmware type", ""))),
         parameters={
             str(name): value if isinstance(value, int | float) else str(value)
             for name, value in headers.items()
         },
         remarks=(
-            damage,
+            found.damage,
             "imu.angular_velocity is behind Betaflight's gyro filters" if filtered else "",
-            f"the file has {count} logs: this is the first one" if count > 1 else "",
+            *remarks,
         ),
     )
 
@@ -89,39 +168,145 @@ def _columns(names: Sequence[str], frames: Sequence[tuple[float, ...]]) -> dict[
     }
 
 
-def _number(headers: Mapping[str, object], name: str, otherwise: float) -> float:
-    """Return a number of the headers that is not 0, or else a default."""
+def _number(headers: Mapping[str, object], name: str) -> float:
+    """Return a number of the headers, 0 if there is none."""
     value = headers.get(name)
-    return (float(value) if isinstance(value, int | float) else otherwise) or otherwise
+    return float(value) if isinstance(value, int | float) and abs(value) < 1e9 else 0.0
 
 
-def _rows(headers: Mapping[str, object]) -> list[Row]:
-    """Return the signals of Betaflight's fields."""
-    gravity = scaled(GRAVITY / _number(headers, "acc_1G", 2048.0))
-    columns: list[tuple[str, str, str, Callable[[np.ndarray], np.ndarray]]] = []
-    for i, (gyro, force) in enumerate(zip(GYRO, FORCE, strict=True)):
+def _pair(headers: Mapping[str, object], *names: str) -> tuple[float, float] | None:
+    """Return two numbers of the headers, from the first of some names that has them."""
+    for name in names:
+        value = headers.get(name)
+        if isinstance(value, list) and len(value) == 2:
+            first, second = value
+            if isinstance(first, int | float) and isinstance(second, int | float):
+                return float(first), float(second)
+    return None
+
+
+def _revision(headers: Mapping[str, object]) -> tuple[str, tuple[int, int, int]]:
+    """Return the name of the firmware in lower case, and its version; "" and zeros if unknown."""
+    found = _REVISION.match(str(headers.get("Firmware revision", "")))
+    if found is None:
+        return "", (0, 0, 0)
+    return found[1].lower(), (int(found[2]), int(found[3]), int(found[4] or 0))
+
+
+def _gyro_scale(headers: Mapping[str, object]) -> float:
+    """Return the angular velocity of a count of the gyro [rad/s], 0 if it is not stated."""
+    value = next((headers[each] for each in ("gyro_scale", "gyro.scale") if each in headers), None)
+    if isinstance(value, int) and 0 <= value < 2**32:
+        (value,) = struct.unpack("<f", struct.pack("<I", value))
+    firmware, version = _revision(headers)
+    if value is None and firmware == "betaflight" and version >= (3, 1, 0):
+        value = 1.0
+    if not isinstance(value, float) or not np.isfinite(value) or value <= 0.0:
+        return 0.0
+    return value * 1e6 if value < LEAST_DEGREES else value * _DEG
+
+
+Column = tuple[str, str, str, Callable[[np.ndarray], np.ndarray]]
+"""A field, its signal, the unit, and the conversion."""
+
+
+def _rows(
+    headers: Mapping[str, object], fields: Mapping[str, np.ndarray]
+) -> tuple[list[Row], list[Remark]]:
+    """Return the signals of Betaflight's fields, and remarks on fields without one."""
+    columns: list[Column] = []
+    remarks: list[Remark] = []
+
+    def unknown(prefix: str, why: str) -> None:
+        names = [name for name in fields if name.startswith(prefix)]
+        if names:
+            remarks.append(
+                Remark(f"{names[0]} keeps its name, without a unit: {why}", len(names), names[0])
+            )
+
+    gyro, gravity = _gyro_scale(headers), _number(headers, "acc_1G")
+    for i, (turn, force) in enumerate(zip(GYRO, FORCE, strict=True)):
         unfiltered = parts("imu.unfiltered.")[i]
-        columns += [
-            (f"gyroADC[{i}]", gyro, "rad/s", scaled(_DEG)),
-            (f"gyroUnfilt[{i}]", gyro, "rad/s", scaled(_DEG)),
-            (f"gyroUnfilt[{i}]", unfiltered, "rad/s", scaled(_DEG)),
-            (f"accSmooth[{i}]", force, "m/s^2", gravity),
-            (f"setpoint[{i}]", parts("rate_setpoint.w_")[i], "rad/s", scaled(_DEG)),
-        ]
-    columns.append(("setpoint[3]", "attitude_setpoint.thrust", "1", lambda value: value / 1000.0))
-    output = headers.get("motorOutput")
-    low, full = output if isinstance(output, list) and len(output) == 2 else (1000, 2000)
-    low, full = (float(each) if isinstance(each, int | float) else 0.0 for each in (low, full))
-    # eRPM is in hundreds of electrical revolutions per minute.
-    turns = 100.0 * 2.0 / _number(headers, "motor_poles", 14.0)
-    for i in range(MOTORS):
-        if full > low:
-            columns.append((f"motor[{i}]", f"motors.command_{i + 1}", "1", share(low, full)))
-        columns.append(
-            (f"eRPM[{i}]", f"rotors.speed.{i}", "rad/s", lambda rpm: np.pi / 30.0 * (turns * rpm))
+        if gyro:
+            columns += [
+                (f"gyroADC[{i}]", turn, "rad/s", scaled(gyro)),
+                (f"gyroUnfilt[{i}]", turn, "rad/s", scaled(gyro)),
+                (f"gyroUnfilt[{i}]", unfiltered, "rad/s", scaled(gyro)),
+            ]
+        if gravity > 0.0:
+            columns.append((f"accSmooth[{i}]", force, "m/s^2", scaled(GRAVITY / gravity)))
+        columns.append((f"setpoint[{i}]", parts("rate_setpoint.w_")[i], "rad/s", scaled(_DEG)))
+    columns.append(("setpoint[3]", "attitude_setpoint.thrust", "1", scaled(1e-3)))
+    if not gyro:
+        unknown("gyro", "the header has no gyro_scale")
+    if not gravity > 0.0:
+        unknown("accSmooth", "the header has no acc_1G")
+    motors, why = _motors(headers)
+    columns += motors
+    if why:
+        unknown("motor[", why)
+    poles = _number(headers, "motor_poles")
+    if poles <= 0.0 and "eRPM[0]" in fields:
+        remarks.append(
+            Remark(f"rotors.speed: the header has no motor_poles: {USUAL_POLES:g} are assumed")
         )
+    # eRPM is in hundreds of electrical revolutions per minute.
+    turns = 100.0 * 2.0 / (poles if poles > 0.0 else USUAL_POLES)
     columns += [
-        ("vbatLatest", "battery.voltage", "V", scaled(0.01)),
-        ("amperageLatest", "battery.current", "A", scaled(0.01)),
+        (f"eRPM[{i}]", f"rotors.speed.{i}", "rad/s", scaled(turns * np.pi / 30.0))
+        for i in range(MOTORS)
     ]
-    return [Row(_TOPIC, (field,), (name,), unit, make) for field, name, unit, make in columns]
+    battery, why = _battery(headers)
+    columns += battery
+    found = {name for name, *_ in battery}
+    for name in ("vbat", "amperage"):
+        if not any(each.startswith(name) for each in found):
+            unknown(name, why)
+    rows = [Row(_TOPIC, (field,), (name,), unit, make) for field, name, unit, make in columns]
+    return rows, remarks
+
+
+def _motors(headers: Mapping[str, object]) -> tuple[list[Column], str]:
+    """Return the columns of the motor commands, or the reason why there are none."""
+    output = _pair(headers, "motorOutput")
+    low, full = output or (_number(headers, "minthrottle"), _number(headers, "maxthrottle"))
+    features = headers.get("features")
+    if isinstance(features, int) and features & FEATURE_3D:
+        return [], "the feature 3D is on, so the motors also turn backwards"
+    if not full > low:
+        return [], "the header does not state their range (motorOutput)"
+    return [
+        (f"motor[{i}]", f"motors.command_{i + 1}", "1", share(low, full)) for i in range(MOTORS)
+    ], ""
+
+
+def _battery(headers: Mapping[str, object]) -> tuple[list[Column], str]:
+    """Return the columns of voltage and current, and the reason why one is missing."""
+    firmware, version = _revision(headers)
+    first = {"betaflight": (3, 1, 0), "cleanflight": (2, 0, 0)}.get(firmware)
+    if first is None:
+        named = str(headers.get("Firmware revision", "")) or "the firmware, which is not stated,"
+        return [], f"the unit that {named} has is not known"
+    if version >= first:
+        volts = 0.01 if firmware == "betaflight" and version >= (4, 0, 0) else 0.1
+        return [
+            ("vbatLatest", "battery.voltage", "V", scaled(volts)),
+            ("amperageLatest", "battery.current", "A", scaled(0.01)),
+        ], ""
+    columns: list[Column] = []
+    scale = _number(headers, "vbatscale") or _number(headers, "vbat_scale")
+    if scale > 0.0:
+        # The divider's ratio is a tenth of the scale.
+        columns.append(("vbatLatest", "battery.voltage", "V", scaled(0.1 * scale * _ADC)))
+    meter = _pair(headers, "currentMeter", "currentSensor")
+    if meter and meter[1] != 0.0:
+        offset, sensor = meter  # [mV], [mV / 10 A]
+        columns.append(
+            (
+                "amperageLatest",
+                "battery.current",
+                "A",
+                lambda reading: (1e3 * _ADC * reading - offset) * 10.0 / sensor,
+            )
+        )
+    return columns, "the header has no vbatscale or currentMeter"

@@ -22,9 +22,10 @@ from typing import NamedTuple
 import numpy as np
 
 from workbench.common.errors import WorkbenchError
-from workbench.logs.flight_record import FlightRecord, Signal, make_signal, parts, rising_rows
+from workbench.logs.flight_record import FlightRecord, Signal, make_signal
+from workbench.logs.readers.clock import Clock, read_clock, stamps_of
 from workbench.logs.readers.packed import read_packed, stem
-from workbench.logs.readers.rotations import QUATERNION, continuous
+from workbench.logs.readers.rotations import without_jumps
 from workbench.plant.gravity import GRAVITY
 
 FORMAT = "Crazyflie usd log"
@@ -84,26 +85,42 @@ def read_usd(path: Path) -> FlightRecord:
     """
     data, cut = read_packed(path)
     events, at, version = _events(path, data)
-    rows, rest = _rows(data, at, events)
+    rows, places, rest = _rows(data, at, events)
     tick = 1e-3 if version == 1 else 1e-6
     found = {
         number: np.frombuffer(parts, events[number].kind) for number, parts in rows.items() if parts
     }
-    times = {number: tick * table["t"].astype(float) for number, table in found.items()}
-    if not any(len(time) > 1 for time in times.values()):
+    streams: dict[int, str] = {}
+    for number in found:  # damaged names may be equal
+        name = events[number].name
+        streams[number] = name if name not in streams.values() else f"{name} ({number})"
+    columns: dict[str, tuple[int, np.ndarray]] = {}
+    with np.errstate(over="ignore", invalid="ignore"):
+        for number, table in found.items():
+            for i, variable in enumerate(events[number].variables):
+                columns[variable] = (number, table[f"v{i}"].astype(float))
+    clock = read_clock(
+        {
+            streams[number]: stamps_of(
+                table["t"],
+                [values for event, values in columns.values() if event == number],
+                np.array(places[number]) if number in places else None,
+            )
+            for number, table in found.items()
+        },
+        tick,
+        counter=version == 1,
+    )
+    if not clock.end > 0.0:
         raise WorkbenchError(f"{path}: has fewer than two samples: it is empty or damaged")
-    remarks = [*filter(None, (cut, _checked(data, rest)))]
-    begin = min(float(time.min()) for time in times.values())
-    jumped = sum(int((np.diff(time) <= 0.0).sum()) for time in times.values())
-    if jumped:
-        remarks.append(f"{jumped} samples whose time does not rise were left out")
-    end = max(float(time[rising_rows(time - begin)][-1]) for time in times.values()) - begin
-    columns: dict[str, tuple[np.ndarray, np.ndarray]] = {}
-    for number, table in found.items():
-        for i, variable in enumerate(events[number].variables):
-            with np.errstate(over="ignore", invalid="ignore"):
-                columns[variable] = (times[number] - begin, table[f"v{i}"].astype(float))
-    signals = _signals(columns, end)
+    remarks = [*filter(None, (cut, _checked(data, rest))), *clock.remarks]
+    signals = _signals(
+        {
+            variable: (clock.times[streams[number]], values)
+            for variable, (number, values) in columns.items()
+        },
+        clock,
+    )
     if any(name.startswith("motors.") for name in signals):
         remarks.append(
             "the motors' commands are shares of the voltage, after the battery compensation"
@@ -116,10 +133,10 @@ def read_usd(path: Path) -> FlightRecord:
         source=path,
         format=FORMAT,
         firmware="Crazyflie",
-        parameters={"usd_version": version, "first_sample_s": begin},
+        parameters={"usd_version": version, "first_sample_s": clock.begin * tick},
         remarks=tuple(remarks),
-        signals=signals,
-        end=end,
+        signals=without_jumps(signals),
+        end=clock.end,
     )
 
 
@@ -167,9 +184,15 @@ def _text(data: bytes, at: int) -> tuple[str, int]:
     return data[at:end].decode("ascii"), end + 1
 
 
-def _rows(data: bytes, at: int, events: Mapping[int, _Event]) -> tuple[dict[int, bytearray], int]:
-    """Return the bytes of the samples of each event, and the offset after the last sample."""
+def _rows(
+    data: bytes, at: int, events: Mapping[int, _Event]
+) -> tuple[dict[int, bytearray], dict[int, list[int]], int]:
+    """Return the bytes of the samples of each event, their offsets, and that after the last one.
+
+    The offsets of a single event are not needed, and left out.
+    """
     rows = {number: bytearray() for number in events}
+    places: dict[int, list[int]] = {number: [] for number in events if len(events) > 1}
     sizes = {number: event.kind.itemsize for number, event in events.items()}
     while at + 2 <= len(data):
         number = data[at] | data[at + 1] << 8
@@ -182,9 +205,11 @@ def _rows(data: bytes, at: int, events: Mapping[int, _Event]) -> tuple[dict[int,
             numbers = np.frombuffer(data, f"<u2,V{size - 2}", whole, at)["f0"]
             other = np.nonzero(numbers != number)[0]
             end = at + size * int(other[0] if len(other) else whole)
+        else:
+            places[number].append(at)
         rows[number] += data[at:end]
         at = end
-    return rows, at
+    return rows, places, at
 
 
 def _checked(data: bytes, rest: int) -> str:
@@ -200,7 +225,9 @@ def _checked(data: bytes, rest: int) -> str:
     return f"the last {left} bytes of the log are not samples and were left out: the log is damaged"
 
 
-def _signals(columns: Mapping[str, tuple[np.ndarray, np.ndarray]], end: float) -> dict[str, Signal]:
+def _signals(
+    columns: Mapping[str, tuple[np.ndarray, np.ndarray]], clock: Clock
+) -> dict[str, Signal]:
     """Return the signals of the variables."""
     source = {RENAMED[each][0]: each for each in RENAMED if each in columns}
     signals = {}
@@ -208,10 +235,7 @@ def _signals(columns: Mapping[str, tuple[np.ndarray, np.ndarray]], end: float) -
         name, unit, factor = RENAMED.get(each, (each, "", 1.0))
         if source.get(name, each) != each:
             name, unit, factor = each, "", 1.0
-        signals[name] = make_signal(name, unit, time, factor * values, end=end)
-    names = parts("estimate.", QUATERNION)
-    if all(name in signals for name in names):
-        q = continuous(np.column_stack([signals[name].values for name in names]))
-        for name, values in zip(names, q.T, strict=True):
-            signals[name] = make_signal(name, "1", signals[name].time, values, end=end)
+        signals[name] = make_signal(
+            name, unit, time, factor * values, end=clock.end, breaks=clock.breaks
+        )
     return signals

@@ -9,13 +9,14 @@ Source: ardupilot.org/copter/docs/logmessages.html.
 
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from workbench.common.errors import WorkbenchError
-from workbench.logs.flight_record import FORCE, GYRO, FlightRecord, parts
+from workbench.logs.flight_record import FORCE, GYRO, FlightRecord, Remark, parts
 from workbench.logs.readers.rotations import continuous, enu, flu, from_ned_frd, quaternion
 from workbench.logs.readers.topic_log import (
     Row,
@@ -30,6 +31,9 @@ FORMAT = "ArduPilot DataFlash log"
 MAGIC = b"\xa3\x95"
 NEEDS = "pymavlink"
 MOST_MESSAGES = 20_000_000
+BATTERIES = 16
+LEAST_VOLTAGE = 1.0
+"""Voltage above which a battery is connected [V]."""
 MOTOR_1, MOTORS = 33, 8
 """SERVOn_FUNCTION of the first motor, and the number of consecutive functions of motors."""
 _RPM = np.pi / 30.0
@@ -46,28 +50,30 @@ def read_dataflash(path: Path) -> FlightRecord:
     from pymavlink.DFReader import DFReader_binary
 
     rows: dict[str, list[tuple[Any, ...]]] = defaultdict(list)
+    places: dict[str, list[int]] = defaultdict(list)
     columns: dict[str, list[str]] = {}
     parameters: dict[str, float | str] = {}
     firmware, damage = "", ""
     try:
-        log = DFReader_binary(str(path))
-        for _ in range(MOST_MESSAGES):
-            message = log.recv_msg()
-            if message is None:
-                break
-            name = message.get_type()
-            if name == "PARM":
-                parameters[str(message.Name)] = float(message.Value)
-            elif name == "MSG" and not firmware and str(message.Message).startswith("Ardu"):
-                firmware = str(message.Message)
-            elif name not in _UNWANTED and "TimeUS" in message.fmt.columns:
-                topic = _topic(message)
-                fields = list(message.fmt.columns)
-                if columns.setdefault(topic, fields) != fields:
-                    raise ValueError(f"message {topic} is defined twice")
-                # If a damaged definition names fields that do not exist, nothing is kept.
-                row = tuple(getattr(message, each) for each in fields)
-                rows[topic].append(row)
+        with closing(DFReader_binary(str(path))) as log:
+            for place in range(MOST_MESSAGES):
+                message = log.recv_msg()
+                if message is None:
+                    break
+                name = message.get_type()
+                if name == "PARM":
+                    parameters[str(message.Name)] = float(message.Value)
+                elif name == "MSG" and not firmware and str(message.Message).startswith("Ardu"):
+                    firmware = str(message.Message)
+                elif name not in _UNWANTED and "TimeUS" in message.fmt.columns:
+                    topic = _topic(message)
+                    fields = list(message.fmt.columns)
+                    if columns.setdefault(topic, fields) != fields:
+                        raise ValueError(f"message {topic} is defined twice")
+                    # If a damaged definition names fields that do not exist, nothing is kept.
+                    row = tuple(getattr(message, each) for each in fields)
+                    rows[topic].append(row)
+                    places[topic].append(place)
     except Exception as error:  # pymavlink raises any exception on a damaged file
         if not rows:
             raise WorkbenchError(f"{path}: cannot be read as a DataFlash log: {error}") from error
@@ -76,21 +82,21 @@ def read_dataflash(path: Path) -> FlightRecord:
     found = {topic: table for topic, table in found.items() if len(table.get("TimeUS", ())) > 0}
     if not found:
         raise WorkbenchError(f"{path}: has no data: it is empty or damaged")
-    begin = min(float(np.min(table["TimeUS"])) for table in found.values())
-    end = (max(float(np.max(table["TimeUS"])) for table in found.values()) - begin) * 1e-6
     tables = {
-        topic: Table((table.pop("TimeUS") - begin) * 1e-6, table) for topic, table in found.items()
+        topic: Table(table.pop("TimeUS"), table, np.array(places[topic]))
+        for topic, table in found.items()
     }
     motors, remark = _motors(tables, parameters, firmware)
+    battery, several = _battery(tables)
     return topic_record(
         path,
         FORMAT,
         tables,
-        [*ROWS, *motors],
-        end=end,
+        [*ROWS, *battery, *motors],
+        tick=1e-6,
         firmware=firmware,
         parameters=parameters,
-        remarks=(damage, remark),
+        remarks=(damage, several, remark),
     )
 
 
@@ -136,7 +142,7 @@ def _setpoints() -> list[Row]:
 ROWS = (
     *attitude_rows("ATT", ("Roll", "Pitch", "Yaw"), "estimate", _turned),
     *attitude_rows("ATT", ("DesRoll", "DesPitch", "DesYaw"), "attitude_setpoint", _turned),
-    *attitude_rows("SIM", ("Roll", "Pitch", "Yaw"), "position_data", _turned),
+    *attitude_rows("SIM", ("Roll", "Pitch", "Yaw"), "position_data", _turned, "attitude"),
     Row("XKF1", ("PN", "PE", "PD"), parts("estimate."), "m", enu),
     Row("XKF1", ("VN", "VE", "VD"), parts("estimate.v_"), "m/s", enu),
     Row("NKF1", ("PN", "PE", "PD"), parts("estimate."), "m", enu),
@@ -148,14 +154,34 @@ ROWS = (
     Row("RATE", ("ROut", "POut", "YOut"), parts("torque_setpoint."), "1", flu),
     *_setpoints(),
     Row("CTUN", ("ThO",), ("attitude_setpoint.thrust",), "1"),
-    Row("BAT", ("Volt",), ("battery.voltage",), "V"),
-    Row("BAT", ("Curr",), ("battery.current",), "A"),
     *(
         Row(f"ESC_{i}" if i else "ESC", ("RPM",), (f"rotors.speed.{i}",), "rad/s", scaled(_RPM))
         for i in range(MOTORS)
     ),
 )
 """Signals of ArduPilot's messages."""
+
+
+def _battery(tables: Mapping[str, Table]) -> tuple[list[Row], str]:
+    """Return the rows of the first battery with a voltage, and a remark if there are several."""
+    names = [name for name in ("BAT", *(f"BAT_{i}" for i in range(1, BATTERIES))) if name in tables]
+    used = [
+        name
+        for name in names
+        if "Volt" in tables[name].fields and np.median(tables[name].fields["Volt"]) > LEAST_VOLTAGE
+    ]
+    rows = [
+        Row(name, (field,), (f"battery.{what}",), unit)
+        for name in (used or names)[:1]
+        for field, what, unit in (("Volt", "voltage", "V"), ("Curr", "current", "A"))
+    ]
+    if len(used) < 2:
+        return rows, ""
+    text = (
+        f"{len(used)} batteries have a voltage: battery.voltage and battery.current are those of "
+        f"{used[0]}; {', '.join(used[1:])} keep their names"
+    )
+    return rows, Remark(text, len(used), used[0])
 
 
 def _motors(

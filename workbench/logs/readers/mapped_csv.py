@@ -9,15 +9,16 @@ r"""Read a CSV file with a mapping file that names its columns.
       m1: {signal: motors.command_1, unit: "1", scale: 0.001, offset: -1.0}
       vbat: {signal: battery.voltage, unit: mV, delay: 0.1}
 
-A value is `sign * (scale * x + offset)` in the unit, and is converted to SI. Units that are not in
-`UNITS` stay unchanged. Empty cells, and cells without a number, count as not measured.
+A value is `sign * (scale * x + offset)` in the unit, see `units`, and is converted to SI. A signal
+that all readers share has one unit, and others of its dimension are converted to it; a signal of
+your own may have any unit. Empty cells, and cells without a number, count as not measured.
 """
 
 import csv
 import io
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -25,31 +26,22 @@ import yaml
 
 from workbench.common.errors import WorkbenchError, unknown_name
 from workbench.common.plain_files import read_plain
-from workbench.logs.flight_record import FlightRecord, Signal, make_signal, rising_rows
+from workbench.logs.flight_record import (
+    FlightRecord,
+    Remark,
+    Signal,
+    make_signal,
+    standard_unit,
+)
+from workbench.logs.readers.clock import read_clock, stamps_of
 from workbench.logs.readers.packed import read_packed, stem
+from workbench.logs.readers.rotations import without_jumps
 from workbench.logs.readers.topic_log import SIGNAL_NAME
-from workbench.plant.gravity import GRAVITY
+from workbench.logs.readers.units import find_unit
 
 FORMAT = "CSV with a mapping"
-UNITS: Mapping[str, tuple[str, float]] = {
-    "deg": ("rad", math.pi / 180.0),
-    "deg/s": ("rad/s", math.pi / 180.0),
-    "rpm": ("rad/s", math.pi / 30.0),
-    "g": ("m/s^2", GRAVITY),
-    "mm": ("m", 1e-3),
-    "cm": ("m", 1e-2),
-    "ft": ("m", 0.3048),
-    "mm/s": ("m/s", 1e-3),
-    "cm/s": ("m/s", 1e-2),
-    "km/h": ("m/s", 1.0 / 3.6),
-    "ms": ("s", 1e-3),
-    "us": ("s", 1e-6),
-    "ns": ("s", 1e-9),
-    "mV": ("V", 1e-3),
-    "mA": ("A", 1e-3),
-    "%": ("1", 1e-2),
-}
-"""Conversions of units to SI."""
+TIME = "time.s"
+"""Name of the time among the signals of a mapping."""
 LARGEST_MAPPING = 1_000_000
 _KEYS = ("delimiter", "firmware", "time", "columns")
 _COLUMN_KEYS = ("signal", "unit", "scale", "offset", "sign", "delay")
@@ -57,13 +49,23 @@ _COLUMN_KEYS = ("signal", "unit", "scale", "offset", "sign", "delay")
 
 @dataclass(frozen=True)
 class _Column:
-    """The conversion of a column."""
+    """The conversion of a column: factor * x + offset.
+
+    Attributes:
+        signal: its name.
+        unit: of the signal.
+        factor: of the conversion.
+        offset: of the conversion.
+        delay: of the signal [s]; None if unknown.
+        remark: on its unit, "" if it is stated and known.
+    """
 
     signal: str
     unit: str
     factor: float
     offset: float
     delay: float | None
+    remark: str
 
 
 def read_csv(path: Path, mapping: Path) -> FlightRecord:
@@ -72,35 +74,74 @@ def read_csv(path: Path, mapping: Path) -> FlightRecord:
     Raises:
         WorkbenchError: if one of them cannot be read, or the mapping does not fit the file.
     """
-    delimiter, firmware, clock, wanted = _mapping(mapping)
+    delimiter, firmware, clock_column, wanted = _mapping(mapping)
     data, cut = read_packed(path)
-    table, damage = _table(path, data, delimiter, [clock.signal, *wanted])
-    time = clock.factor * table[clock.signal] + clock.offset
-    time[~np.isfinite(time)] = np.nan
-    if np.isnan(time).all():
-        raise WorkbenchError(f"{path}: its column {clock.signal} has no number: name its time")
-    time = time - np.nanmin(time)
-    known = time[np.isfinite(time)]
-    known = known[rising_rows(known)]
-    end = float(known[-1]) if len(known) else 0.0
-    signals: dict[str, Signal] = {}
-    for name, column in wanted.items():
-        values = column.factor * table[name] + column.offset
-        signals[column.signal] = make_signal(
-            column.signal, column.unit, time, values, end=end, delay=column.delay
+    table, numbers, damage = _table(path, data, delimiter, [clock_column.signal, *wanted])
+    stamps = table[clock_column.signal]
+    stamps[~np.isfinite(stamps)] = np.nan
+    if np.isnan(stamps).all():
+        raise WorkbenchError(
+            f"{path}: its column {clock_column.signal} has no number: name its time"
         )
-    empty = [signal.name for signal in signals.values() if len(signal.time) == 0]
-    remarks = [cut, damage, f"without a single number: {', '.join(empty)}" if empty else ""]
+    streams = _streams(table, wanted)
+    clock = read_clock(
+        {
+            names[0]: stamps_of(stamps[rows], [table[name][rows] for name in names], rows)
+            for names, rows in streams
+        },
+        clock_column.factor,
+        noun="line",
+        numbers=numbers,
+    )
+    signals: dict[str, Signal] = {}
+    for names, rows in streams:
+        for name in names:
+            column = wanted[name]
+            signals[column.signal] = make_signal(
+                column.signal,
+                column.unit,
+                clock.times[names[0]],
+                column.factor * table[name][rows] + column.offset,
+                end=clock.end,
+                delay=column.delay,
+                breaks=clock.breaks,
+            )
+    empty = [
+        column.signal for name, column in wanted.items() if not len(signals[column.signal].time)
+    ]
+    units = [column.remark for column in (clock_column, *wanted.values()) if column.remark]
+    remarks = [cut, damage, *units, f"without a single number: {', '.join(empty)}" if empty else ""]
     return FlightRecord(
         name=stem(path),
         source=path,
         format=FORMAT,
         firmware=firmware,
         parameters={"mapping": mapping.name},
-        remarks=tuple(filter(None, remarks)),
-        signals={name: signal for name, signal in signals.items() if len(signal.time)},
-        end=end,
+        remarks=(*filter(None, remarks), *clock.remarks),
+        signals=without_jumps(
+            {
+                column.signal: signals[column.signal]
+                for column in wanted.values()
+                if column.signal not in empty
+            }
+        ),
+        end=clock.end,
     )
+
+
+def _streams(
+    table: Mapping[str, np.ndarray], names: Iterable[str]
+) -> list[tuple[list[str], np.ndarray]]:
+    """Return columns that have numbers in the same rows, with these rows.
+
+    A table may have several streams, each with empty cells in the rows of the others.
+    """
+    streams: dict[bytes, tuple[list[str], np.ndarray]] = {}
+    for name in names:
+        known = np.isfinite(table[name])
+        rows = np.flatnonzero(known)
+        streams.setdefault(known.tobytes(), ([], rows))[0].append(name)
+    return list(streams.values())
 
 
 def _mapping(path: Path) -> tuple[str, str, _Column, dict[str, _Column]]:
@@ -123,7 +164,9 @@ def _mapping(path: Path) -> tuple[str, str, _Column, dict[str, _Column]]:
         raise WorkbenchError(f"{path}: `time` and `columns` are tables, as the docs show")
     said = {str(key): value for key, value in clock.items()}
     name = str(said.pop("column", ""))
-    time = _column(path, "time", {"signal": "time.s", "unit": "s", **said})
+    time = _column(path, "time", {"signal": TIME, **said})
+    if not time.factor > 0.0:
+        raise WorkbenchError(f"{path}: time: its scale and sign let it run backwards")
     wanted = {str(each): _column(path, str(each), what) for each, what in columns.items()}
     taken: dict[str, str] = {}
     for each, column in wanted.items():
@@ -139,7 +182,7 @@ def _mapping(path: Path) -> tuple[str, str, _Column, dict[str, _Column]]:
     return (
         delimiter,
         str(found.get("firmware", "")),
-        _Column(name, time.unit, time.factor, time.offset, None),
+        replace(time, signal=name),
         wanted,
     )
 
@@ -163,22 +206,47 @@ def _column(path: Path, name: str, what: object) -> _Column:
         if isinstance(value, bool) or not isinstance(value, int | float):
             raise WorkbenchError(f"{path}: column {name}: {key} is a number")
         numbers[key] = float(value)
-    unit = str(what.get("unit", ""))
-    si, factor = UNITS.get(unit, (unit, 1.0))
+    unit, factor, zero, remark = _unit(path, name, signal, what.get("unit"))
     factor *= numbers["sign"]
     return _Column(
         signal,
-        si,
+        unit,
         factor * numbers["scale"],
-        factor * numbers["offset"],
+        factor * numbers["offset"] + zero,
         None if math.isnan(numbers["delay"]) else numbers["delay"],
+        remark,
     )
+
+
+def _unit(path: Path, name: str, signal: str, text: object) -> tuple[str, float, float, str]:
+    """Return the unit of a signal, factor and zero of the conversion to it, and a remark.
+
+    Raises:
+        WorkbenchError: if the unit is not one of a signal that all readers share.
+    """
+    standard = "s" if signal == TIME else standard_unit(signal)
+    if text is None:
+        remark = f"{signal} has no unit in {path.name}: it is read as {standard}"
+        return standard, 1.0, 0.0, Remark(remark, None, f"column {name}") if standard else ""
+    try:
+        unit = find_unit(str(text))
+    except WorkbenchError as error:
+        if standard:
+            raise WorkbenchError(f"{path}: column {name}: {error}") from error
+        remark = f"{signal} keeps its unit: {error}"
+        return str(text), 1.0, 0.0, Remark(remark, None, f"column {name}")
+    if standard and unit.powers != find_unit(standard).powers:
+        raise WorkbenchError(
+            f"{path}: column {name}: {signal} is in {standard}, and {text} is no unit of that: "
+            "correct the unit, or give the signal another name"
+        )
+    return standard or unit.si, unit.factor, unit.zero, ""
 
 
 def _table(
     path: Path, data: bytes, delimiter: str, wanted: list[str]
-) -> tuple[dict[str, np.ndarray], str]:
-    """Return the wanted columns by name, and a remark on cells without a number."""
+) -> tuple[dict[str, np.ndarray], np.ndarray, str]:
+    """Return the wanted columns by name, the lines of their rows, and a remark on other cells."""
     reader = csv.reader(io.StringIO(data.decode("utf-8-sig", "replace")), delimiter=delimiter)
     try:
         heads = [head.strip() for head in next(reader, [])]
@@ -186,17 +254,23 @@ def _table(
             if name not in heads:
                 raise unknown_name(f"column of {path},", name, heads)
         places = [heads.index(name) for name in wanted]
-        rows, strange = [], 0
+        rows, lines, strange = [], [], []
         for cells in reader:
             row = [_number(cells[place]) if place < len(cells) else None for place in places]
-            strange += sum(value is None for value in row)
+            strange += [reader.line_num for value in row if value is None]
             rows.append([math.nan if value is None else value for value in row])
+            lines.append(reader.line_num)
     except (csv.Error, ValueError) as error:
         raise WorkbenchError(f"{path}: cannot be read as CSV: {error}") from error
     if not rows:
         raise WorkbenchError(f"{path}: has no row of numbers")
-    remark = f"{strange} cells are not numbers and were left out" if strange else ""
-    return dict(zip(wanted, np.array(rows, dtype=float).T, strict=True)), remark
+    remark = ""
+    if strange:
+        place = f"line {strange[0]}"
+        text = f"{len(strange)} cells are not numbers and were left out, the first one in {place}"
+        remark = Remark(text, len(strange), place)
+    table = dict(zip(wanted, np.array(rows, dtype=float).T, strict=True))
+    return table, np.array(lines), remark
 
 
 def _number(text: str) -> float | None:

@@ -22,9 +22,17 @@ import numpy as np
 import yaml
 
 from workbench.common.errors import WorkbenchError
-from workbench.logs.flight_record import GAP, FlightRecord, Signal, make_signal, rising_rows
+from workbench.logs.flight_record import GAP, FlightRecord, Remark, Signal, make_signal
+from workbench.logs.readers.clock import Clock, read_clock, stamps_of
 from workbench.logs.readers.packed import read_packed, stem
-from workbench.logs.readers.rotations import ANGLES, QUATERNION, angles, continuous, in_world
+from workbench.logs.readers.rotations import (
+    ANGLES,
+    QUATERNION,
+    angles,
+    continuous,
+    in_world,
+    without_jumps,
+)
 from workbench.plant.gravity import GRAVITY
 
 FORMAT = "NanoBench CSV"
@@ -62,8 +70,8 @@ def read_nanobench(path: Path) -> FlightRecord:
         WorkbenchError: if it cannot be read, or is not such a file.
     """
     data, cut = read_packed(path)
-    table, damage = _table(path, data)
-    time, end = table["t"], float(table["t"][-1])
+    table, clock, damage = _table(path, data)
+    time, end = table["t"], clock.end
     metadata, said = _metadata(path)
     counts = metadata.pop("row_counts", {})
     rates = {
@@ -82,7 +90,13 @@ def read_nanobench(path: Path) -> FlightRecord:
     def add(stream: str, name: str, unit: str, values: np.ndarray) -> None:
         rows = measured.get(stream, np.ones(len(time), bool))
         signals[name] = make_signal(
-            name, unit, time[rows], values[rows], end=end, rate=rates.get(stream)
+            name,
+            unit,
+            time[rows],
+            values[rows],
+            end=end,
+            rate=rates.get(stream),
+            breaks=clock.breaks,
         )
 
     _add_motion(table, add)
@@ -90,6 +104,7 @@ def read_nanobench(path: Path) -> FlightRecord:
     controller = _controller(streams)
     remarks = [
         *filter(None, (cut, damage, said)),
+        *clock.remarks,
         *remarks,
         "the motors' commands are shares of the voltage: the firmware has compensated the battery",
         "velocity_data was computed from positions by a smoother: it depends on up to 0.1 s of "
@@ -104,13 +119,13 @@ def read_nanobench(path: Path) -> FlightRecord:
         firmware=f"Crazyflie {metadata.pop('firmware_version', '')}".strip(),
         parameters={"controller": controller, **_flat(metadata)},
         remarks=tuple(remarks),
-        signals=signals,
+        signals=without_jumps(signals),
         end=end,
     )
 
 
-def _table(path: Path, data: bytes) -> tuple[dict[str, np.ndarray], str]:
-    """Return the columns by name, with times from 0 on, and a remark on rows left out."""
+def _table(path: Path, data: bytes) -> tuple[dict[str, np.ndarray], Clock, str]:
+    """Return the columns by name, the clock, and a remark on rows left out."""
     if not data.startswith(HEAD):
         raise WorkbenchError(f"{path}: is not a NanoBench file: its first line differs")
     lines = data.decode("ascii", "replace").splitlines()
@@ -118,26 +133,32 @@ def _table(path: Path, data: bytes) -> tuple[dict[str, np.ndarray], str]:
     if len(set(names)) < len(names):
         raise WorkbenchError(f"{path}: a column comes twice in its first line")
     rows = [line.split(",") for line in lines[1:]]
-    whole = [row for row in rows if len(row) == len(names)]
-    first = next((row[0].partition(".")[0] for row in whole if row[0][:1].isdigit()), "0")
+    whole = {i: row for i, row in enumerate(rows) if len(row) == len(names)}
+    first = next((row[0].partition(".")[0] for row in whole.values() if row[0][:1].isdigit()), "0")
     begin = int(first) if first.isdigit() and len(first) < 16 else 0
-    good = []
-    for row in whole:
+    good = {}
+    for number, row in whole.items():
         try:
             # Convert whole seconds separately: as one number, the time would be rounded to 0.2 us.
             seconds, _, rest = row[0].partition(".")
-            good.append([int(seconds) - begin + float(f"0.{rest}"), *map(float, row[1:])])
+            values = [int(seconds) - begin + float(f"0.{rest}"), *map(float, row[1:])]
+            good |= {number: values} if np.isfinite(values).all() else {}
         except (ValueError, OverflowError):
             continue
-    table = np.array(good, dtype=float).reshape(len(good), len(names))
-    table = table[np.isfinite(table).all(axis=1)]
-    table = table[rising_rows(table[:, 0])]
+    table = np.array(list(good.values()), dtype=float).reshape(len(good), len(names))
+    numbers = np.array(list(good), dtype=int) + 2
+    stamps = stamps_of(table[:, 0], table.T[1:])
+    clock = read_clock({"rows": stamps}, 1.0, noun="line", numbers=numbers)
+    table[:, 0] = clock.times["rows"]
+    table = table[np.isfinite(table[:, 0])]
     if len(table) < 3:
         raise WorkbenchError(f"{path}: has fewer than three complete rows: it is empty or damaged")
-    table[:, 0] -= table[0, 0]
-    lost = len(rows) - len(table)
-    remark = f"{lost} damaged rows were left out" if lost else ""
-    return dict(zip(names, table.T, strict=True)), remark
+    remark = ""
+    if len(good) < len(rows):
+        lost = len(rows) - len(good)
+        place = f"line {next(i for i in range(len(rows)) if i not in good) + 2}"
+        remark = Remark(f"{lost} damaged rows were left out, the first one is {place}", lost, place)
+    return dict(zip(names, table.T, strict=True)), clock, remark
 
 
 def _metadata(path: Path) -> tuple[dict[str, object], str]:

@@ -1,6 +1,11 @@
 """Convert attitudes of logs to those of the workbench: quaternions, roll, pitch and yaw."""
 
+from collections.abc import Mapping
+from dataclasses import replace
+
 import numpy as np
+
+from workbench.logs.flight_record import Signal
 
 ANGLES = ("roll", "pitch", "yaw")
 QUATERNION = ("q_w", "q_x", "q_y", "q_z")
@@ -10,9 +15,10 @@ def continuous(q: np.ndarray) -> np.ndarray:
     """Return unit quaternions (n, 4), w first, with signs that do not jump between rows."""
     norm = np.linalg.norm(q, axis=1, keepdims=True)
     q = np.divide(q, norm, out=np.full(q.shape, np.nan), where=norm > 0.0)
-    flips = np.sum(q[1:] * q[:-1], axis=1) < 0.0
-    sign = np.cumprod(np.where(flips, -1.0, 1.0))
-    return np.asarray(q * np.concatenate([[1.0], sign])[:, None]) if len(q) else q
+    known = np.flatnonzero(np.isfinite(q).all(axis=1))
+    flips = np.sum(q[known[1:]] * q[known[:-1]], axis=1) < 0.0
+    q[known[1:]] *= np.cumprod(np.where(flips, -1.0, 1.0))[:, None]
+    return q
 
 
 def angles(q: np.ndarray) -> np.ndarray:
@@ -67,3 +73,48 @@ def enu(ned: np.ndarray) -> np.ndarray:
 def flu(frd: np.ndarray) -> np.ndarray:
     """Return vectors forward, left, up (n, 3) for vectors forward, right, down."""
     return np.asarray(frd * [1.0, -1.0, -1.0])
+
+
+def without_jumps(signals: Mapping[str, Signal]) -> dict[str, Signal]:
+    """Return signals with angles that pass through a half turn without a jump.
+
+    Roll, pitch and yaw of a topic continue from sample to sample. Those of setpoints and true
+    motion are in the same turn as those of the estimate; behind each gap, as each may have turned
+    further there. Signs of quaternions do not change between samples.
+    """
+    found = dict(signals)
+    for angle in ANGLES:
+        kept = f"estimate.{angle}", f"position_data.{angle}"
+        names = [name for name in signals if name.endswith(f".{angle}")]
+        names.sort(key=lambda name: kept.index(name) if name in kept else len(kept))
+        reference = None
+        for name in names:
+            if signals[name].unit == "rad" and len(signals[name].time):
+                found[name] = _continued(signals[name], reference)
+                reference = reference or (found[name] if name in kept else None)
+    for name in signals:
+        topic, dot, part = name.rpartition(".")
+        group = [f"{topic}{dot}{each}" for each in QUATERNION]
+        if part == QUATERNION[0] and all(each in signals for each in group):
+            whole = [signals[each] for each in group]
+            if all(np.array_equal(each.time, whole[0].time) for each in whole):
+                q = np.column_stack([each.values for each in whole])
+                flips = np.sum(q[1:] * q[:-1], axis=1) < 0.0
+                q[1:] *= np.cumprod(np.where(flips, -1.0, 1.0))[:, None]
+                for each, values in zip(group, q.T, strict=True):
+                    found[each] = replace(found[each], values=values)
+    return found
+
+
+def _continued(signal: Signal, reference: Signal | None) -> Signal:
+    """Return an angle without jumps; after each gap it is in the turn of another one if known."""
+    values = np.unwrap(signal.values)
+    if reference is not None:
+        turn = 2.0 * np.pi
+        edges = np.searchsorted(signal.time, [end for _, end in signal.gaps])
+        for part in np.split(np.arange(len(values)), np.unique(edges)):
+            expected, known = reference.at(signal.time[part], np.inf)
+            if known.any():
+                away = np.median(expected[known] - values[part][known])
+                values[part[0] :] += turn * np.round(away / turn)
+    return replace(signal, values=values)

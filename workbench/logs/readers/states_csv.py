@@ -12,7 +12,16 @@ from pathlib import Path
 import numpy as np
 
 from workbench.common.errors import WorkbenchError
-from workbench.logs.flight_record import FORCE, GYRO, FlightRecord, make_signal, parts, rising_rows
+from workbench.logs.flight_record import (
+    FORCE,
+    GYRO,
+    FlightRecord,
+    Remark,
+    Signal,
+    make_signal,
+    parts,
+)
+from workbench.logs.readers.clock import read_clock, stamps_of
 from workbench.logs.readers.packed import read_packed, stem
 from workbench.logs.readers.rotations import QUATERNION, continuous, in_world
 from workbench.plant.gravity import GRAVITY
@@ -38,11 +47,22 @@ def read_states(path: Path) -> FlightRecord:
     data, cut = read_packed(path)
     lines = data.decode("utf-8", "replace").splitlines()
     head = next(csv.reader(lines[:1]))
-    table = _table(lines[1:], len(head))
+    table, damaged = _table(lines[1:], len(head))
+    clock = read_clock(
+        {"rows": stamps_of(table[:, 0], table.T[1:])},
+        1.0,
+        noun="line",
+        numbers=np.delete(np.arange(len(lines) - 1), damaged) + 2,
+    )
+    table[:, 0] = clock.times["rows"]
+    table = table[np.isfinite(table[:, 0])]
     if len(table) < 3:
         raise WorkbenchError(f"{path}: has fewer than three complete rows: it is empty or damaged")
-    lost = len(lines) - 1 - len(table)
-    damage = f"{lost} damaged rows were left out" if lost else ""
+    remarks: list[str] = [cut] if cut else []
+    if damaged:
+        place = f"line {damaged[0] + 2}"
+        text = f"{len(damaged)} damaged rows were left out, the first one is {place}"
+        remarks.append(Remark(text, len(damaged), place))
     try:
         columns = dict(zip((name.split(" [")[0] for name in head), table.T, strict=True))
         time = columns["t"]
@@ -63,47 +83,50 @@ def read_states(path: Path) -> FlightRecord:
         raise WorkbenchError(
             f"{path}: is not a complete CSV of states as `workbench fly --csv` writes it: {error}"
         ) from error
-    end = float(time[-1]) if len(time) else 0.0
-    signals = {
-        name: make_signal(name, unit, time, values, end=end, delay=0.0)
-        for names, unit, table in groups
-        for name, values in zip(names, table.T, strict=True)
-    }
+    signals: dict[str, Signal] = {}
+
+    def add(name: str, unit: str, values: np.ndarray) -> None:
+        signals[name] = make_signal(
+            name, unit, time, values, end=clock.end, delay=0.0, breaks=clock.breaks
+        )
+
+    for names, unit, table in groups:
+        for name, values in zip(names, table.T, strict=True):
+            add(name, unit, values)
     for column, (name, unit) in _COMMANDS.items():
         if column in columns:
-            values = _from_then_on(columns[column])
-            signals[name] = make_signal(name, unit, time, values, end=end, delay=0.0)
+            add(name, unit, _from_then_on(columns[column]))
     number = 1
     while f"speed_command.{number}" in columns:
         for source, name in (("speed_command", "speed_command"), ("speed", "speed")):
             values = columns[f"{source}.{number}"]
             values = _from_then_on(values) if source == "speed_command" else values
-            name = f"rotors.{name}.{number - 1}"
-            signals[name] = make_signal(name, "rad/s", time, values, end=end, delay=0.0)
+            add(f"rotors.{name}.{number - 1}", "rad/s", values)
         number += 1
     return FlightRecord(
         name=stem(path),
         source=path,
         format=FORMAT,
         firmware="workbench",
-        remarks=tuple(filter(None, (cut, damage))),
+        remarks=(*remarks, *clock.remarks),
         signals=signals,
-        end=end,
+        end=clock.end,
     )
 
 
-def _table(lines: Sequence[str], width: int) -> np.ndarray:
-    """Return the complete rows of numbers (n, width) with increasing times."""
-    rows = []
-    for line in lines:
+def _table(lines: Sequence[str], width: int) -> tuple[np.ndarray, list[int]]:
+    """Return the complete rows of numbers (n, width), and which lines are not complete."""
+    rows, damaged = [], []
+    for number, line in enumerate(lines):
         try:
             row = [float(cell) for cell in line.split(",")]
         except ValueError:
-            continue
+            row = []
         if len(row) == width and math.isfinite(row[0]):
             rows.append(row)
-    table = np.array(rows, dtype=float).reshape(len(rows), width)
-    return table[rising_rows(table[:, 0])]
+        else:
+            damaged.append(number)
+    return np.array(rows, dtype=float).reshape(len(rows), width), damaged
 
 
 def _from_then_on(values: np.ndarray) -> np.ndarray:

@@ -7,9 +7,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from workbench.common.errors import WorkbenchError
 from workbench.logs.flight_record import FlightRecord, Signal, make_signal
+from workbench.logs.readers.clock import read_clock, stamps_of
 from workbench.logs.readers.packed import stem
-from workbench.logs.readers.rotations import ANGLES, QUATERNION, angles
+from workbench.logs.readers.rotations import ANGLES, QUATERNION, angles, without_jumps
 
 SIGNAL_NAME = re.compile(r"[a-z][a-z0-9_]*(\.[a-z][a-z0-9_]*|\.\d+)+")
 """Pattern of the name of a signal: TOPIC.FIELD, with dots before parts of a field and indices."""
@@ -18,10 +20,18 @@ Convert = Callable[[np.ndarray], np.ndarray]
 
 
 class Table(NamedTuple):
-    """The messages of a topic: their times (n) [s], and the values (n) of each field."""
+    """The messages of a topic, in the order of the file.
 
-    time: np.ndarray
+    Attributes:
+        ticks: time stamps (n); NaN where there is none.
+        fields: values (n) by name.
+        places: of the messages in the file (n), comparable between topics; None if there is only
+            one topic.
+    """
+
+    ticks: np.ndarray
     fields: Mapping[str, np.ndarray]
+    places: np.ndarray | None = None
 
 
 class Row(NamedTuple):
@@ -76,7 +86,10 @@ def topic_record(
     tables: Mapping[str, Table],
     rows: Iterable[Row],
     *,
-    end: float,
+    tick: float,
+    counter: bool = False,
+    begin: float | None = None,
+    noun: str = "sample",
     firmware: str,
     parameters: Mapping[str, float | str],
     remarks: Iterable[str],
@@ -91,36 +104,58 @@ def topic_record(
         format_: its format.
         tables: by topic.
         rows: of the format.
-        end: of the log [s].
+        tick: of the time stamps [s].
+        counter: whether the stamps are a counter of 32 bits.
+        begin: stamp of time 0 if the log states it; what was measured before is left out.
+        noun: of a message in remarks.
         firmware: name and version.
         parameters: of the firmware, by name.
         remarks: on the log; empty ones are left out.
+
+    Raises:
+        WorkbenchError: if fewer than two messages have a time.
     """
+    clock = read_clock(
+        {
+            topic: stamps_of(table.ticks, table.fields.values(), table.places)
+            for topic, table in tables.items()
+        },
+        tick,
+        counter=counter,
+        begin=begin,
+        noun=noun,
+    )
+    if not clock.end > 0.0:
+        raise WorkbenchError(f"{path}: has fewer than two times: it is empty or damaged")
+    kept = {topic: np.flatnonzero(time >= 0.0) for topic, time in clock.times.items()}
+    times = {topic: clock.times[topic][each] for topic, each in kept.items()}
     signals: dict[str, Signal] = {}
 
     def add(name: str, unit: str, time: np.ndarray, values: np.ndarray) -> None:
         if name not in signals and np.isfinite(values).any():
-            values = np.where(time >= 0.0, values, np.nan)
-            signals[name] = make_signal(name, unit, time, values, end=end)
+            signals[name] = make_signal(
+                name, unit, time, values, end=clock.end, breaks=clock.breaks
+            )
 
     for row in rows:
         table = tables.get(row.topic)
         if table is not None and all(field in table.fields for field in row.fields):
-            found = row.convert(np.column_stack([table.fields[field] for field in row.fields]))
-            for name, values in zip(row.names, found.T, strict=True):
-                add(name, row.unit, table.time, values)
+            values = np.column_stack([table.fields[field] for field in row.fields])
+            found = row.convert(values[kept[row.topic]])
+            for name, column in zip(row.names, found.T, strict=True):
+                add(name, row.unit, times[row.topic], column)
     for topic, table in tables.items():
         for field, values in table.fields.items():
-            add(own_name(topic, field), "", table.time, values)
+            add(own_name(topic, field), "", times[topic], values[kept[topic]])
     return FlightRecord(
         name=stem(path),
         source=path,
         format=format_,
         firmware=firmware,
         parameters=parameters,
-        remarks=tuple(filter(None, remarks)),
-        signals=signals,
-        end=end,
+        remarks=(*filter(None, remarks), *clock.remarks),
+        signals=without_jumps(signals),
+        end=clock.end,
     )
 
 
