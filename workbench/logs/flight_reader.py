@@ -50,9 +50,10 @@ megabyte."""
 
 
 def read_flight(
-    path: Path,
-    mapping: Path | None = None,
+    path: Path | str,
+    mapping: Path | str | None = None,
     progress: Callable[[float], None] | None = None,
+    log_number: int | None = None,
 ) -> FlightRecord:
     """Read a log; its first bytes determine the format.
 
@@ -61,20 +62,26 @@ def read_flight(
         mapping: a file that names the columns of a CSV; None for X.mapping.yaml next to X.csv, if
             it exists.
         progress: called with the share done, 0 .. 1, if known.
+        log_number: of the log in a file with several, from 1; None for the longest one.
 
     Raises:
         WorkbenchError: if it cannot be read, or its format is unknown.
     """
-    if mapping is not None:
-        return read_csv(path, mapping)
+    path = Path(path)
     head = read_head(path, max(len(nanobench.HEAD), len(states_csv.HEAD)))
+    if head.startswith(blackbox.MAGIC[: len(head)]) and head and mapping is None:
+        return read_limited(path, blackbox.FORMAT, log_number)
+    if log_number not in (None, 1):
+        raise WorkbenchError(f"{path}: has one log: --log-number {log_number} is not one of them")
+    if mapping is not None:
+        return read_csv(path, Path(mapping))
     if head.startswith(MCAP0_MAGIC) or path.suffix == ".mcap":
         return flight_record(read_log(path, progress))
     if head.startswith(nanobench.HEAD):
         return nanobench.read_nanobench(path)
     if head.startswith(crazyflie_usd.MAGIC):
         return crazyflie_usd.read_usd(path)
-    for reader in (ulog, dataflash, blackbox):
+    for reader in (ulog, dataflash):
         if head.startswith(reader.MAGIC[: len(head)]) and head:
             return read_limited(path, reader.FORMAT)
     if not head:
@@ -93,23 +100,25 @@ def read_flight(
 
 
 def open_log(
-    path: Path,
-    mapping: Path | None = None,
+    path: Path | str,
+    mapping: Path | str | None = None,
     progress: Callable[[float], None] | None = None,
+    log_number: int | None = None,
 ) -> LogRecord:
     """Return any log in the form of our own logs, to draw, list and export it.
 
     Raises:
         WorkbenchError: as `read_flight`.
     """
+    path = Path(path)
     if mapping is None and (
         path.suffix == ".mcap" or read_head(path, len(MCAP0_MAGIC)).startswith(MCAP0_MAGIC)
     ):
         return read_log(path, progress)
-    return log_of(read_flight(path, mapping))
+    return log_of(read_flight(path, mapping, log_number=log_number))
 
 
-def read_limited(path: Path, format_: str) -> FlightRecord:
+def read_limited(path: Path, format_: str, log_number: int | None = None) -> FlightRecord:
     """Read a log of one of the `READERS` in a child process.
 
     Raises:
@@ -122,7 +131,12 @@ def read_limited(path: Path, format_: str) -> FlightRecord:
         )
     size = path.stat().st_size / 1e6
     with tempfile.TemporaryDirectory() as folder:
-        request = {"path": str(path), "format": format_, "folder": folder}
+        request = {
+            "path": str(path),
+            "format": format_,
+            "folder": folder,
+            "log_number": log_number,
+        }
         try:
             said = run_limited(
                 __name__,
@@ -153,7 +167,8 @@ def _read(request: dict[str, Any]) -> dict[str, Any]:
     """Read a log here, and return all but the arrays, which become files."""
     folder = Path(request["folder"])
     _, read = READERS[request["format"]]
-    flight = read(Path(request["path"]))
+    number = request["log_number"]
+    flight = read(Path(request["path"]), *([] if number is None else [number]))
     known: dict[bytes, int] = {}
     places = []
     for number, signal in enumerate(flight.signals.values()):
