@@ -7,7 +7,7 @@ import pytest
 
 from tests.logs.foreign_files import WRITERS, read_here
 from workbench.logs.flight_record import FlightRecord, Remark
-from workbench.logs.readers.clock import Stamps, read_clock, stamps_of
+from workbench.logs.readers.clock import PAUSE, Stamps, read_clock, stamps_of
 
 PERIOD = 2000
 """Of the samples [us]."""
@@ -214,9 +214,11 @@ def test_streams_restart_together_and_stay_aligned():
         for name, stamps in (("fast", fast), ("slow", slow), ("late", late))
     }
     clock = read_clock(streams, 1.0)
-    np.testing.assert_allclose(clock.times["fast"], 0.01 * np.arange(1500), atol=1e-9)
-    np.testing.assert_allclose(clock.times["slow"], [0.0, 2.5, 5.0, 7.5, 10.001, 12.501], atol=1e-9)
-    np.testing.assert_allclose(clock.times["late"], [2.0, 13.5], atol=1e-9)
+    later = np.where(np.arange(1500) < 1000, 0.0, PAUSE - 0.01)
+    np.testing.assert_allclose(clock.times["fast"], 0.01 * np.arange(1500) + later, atol=1e-9)
+    times = [0.0, 2.5, 5.0, 7.5, 10.991, 13.491]
+    np.testing.assert_allclose(clock.times["slow"], times, atol=1e-9)
+    np.testing.assert_allclose(clock.times["late"], [2.0, 14.49], atol=1e-9)
     assert [each.number for each in clock.remarks] == [503]
 
 
@@ -259,7 +261,7 @@ def test_few_samples_make_neither_a_restart_nor_an_end(case):
     stamps = np.concatenate([even[:200] + 5e8, [3e8, 3e8 + 2000.0], even[200:] - even[200]])
     clock = read_clock({"a": stamps_of(stamps)}, 1e-6)
     assert np.flatnonzero(np.isnan(clock.times["a"])).tolist() == [200, 201]
-    assert len(clock.breaks) == 1 and clock.end == pytest.approx(399 * 2e-3)
+    assert len(clock.breaks) == 1 and clock.end == pytest.approx(398 * 2e-3 + PAUSE)
 
 
 def test_faults_together(case):

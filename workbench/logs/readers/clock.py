@@ -9,8 +9,9 @@ with a remark that has number and place:
 - Samples that share a stamp are spread up to the next stamp. If only few do, and repeat the values
   of the sample before, they are copies and left out.
 - A stamp that does not fit its neighbours is ignored, with its sample: they fit each other.
-- Where the clock starts again or steps back, the rest follows after one period, behind a gap. Such
-  a restart is one of all streams if those around it that can show it step back, too.
+- Where the clock starts again or steps back, the rest follows behind a gap of a second, which is
+  longer than what is interpolated across. It is the clock of all streams if those around it that
+  can show it step back, too; else the samples of the stream go on after one period.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -31,6 +32,8 @@ FEW = 0.1
 ISOLATED, LONGEST_PAUSE = 10.0, 60.0
 """`SHORT` samples at an end of a log are damaged if they are so many durations of the rest, and so
 many seconds more, away from it."""
+PAUSE = 1.0
+"""Gap at a restart of the clock, whose length the log does not state [s]."""
 LATEST = 1e7
 """Latest time in a log [s], a third of a year; a later one is a damaged number."""
 DAMAGED = "with a time that does not fit those around it, left out"
@@ -61,7 +64,7 @@ class Clock(NamedTuple):
     Attributes:
         times: (n) by stream [s], from 0 on, increasing; NaN for samples that are left out. Streams
             may have earlier samples if the log states its begin.
-        breaks: the time before and after each restart [s].
+        breaks: the times before and after each restart of all streams [s].
         begin: tick of time 0.
         end: latest time [s].
         remarks: on what was left out, spread or put behind.
@@ -221,21 +224,21 @@ def read_clock(
     for stream in found:
         stream.part = np.searchsorted(places, stream.places, side="right")
     breaks: list[Span] = []
-    stepped: list[tuple[_Stream, int, int, float]] = []
+    stepped: list[tuple[_Stream, int, int, float, str]] = []
     for number, restart in enumerate(restarts, start=1):
-        ended, back = _put_behind(found, number, restart)
-        breaks.append((ended, ended + min(each.period for each, _ in restart.seen)))
+        ended, back = _put_behind(found, number, restart, PAUSE / tick)
+        breaks.append((ended, ended + PAUSE / tick))
         rest = faults.count(
             [(each.name, each.rows[each.part[each.rows] >= number]) for each in found]
         )
-        stepped.append((*restart.seen[0], rest, back))
+        what = f"a gap of unknown length that counts as {PAUSE:g} s"
+        stepped.append((*restart.seen[0], rest, back, what))
     for stream, index in own:
         before = stream.before(index)
         back = float(stream.ticks[before] - stream.ticks[index])
         stream.ticks[index:] += back + stream.period
-        breaks.append((float(stream.ticks[before]), float(stream.ticks[index])))
-        later = stream.rows[stream.rows >= index]
-        stepped.append((stream, index, faults.count([(stream.name, later)]), back))
+        rest = faults.count([(stream.name, stream.rows[stream.rows >= index])])
+        stepped.append((stream, index, rest, back, "one period, as the other clocks go on"))
     for stream in found:
         rows = stream.rows
         latest = np.maximum.accumulate(stream.ticks[rows])
@@ -256,11 +259,11 @@ def read_clock(
         faults.add("with an impossible time, left out", stream.name, beyond)
         times[stream.name] = time
     told = []
-    for stream, index, rest, back in stepped:
+    for stream, index, rest, back, what in stepped:
         place = f"{faults.place(stream.name, index)}, at {times[stream.name][index]:.3f} s"
         text = (
             f"the clock goes back by {back * tick:.3f} s: {place}: the {rest} {noun}s from there "
-            "on follow those before, after a gap of unknown length that counts as one period"
+            f"on follow those before after {what}"
         )
         told.append(Remark(text, rest, place))
     ends = [float(np.nanmax(each)) for each in times.values() if np.isfinite(each).any()]
@@ -431,8 +434,10 @@ def _is_common(streams: Sequence[_Stream], stream: _Stream, index: int) -> bool:
     return votes >= 0
 
 
-def _put_behind(streams: Sequence[_Stream], number: int, restart: _Restart) -> tuple[float, float]:
-    """Move the samples between a restart and the next one behind those before it.
+def _put_behind(
+    streams: Sequence[_Stream], number: int, restart: _Restart, pause: float
+) -> tuple[float, float]:
+    """Move the samples between a restart and the next one behind those before it, after a pause.
 
     Returns:
         The tick of the last sample before it, and the ticks by which the clock goes back.
@@ -440,9 +445,8 @@ def _put_behind(streams: Sequence[_Stream], number: int, restart: _Restart) -> t
     earlier = [each.ticks[each.rows[each.part[each.rows] == number - 1]] for each in streams]
     ended = max(float(ticks.max()) for ticks in earlier if len(ticks))
     begun = min(float(stream.ticks[index]) for stream, index in restart.seen)
-    step = min(stream.period for stream, _ in restart.seen)
     for each in streams:
-        each.ticks[each.part == number] += ended + step - begun
+        each.ticks[each.part == number] += ended + pause - begun
     return ended, ended - begun
 
 
