@@ -2,6 +2,7 @@
 
 import argparse
 import re
+import shlex
 import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -341,7 +342,7 @@ def _hover(vehicle: "Vehicle") -> tuple[float, float, float]:
 
 
 def _next(target: Path) -> str:
-    return f"workbench hover --model {target}"
+    return f"workbench hover --model {shlex.quote(str(target))}"
 
 
 def _result(

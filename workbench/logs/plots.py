@@ -1,6 +1,7 @@
 """Figures of a log: an overview, or requested fields over time or as spectra."""
 
 import re
+import shlex
 from collections.abc import Mapping, Sequence
 
 import numpy as np
@@ -118,7 +119,7 @@ def _imported_overview(record: LogRecord) -> Figure:
     if not panels:
         raise WorkbenchError(
             f"{record.path}: has no field that an overview shows: name fields; "
-            f"`workbench plot {record.path} --list` lists them"
+            f"`workbench plot {shlex.quote(str(record.path))} --list` lists them"
         )
     name = f"{record.vehicle}: {record.path.name}"
     figure, axes = stacked(name, len(panels), width=9.0, height=1.75)
@@ -209,7 +210,8 @@ def _panels(record: LogRecord, names: list[str]) -> dict[str, dict[str, Signal]]
         if len(found) > MOST_CURVES:
             raise WorkbenchError(
                 f"{len(found)} fields in {unit or 'one unit'} are too many for a panel: name "
-                f"{MOST_CURVES} at most; `workbench plot {record.path} --list` lists them"
+                f"{MOST_CURVES} at most; "
+                f"`workbench plot {shlex.quote(str(record.path))} --list` lists them"
             )
     return panels
 

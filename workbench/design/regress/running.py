@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+import shlex
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -364,7 +365,8 @@ def _beside(
     baseline = baselines.get(curve.signal)
     if baseline is None or baseline.time[-1] < curve.flown.time[-1] - 1e-6:
         what = "has no baseline yet" if baseline is None else "is longer than its baseline"
-        sentence = f"{curve.signal} {what}: record it with `workbench regress {path} --update`"
+        command = f"workbench regress {shlex.quote(str(path))} --update"
+        sentence = f"{curve.signal} {what}: record it with `{command}`"
         return dataclasses.replace(curve, missing=sentence)
     allowed = band(baseline, case.baseline[curve.signal], curve.flown.time)
     return dataclasses.replace(curve, baseline=baseline, band=allowed)
