@@ -46,6 +46,15 @@ def test_the_estimate_is_the_motion_where_nothing_else_measured_it(make, vehicle
     assert both.p[0, 0] == 0.5 and both.p_known[0, 0] == pytest.approx(0.1)
 
 
+def test_without_rates_they_are_those_of_the_attitude(make, vehicle):
+    angle = np.sin(TIME)
+    parts = (np.cos(0.5 * angle), np.sin(0.5 * angle), 0.0 * TIME, 0.0 * TIME)
+    turn = dict(zip(KNOWN[:4], parts, strict=True))
+    motion = motion_of(make((*KNOWN, *ASKED, *MOTORS), turn), vehicle)
+    wanted = np.column_stack([np.cos(TIME), 0.0 * TIME, 0.0 * TIME])
+    np.testing.assert_allclose(motion.w[2:-2], wanted[2:-2], atol=1e-4)
+
+
 def test_speeds_of_the_rotors_show_their_lag_and_commands_do_not(make, vehicle, case):
     for head, lag_shown in (("rotors.speed.", True), ("rotors.speed_command.", False)):
         with case(head):

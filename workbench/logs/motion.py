@@ -45,6 +45,8 @@ KNOWN = (
     *parts("estimate.v_"),
 )
 """The same as known to the flight computer."""
+RATES = (GYRO, parts("attitude.w_"), parts("estimate.w_"))
+"""Signals of the angular velocity in B, the best first; else it follows from the attitude."""
 WANTED = parts("attitude_setpoint.", ("roll", "pitch", "yaw", "thrust"))
 LAWS = {
     **{name: name for name in SHIPPED},
@@ -124,8 +126,7 @@ def motion_of(flight: FlightRecord, vehicle: Vehicle) -> Motion:
     commands = flight.motors(SHARES, SPEED_COMMANDS, SPEEDS)
     full = np.array([each.max_rot_velocity for each in vehicle.rotors])
     _check(flight, vehicle, truth, commands)
-    turning = "attitude" if truth is TRUE else "estimate"
-    rates = GYRO if flight.has(GYRO) else parts(f"{turning}.w_")
+    rates = next((each for each in RATES if flight.has(each)), ())
     names = (*truth, *ASKED, *commands, *rates)
     names += KNOWN if truth is TRUE and flight.has(KNOWN) else ()
     names += WANTED if flight.has(WANTED) else ()
@@ -161,7 +162,7 @@ def motion_of(flight: FlightRecord, vehicle: Vehicle) -> Motion:
         q=q,
         p=p,
         v=columns(truth[7:10]),
-        w=columns(rates),
+        w=columns(rates) if rates else _turning(q, period),
         q_known=unit(columns(known[0:4])),
         p_known=columns(known[4:7]),
         v_known=columns(known[7:10]),
@@ -173,6 +174,16 @@ def motion_of(flight: FlightRecord, vehicle: Vehicle) -> Motion:
         voltage=columns(["battery.voltage"])[:, 0] if "battery.voltage" in flight else nothing,
         measured=measured,
     )
+
+
+def _turning(q: np.ndarray, period: float) -> np.ndarray:
+    """Return the angular velocity in B (n, 3) [rad/s] of unit quaternions B to W (n, 4).
+
+    w = 2 q* dq/dt; all readers give quaternions whose signs do not jump.
+    """
+    rate = np.gradient(q, period, axis=0)
+    w, part = q[:, :1], q[:, 1:]
+    return np.asarray(2.0 * (w * rate[:, 1:] - rate[:, :1] * part - np.cross(part, rate[:, 1:])))
 
 
 def _check(
