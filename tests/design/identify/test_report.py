@@ -9,7 +9,16 @@ import pytest
 from workbench.common.errors import WorkbenchError
 from workbench.design.identify.flight import Limits, excitation, usual_limits
 from workbench.design.identify.quantities import with_quantities
-from workbench.design.identify.report import Row, sidecar_text
+from workbench.design.identify.report import (
+    NOT,
+    REFUTED,
+    ROUGHLY,
+    WELL,
+    Prediction,
+    Row,
+    sidecar_text,
+    validated,
+)
 from workbench.plant.loading import load_vehicle
 from workbench.plant.rotor_sources.sidecar import load_sidecar
 from workbench.scenario.scenario import load_scenario, save_scenario
@@ -86,3 +95,24 @@ def test_the_plan_is_a_scenario_that_moves_every_axis(tmp_path: Path) -> None:
             excitation(vehicle, "x", bad, 60.0)
     with pytest.raises(WorkbenchError, match="minute"):
         excitation(vehicle, "x", limits, 3.0)
+
+
+def test_verdicts_go_by_the_validation(case) -> None:
+    """Well is only what predicts the part held back better than a constant does."""
+    names = ("rotor_lag", "motor_constant", "inertia_x", "drag")
+    rows = [Row(name, "1", 1.0, 0.9, 1.1, None, WELL, "") for name in names]
+    rows.append(Row("delay", "s", 0.0, -1.0, 1.0, None, NOT, ""))
+    better, worse, damaged = (0.5, 1.0), (5.0, 1.0), (float("nan"), 1.0)
+    for force, level, turn, expected in (
+        (better, better, better, [WELL, WELL, WELL, WELL, NOT]),
+        (worse, better, better, [REFUTED, REFUTED, WELL, WELL, REFUTED]),
+        (better, better, worse, [REFUTED, WELL, REFUTED, WELL, REFUTED]),
+        (better, damaged, better, [WELL, WELL, WELL, REFUTED, NOT]),
+    ):
+        with case(force, level, turn):
+            found = validated(rows, Prediction(*force, *level, *turn, 0.2))
+            assert [row.verdict for row in found] == expected
+    assert [row.verdict for row in validated(rows, None)] == [*[ROUGHLY] * 4, NOT]
+    slow = [row for row in rows if not row.name.startswith("inertia")]  # turning is not judged
+    found = validated(slow, Prediction(*better, *better, *worse, 0.2))
+    assert [row.verdict for row in found] == [WELL, WELL, WELL, NOT]

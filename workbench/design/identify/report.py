@@ -22,7 +22,12 @@ from workbench.plant.rotors import Rotor
 from workbench.plant.vehicle import Vehicle
 
 WELL, ROUGHLY, NOT = "well", "roughly", "not determined"
-"""Verdicts on the excitation of a quantity."""
+"""Verdicts on a quantity, from its interval."""
+REFUTED = "refuted by the validation"
+"""Verdict on a quantity of a model that predicts a part of the flight that it has not seen no
+better than no model does."""
+LONGER = "for longer, so that a part of the flight is left to validate with"
+"""Flight that helps where no part could be held back."""
 THREEFOLD = 3.0
 """Factor on the uncertainty of a well known quantity up to which it is roughly known."""
 TOLD_APART = 0.3
@@ -48,7 +53,7 @@ class Row:
         low: lower end of its 95 % interval.
         high: its upper end.
         described: its value in the description, or None.
-        verdict: `WELL`, `ROUGHLY` or `NOT`.
+        verdict: `WELL`, `ROUGHLY`, `NOT` or `REFUTED`.
         flight: one that would narrow the interval.
     """
 
@@ -69,6 +74,8 @@ class Prediction:
     Attributes:
         force: RMS error of specific force along z [m/s²].
         constant_force: the same for a prediction by its mean.
+        level: RMS error of specific force along x and y [m/s²].
+        constant_level: the same for a prediction by their means.
         turn: RMS error of angular velocity after `ahead` [rad/s].
         constant_turn: the same for a prediction by a constant rate.
         ahead: [s].
@@ -76,11 +83,36 @@ class Prediction:
 
     force: float
     constant_force: float
+    level: float
+    constant_level: float
     turn: float
     constant_turn: float
     ahead: float
 
+    @property
+    def refuted(self) -> frozenset[str]:
+        """What the model predicts no better than a constant does: force, level, turn."""
+        pairs = {
+            "force": (self.force, self.constant_force),
+            "level": (self.level, self.constant_level),
+            "turn": (self.turn, self.constant_turn),
+        }
+        # Not less, rather than more: an error that is no number refutes, too.
+        return frozenset(name for name, (error, constant) in pairs.items() if not error < constant)
 
+
+_SHOWN_BY = {
+    "force": (
+        *("rotor_lag", "delay", "lag_with_delay", "motor_constant", "thrust_to_weight"),
+        *("hover_command", "voltage_exponent", "climb_drag"),
+    ),
+    "level": ("drag",),
+    "turn": (
+        *("rotor_lag", "delay", "lag_with_delay", "inertia_x", "inertia_y", "inertia_z"),
+        *("rotor_inertia", "center_x", "center_y", "turn_imbalance", "gyro_delay"),
+    ),
+}
+"""Rows that each part of the validation is about."""
 _THROTTLE = "throttle doublets of 0.2 to 1 s, ± a quarter of hover thrust"
 _TURNS = "quick roll and pitch doublets of 0.1 to 0.5 s"
 _YAW = "yaw rate doublets of 0.5 to 2 s, as large as allowed"
@@ -146,6 +178,25 @@ def rows_of(found: Found) -> list[Row]:
         add("drag", "1/s", drag, None, max(0.02, 0.25 * abs(drag[0])), _FAST)
         add("climb_drag", "1/s", _plain(found, "climb_drag"), None, 0.05, _FAST)
     return rows
+
+
+def validated(rows: Sequence[Row], held_back: Prediction | None) -> list[Row]:
+    """Return rows with the verdicts that the validation allows.
+
+    Args:
+        rows: with verdicts from their intervals.
+        held_back: the validation; None without one, when no row is well known.
+    """
+    if held_back is None:
+        return [
+            replace(row, verdict=ROUGHLY, flight=LONGER) if row.verdict == WELL else row
+            for row in rows
+        ]
+    judged = held_back.refuted
+    if not any(row.name.startswith("inertia") for row in rows):
+        judged -= {"turn"}
+    refuted = {name for part in judged for name in _SHOWN_BY[part]}
+    return [replace(row, verdict=REFUTED) if row.name in refuted else row for row in rows]
 
 
 def _verdict(width: float, limit: float) -> str:
@@ -258,14 +309,17 @@ def predicted(found: Found) -> Prediction:
     Args:
         found: result from other flights, or another part of them.
     """
-    force, mean, turn, held = [], [], [], []
+    force, mean, level, means, turn, held = [], [], [], [], [], []
     for flight in found.flights:
         for run in flight.pieces(AHEAD + 0.5):
             piece = make_piece(run, found.vehicle)
             rows = model_rows(found.vehicle, found.fit.named, piece)
             skip = round(0.3 / piece.row)
-            force.append((piece.force - rows[:, 3:])[skip:, 2])
-            mean.append((piece.force[:, 2] - piece.force[:, 2].mean())[skip:])
+            error, change = piece.force - rows[:, 3:], piece.force - piece.force.mean(axis=0)
+            force.append(error[skip:, 2])
+            mean.append(change[skip:, 2])
+            level.append(error[skip:, :2])
+            means.append(change[skip:, :2])
             many = max(1, round(AHEAD / piece.row))
             went = np.cumsum(piece.turn, axis=0) * piece.row
             should = np.cumsum(rows[:, :3], axis=0) * piece.row
@@ -276,7 +330,7 @@ def predicted(found: Found) -> Prediction:
     def rms(parts: list[np.ndarray]) -> float:
         return float(np.sqrt(np.mean(np.concatenate([part.ravel() for part in parts]) ** 2)))
 
-    return Prediction(rms(force), rms(mean), rms(turn), rms(held), AHEAD)
+    return Prediction(rms(force), rms(mean), rms(level), rms(means), rms(turn), rms(held), AHEAD)
 
 
 def identified_vehicle(found: Found) -> Vehicle:
@@ -454,6 +508,12 @@ class Report:
                     else ""
                 )
             )
+        if any(row.verdict == REFUTED for row in self.rows):
+            said.append(
+                "the model predicts the part held back no better than a constant does: do not use "
+                "the refuted numbers; check units, axes and the order of the motors, and whether "
+                "the commands are those of the rotors"
+            )
         if not self.found.fit.complete:
             said.append("the search did not finish: use the numbers as a first guess")
         return said
@@ -487,12 +547,13 @@ def make_report(
     found = identify(vehicle, flights, lambda share: tell(0.6 * share), stopped)
     rows = rows_of(found)
     piece = make_piece(found.flights[0].pieces(SHORTEST)[0], found.vehicle)
+    held_back = _held_back(found, lambda share: tell(0.6 + 0.4 * share), stopped)
     return Report(
         found=found,
-        rows=rows,
+        rows=validated(rows, held_back),
         correlations=whiteness(found.fit, piece.row),
         noise=noise_densities(found),
-        held_back=_held_back(found, lambda share: tell(0.6 + 0.4 * share), stopped),
+        held_back=held_back,
         sidecar=sidecar_text(identified_vehicle(found), rows, logs),
     )
 
