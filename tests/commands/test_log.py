@@ -43,11 +43,32 @@ def test_log_as_json(run, usd):
     assert not any(each["can"] for each in found["findable"])
 
 
+def test_remarks_have_number_and_place(run, tmp_path):
+    """In the text, in the JSON of each command, and in an imported log."""
+    path = tmp_path / "own.csv"
+    rows = [f"{10 * i},{i}" for i in (*range(100, 200), *range(80))]
+    path.write_text("\n".join(["t,g", *rows]))
+    (tmp_path / "own.mapping.yaml").write_text(
+        "time: {column: t, unit: ms}\ncolumns: {g: {signal: imu.angular_velocity.x, unit: dps}}"
+    )
+    place = "line 102, at 1.990 s"
+    said = run("log", path)
+    assert f"goes back by 1.990 s: {place}: the 80 lines" in said.out
+    copy = tmp_path / "own.mcap"
+    for words in (["log", path], ["import", path, "--output", copy], ["log", copy]):
+        found = json.loads(run(*words, "--json").out)
+        (detail,) = found["remark_details"]
+        assert (detail["number"], detail["place"]) == (80, place)
+        assert found["remarks"] == [detail["text"]] and place in detail["text"]
+    pictured = run("plot", path, "imu.angular_velocity.x", "--output", tmp_path / "a.png", "--json")
+    assert place in json.loads(pictured.out)["remark"] and place in pictured.err
+
+
 def test_import_stores_what_log_says(run, usd, tmp_path):
     output = tmp_path / "new" / "log03.mcap"
     assert run("import", usd, "--output", output).code == 0
     before, after = (json.loads(run("log", path, "--json").out) for path in (usd, output))
-    for key in ("format", "remarks", "parameters", "firmware"):
+    for key in ("format", "remarks", "remark_details", "parameters", "firmware"):
         assert before[key] == after[key]
     for old, new in zip(before["signals"], after["signals"], strict=True):
         assert old.pop("end") == pytest.approx(new.pop("end"), abs=1e-9)

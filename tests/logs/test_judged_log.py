@@ -255,6 +255,8 @@ def test_wrong_cases_of_logs_are_sentences_with_their_line(case, run, tmp_path):
         ("log: {file: flight.csv, span: [5]}", limits, "span must be two times in seconds"),
         ("log: {file: flight.csv, span: [9, 12]}", limits, "lasts from 0 to 7.998 s"),
         ("log: {file: flight.csv, missing: perhaps}", limits, "missing must be fail or skip"),
+        ("log: {file: flight.csv, number: -1}", limits, "number must be 1 or more"),
+        ("log: {file: flight.csv, number: 2}", limits, "has one log: --log-number 2"),
         ("log: {file: flight.csv, order: [1, 1]}", limits, "order must have the number of each"),
         ("log: {file: flight.csv, mapping: no.yaml}", limits, "there is no no.yaml"),
         ("log: {}", limits, "log must name a file"),
@@ -328,6 +330,12 @@ def test_a_log_is_pinned_and_another_one_noticed(run, capsys, tmp_path, monkeypa
     write_steps(tmp_path / "flight.csv", {1.0: 1.0, 3.0: -1.0, 3.31: 1.0}, noisy=0.002, **motors)
     assert "left out: settling_time: the step" in run(*words, "--force")
     assert "settling_time" not in Path("ours.spec.yaml").read_text(encoding="utf-8")
+    write_steps(tmp_path / "flight.csv", {1.0: 1.0, 3.0: -1.0}, noisy=0.002, **motors)
+    spec = "a flight.spec.yaml"  # what is to be done next can be copied into a shell
+    said = run("pin", spec, *words[2:], "--log-number", "1")
+    assert f"next: workbench regress '{spec}', or pytest '{spec}'" in said
+    assert "number: 1" in Path(spec).read_text(encoding="utf-8")
+    run("regress", spec)
 
 
 @real

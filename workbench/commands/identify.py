@@ -1,6 +1,7 @@
 """Identify a vehicle from its logs: `workbench identify`, and `excite` to plan flights for it."""
 
 import argparse
+import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,7 +12,7 @@ from workbench.commands.options import (
     add_command,
     add_controller_option,
     add_json_option,
-    add_mapping_option,
+    add_log_options,
     add_model_options,
     add_option,
     add_order_option,
@@ -19,7 +20,13 @@ from workbench.commands.options import (
 )
 from workbench.commands.outputs import Outputs
 from workbench.commands.predict import found_logs
-from workbench.commands.printing import print_result, print_table, say
+from workbench.commands.printing import (
+    print_remarks,
+    print_result,
+    print_table,
+    remark_rows,
+    say,
+)
 from workbench.commands.progress import progress_bar
 from workbench.commands.stopping import stop_on_interrupt
 from workbench.common.errors import WorkbenchError
@@ -66,7 +73,7 @@ def add_parser(commands: Any) -> None:
     )
     add_option(parser, "--output", "DIR", "folder for sidecar and picture", Path("out"))
     parser.add_argument("--no-plots", action="store_true", help="write the sidecar only")
-    add_mapping_option(parser)
+    add_log_options(parser)
     add_json_option(parser)
 
 
@@ -80,7 +87,8 @@ def run(args: argparse.Namespace) -> int:
     records = []
     for path in args.logs:
         with progress_bar(f"reading {path.name}") as progress:
-            records.append(read_flight(path, args.mapping, progress))
+            records.append(read_flight(path, args.mapping, progress, args.log_number))
+        print_remarks(records[-1])
     blind = [record for record in records if not has_imu(record)]
     if blind:
         return _tell_trims(args, vehicle, records)
@@ -94,7 +102,7 @@ def run(args: argparse.Namespace) -> int:
 
             say("drawing")
             draw_identified(report, outputs.add(args.output / f"{vehicle.name}-identified.png"))
-    result = report.as_dictionary() | {"trim": trims}
+    result = report.as_dictionary() | {"trim": trims, "remarks": remark_rows(records)}
     print_result(args, result, _print, report, trims, files=outputs.files)
     return ExitCode.DONE
 
@@ -194,11 +202,14 @@ def _print_findings(rows: "list[RotorTrim]") -> None:
 
 def _print(report: "Report", trims: "list[RotorTrim]") -> None:
     """Print the table, and remarks on it."""
+    from workbench.design.identify.report import NOT, ROUGHLY
+
     print(f"{report.vehicle.name}, {report.seconds:.0f} s of free flight, intervals of 95 %")
     table = [["", "value", "from", "to", "described", "unit", ""]]
     for row in report.rows:
         numbers = (row.value, row.low, row.high, row.described)
-        verdict = row.verdict if row.verdict == "well" else f"{row.verdict}: fly {row.flight}"
+        narrowed = row.verdict in (ROUGHLY, NOT)
+        verdict = f"{row.verdict}: fly {row.flight}" if narrowed else row.verdict
         cells = ("-" if number is None else f"{number:.4g}" for number in numbers)
         table.append([row.name, *cells, row.unit, verdict])
     print_table(table, left=(0, 5, 6))
@@ -245,9 +256,10 @@ def run_excite(args: argparse.Namespace) -> int:
     scenario.vehicle = config
     with Outputs() as outputs:
         save_scenario(scenario, outputs.add(args.output))
+    name = shlex.quote(str(args.output))
     text = (
         f"{scenario.duration:g} s within {limits.speed:g} m/s, climb {limits.climb:.2g} m/s, "
-        f"yaw {limits.yaw_rate:g} rad/s; fly it: workbench fly {args.output} --csv flight.csv"
+        f"yaw {limits.yaw_rate:g} rad/s; fly it: workbench fly {name} --csv flight.csv"
     )
     result = {"duration": scenario.duration, "limits": limits, "file": args.output}
     print_result(args, result, print, text, files=outputs.files)

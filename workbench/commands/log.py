@@ -14,12 +14,12 @@ from workbench.commands.options import (
     add_controller_option,
     add_estimator_option,
     add_json_option,
-    add_mapping_option,
+    add_log_options,
     add_option,
     add_repeated,
 )
 from workbench.commands.outputs import Outputs
-from workbench.commands.printing import pick, print_result, print_table, say
+from workbench.commands.printing import pick, print_remarks, print_result, print_table, say
 from workbench.commands.progress import progress_bar
 from workbench.common.errors import WorkbenchError
 
@@ -57,7 +57,7 @@ def add_parser(commands: Any) -> None:
     add_option(
         parser, "--model", "NAME|PATH", f"drone that the page shows: {MODEL_HELP}", "dh_drone"
     )
-    add_mapping_option(parser)
+    add_log_options(parser)
     add_json_option(parser)
 
 
@@ -67,7 +67,7 @@ def run(args: argparse.Namespace) -> int:
     from workbench.logs.flight_reader import read_flight
 
     with progress_bar(f"reading {args.log.name}") as progress:
-        flight = read_flight(args.log, args.mapping, progress)
+        flight = read_flight(args.log, args.mapping, progress, args.log_number)
     contents = contents_of(flight)
     files: list[Path] = []
     if args.html:
@@ -100,7 +100,8 @@ def _said(flight: "FlightRecord", contents: "FlightContents") -> dict[str, Any]:
     ]
     return {
         "log": flight.source,
-        **pick(flight, "name format firmware end remarks"),
+        **pick(flight, "name format firmware end remarks logs"),
+        "remark_details": flight.remark_details(),
         **asdict(contents),
         "signals": signals,
         "parameters": dict(flight.parameters),
@@ -162,7 +163,7 @@ def add_import(commands: Any) -> None:
         run_import,
     )
     parser.add_argument("log", type=Path, metavar="LOG", help=LOG_HELP)
-    add_mapping_option(parser)
+    add_log_options(parser)
     parser.add_argument(
         "--output", type=Path, metavar="FILE.mcap", help="the log (default: out/LOG.mcap)"
     )
@@ -175,7 +176,7 @@ def run_import(args: argparse.Namespace) -> int:
     from workbench.logs.imported import write_flight
 
     with progress_bar(f"reading {args.log.name}") as progress:
-        flight = read_flight(args.log, args.mapping, progress)
+        flight = read_flight(args.log, args.mapping, progress, args.log_number)
     output = args.output or Path("out") / f"{flight.name}.mcap"
     if output.suffix != ".mcap":
         raise WorkbenchError(f"{output}: a log is MCAP: let its name end in .mcap")
@@ -185,7 +186,12 @@ def run_import(args: argparse.Namespace) -> int:
         say(f"{args.log}: {remark}")
     with Outputs() as outputs:
         write_flight(flight, outputs.add(output))
-    result = {"log": args.log, "signals": list(flight.signals), **pick(flight, "format remarks")}
+    result = {
+        "log": args.log,
+        "signals": list(flight.signals),
+        **pick(flight, "format remarks logs"),
+        "remark_details": flight.remark_details(),
+    }
     print_result(args, result, files=outputs.files)
     return ExitCode.DONE
 
@@ -205,7 +211,7 @@ def add_export(commands: Any) -> None:
     parser.add_argument(
         "--output", type=Path, metavar="DIR", help="folder of the tables (default: out/LOG)"
     )
-    add_mapping_option(parser)
+    add_log_options(parser)
     add_json_option(parser)
 
 
@@ -219,7 +225,7 @@ def run_export(args: argparse.Namespace) -> int:
     suffix = f".{args.format}"
     check_table_path(folder / f"{args.log.stem}{suffix}")
     with progress_bar(f"reading {args.log.name}") as progress:
-        record = open_log(args.log, args.mapping, progress)
+        record = open_log(args.log, args.mapping, progress, args.log_number)
     if record.remark:
         say(f"{args.log}: {record.remark}")
     if not record.topics:
@@ -338,7 +344,7 @@ def add_plot(commands: Any) -> None:
         "... or SETPOINT:RESPONSE of any two signals",
     )
     parser.add_argument("--list", action="store_true", help="list all fields and stop")
-    add_mapping_option(parser)
+    add_log_options(parser)
     parser.add_argument(
         "--output", type=Path, metavar="FILE.png", help="the picture (default: out/LOG.png)"
     )
@@ -369,7 +375,7 @@ def run_plot(args: argparse.Namespace) -> int:
             )
         return _step_response(args, output)
     with progress_bar(f"reading {args.log.name}") as progress:
-        record = open_log(args.log, args.mapping, progress)
+        record = open_log(args.log, args.mapping, progress, args.log_number)
         others = [open_log(path) for path in args.over]
     if record.remark:
         say(f"{args.log}: {record.remark}")
@@ -404,7 +410,8 @@ def _step_response(args: argparse.Namespace, output: Path) -> int:
     from workbench.logs.step_response import step_response
 
     with progress_bar(f"reading {args.log.name}") as progress:
-        flight = read_flight(args.log, args.mapping, progress)
+        flight = read_flight(args.log, args.mapping, progress, args.log_number)
+    print_remarks(flight)
     estimate = step_response(flight, args.step_response)
     with Outputs() as outputs:
         write_png(plot_step_response(flight, estimate), outputs.add(output))
@@ -415,6 +422,7 @@ def _step_response(args: argparse.Namespace, output: Path) -> int:
         f"settles at {estimate.final:.2f} ({estimate.low[-1]:.2f} .. {estimate.high[-1]:.2f})"
     )
     result = {"log": args.log, "trusted": estimate.trusted, **asdict(estimate)}
+    result |= pick(flight, "remarks") | {"remark_details": flight.remark_details()}
     for doubt in estimate.doubts:
         say(f"{args.log}: not reliable: {doubt}")
     print_result(args, result, print, text, files=outputs.files)

@@ -193,13 +193,20 @@ def add_json_option(
     parser.add_argument("--json", action="store_true", help=what)
 
 
-def add_mapping_option(parser: Any) -> None:
-    """Add --mapping."""
+def add_log_options(parser: Any) -> None:
+    """Add --mapping and --log-number."""
     parser.add_argument(
         "--mapping",
         type=Path,
         metavar="MAPPING.yaml",
         help="what the columns of a CSV log are (default: LOG.mapping.yaml beside LOG.csv, if any)",
+    )
+    parser.add_argument(
+        "--log-number",
+        type=int,
+        metavar="N",
+        help="which log of a file with several, from 1; `workbench log` lists them (default: the "
+        "longest one)",
     )
 
 

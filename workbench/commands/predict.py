@@ -12,7 +12,7 @@ from workbench.commands.options import (
     MODEL_HELP,
     add_command,
     add_json_option,
-    add_mapping_option,
+    add_log_options,
     add_model_options,
     add_option,
     add_output_options,
@@ -20,7 +20,14 @@ from workbench.commands.options import (
     chosen_model,
 )
 from workbench.commands.outputs import Outputs
-from workbench.commands.printing import pick, print_result, print_table, say
+from workbench.commands.printing import (
+    pick,
+    print_remarks,
+    print_result,
+    print_table,
+    remark_rows,
+    say,
+)
 from workbench.commands.progress import progress_bar
 from workbench.common.errors import WorkbenchError, unknown_name
 from workbench.common.resources import find_file
@@ -86,7 +93,7 @@ def add_parser(commands: Any) -> None:
         "force), memory (of the law), moment (of the air, held by the law), estimate (its error at "
         "the start), tilt (that it goes on to take drag for tilt); may be repeated",
     )
-    add_mapping_option(parser)
+    add_log_options(parser)
     add_output_options(parser)
     add_json_option(parser)
 
@@ -108,7 +115,7 @@ def run(args: argparse.Namespace) -> int:
         table = outputs.add(args.output / "predict.csv")
         picture = outputs.picture(args, "predict.png")
         vehicle = read_vehicle(args)
-        motions = _motions(paths, args, vehicle)
+        records, motions = _motions(paths, args, vehicle)
         predictors = {law: predictor(vehicle, law, args) for law, _ in motions}
         predictions = _predicted(predictors, motions, args)
         from workbench.design.predict.prediction import summarized
@@ -121,7 +128,7 @@ def run(args: argparse.Namespace) -> int:
 
             title = f"{vehicle.name}: {summary.flights} flights, {summary.windows} predictions"
             write_png(plot_predictions(predictions, title), picture)
-    said = _said(args, predictions, summary)
+    said = _said(args, predictions, summary) | {"remarks": remark_rows(records)}
     print_result(args, said, print_summary, summary, files=outputs.files)
     return ExitCode.DONE
 
@@ -189,20 +196,23 @@ def predictor(vehicle: "Vehicle", law: str, args: argparse.Namespace) -> "Predic
 
 def _motions(
     paths: Sequence[Path], args: argparse.Namespace, vehicle: "Vehicle"
-) -> list[tuple[str, "Motion"]]:
-    """Return the flights, and the law of each."""
+) -> tuple[list["FlightRecord"], list[tuple[str, "Motion"]]]:
+    """Return the flights, and the law and motion of each."""
     from workbench.design.predict.past import thrust_doubt
     from workbench.logs.flight_reader import read_flight
     from workbench.logs.motion import law_name, motion_of
 
+    records: list[FlightRecord] = []
     found: list[tuple[str, Motion]] = []
     left_out: list[WorkbenchError] = []
     with progress_bar("reading logs") as progress:
         for number, path in enumerate(paths):
             try:
-                flight = read_flight(path, args.mapping)
+                flight = read_flight(path, args.mapping, log_number=args.log_number)
+                print_remarks(flight)
                 law = args.controller or law_name(flight) or DEFAULT
                 found.append((law, motion_of(flight, vehicle)))
+                records.append(flight)
             except WorkbenchError as error:
                 left_out.append(error)
             progress((number + 1) / len(paths))
@@ -213,7 +223,7 @@ def _motions(
     doubts = list(filter(None, (thrust_doubt(motion, vehicle) for _, motion in found)))
     for doubt in doubts[:1]:  # it is the same drone for all
         say(f"{doubt} ({len(doubts)} of {len(found)} logs)")
-    return found
+    return records, found
 
 
 def _predicted(
@@ -334,7 +344,7 @@ def add_what_if(commands: Any) -> None:
     )
     add_option(parser, "--draws", "N", "vehicles that are sampled for the band", 40)
     parser.add_argument("--seed", type=int, default=0, help="of the sample (default: 0)")
-    add_mapping_option(parser)
+    add_log_options(parser)
     add_output_options(parser)
     add_json_option(parser)
 
@@ -352,7 +362,8 @@ def run_what_if(args: argparse.Namespace) -> int:
     for name in filter(None, (args.rotors, args.gains)):
         find_file(name)
     with progress_bar(f"reading {args.log.name}") as progress:
-        flight = read_flight(args.log, args.mapping, progress)
+        flight = read_flight(args.log, args.mapping, progress, args.log_number)
+    print_remarks(flight)
     with Outputs() as outputs:
         table = outputs.add(args.output / f"{flight.name}-what-if.csv")
         picture = outputs.picture(args, f"{flight.name}-what-if.png")
@@ -386,6 +397,7 @@ def run_what_if(args: argparse.Namespace) -> int:
         "seconds": found.time[-1] - found.time[0],
         **pick(found, "lost drawn"),
         "difference": rows,
+        "remarks": remark_rows([flight]),
     }
     print_result(args, result, _print_what_if, found, rows, files=outputs.files)
     return ExitCode.DONE

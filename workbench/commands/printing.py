@@ -6,9 +6,12 @@ import math
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from workbench.commands import ExitCode
+
+if TYPE_CHECKING:
+    from workbench.logs.flight_record import FlightRecord
 
 
 def say(sentence: str) -> None:
@@ -19,6 +22,20 @@ def say(sentence: str) -> None:
 def say_written(files: Sequence[Path]) -> None:
     """Print the files written."""
     say(f"wrote {', '.join(map(str, files))}")
+
+
+def print_remarks(flight: "FlightRecord") -> None:
+    """Print the remarks on samples of a log that were left out, moved or spread."""
+    for remark in flight.remark_details():
+        if remark["place"]:
+            say(f"{flight.source}: {remark['text']}")
+
+
+def remark_rows(flights: "Sequence[FlightRecord]") -> list[dict[str, Any]]:
+    """Return the remarks on logs, with number and place, for JSON."""
+    return [
+        {"log": flight.source, **remark} for flight in flights for remark in flight.remark_details()
+    ]
 
 
 def lost_replies(exchange: Mapping[str, float]) -> tuple[str, str]:

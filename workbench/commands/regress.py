@@ -2,6 +2,7 @@
 
 import argparse
 import dataclasses
+import shlex
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,7 +13,7 @@ from workbench.commands.options import (
     add_command,
     add_controller_option,
     add_json_option,
-    add_mapping_option,
+    add_log_options,
     add_option,
     add_order_option,
     add_repeated,
@@ -250,7 +251,7 @@ def add_pin(commands: Any) -> None:
         "--span", type=float, nargs=2, default=[], metavar=("FROM", "TO"), help="part of it [s]"
     )
     add_order_option(log)
-    add_mapping_option(log)
+    add_log_options(log)
     parser.add_argument("--force", action="store_true", help="replace existing files")
     add_vehicle_options(parser)
     add_json_option(parser)
@@ -291,7 +292,8 @@ def run_pin(args: argparse.Namespace) -> int:
 
 def _print_pinned(spec: Path, said: Sequence[str]) -> None:
     """Print the limits, and what to do next."""
-    print("\n".join([*said, "", f"next: workbench regress {spec}, or pytest {spec}"]))
+    name = shlex.quote(str(spec))
+    print("\n".join([*said, "", f"next: workbench regress {name}, or pytest {name}"]))
 
 
 def _pin_log(args: argparse.Namespace) -> int:
@@ -311,6 +313,7 @@ def _pin_log(args: argparse.Namespace) -> int:
         log = LogConfig(
             file=str(args.log),
             mapping=str(args.mapping or ""),
+            number=args.log_number or 0,
             order=args.order,
             span=list(args.span),
         )

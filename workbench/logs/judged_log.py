@@ -48,7 +48,7 @@ def read_case(spec: Spec, case: Case) -> JudgedLog:
     place = Path(config.file)
     if config.missing == SKIP and not place.is_file():
         return _absent(vehicle, f"there is no log {place.name}")
-    record = read_flight(place, Path(config.mapping) if config.mapping else None)
+    record = read_flight(place, config.mapping or None, log_number=config.number or None)
     return judged_log(record, vehicle, case, config)
 
 

@@ -249,6 +249,8 @@ def _check_log(case: Case, log: LogConfig, file: YamlFile, keys: Keys) -> None:
         raise _refuse(file, (*keys, "log"), "must name a file")
     if log.missing not in MISSING:
         raise _refuse(file, (*keys, "log", "missing"), f"must be {' or '.join(MISSING)}")
+    if log.number < 0:
+        raise _refuse(file, (*keys, "log", "number"), "must be 1 or more, or 0 for the longest log")
     span = log.span
     if span and not (len(span) == 2 and 0.0 <= span[0] < span[1] < math.inf):
         raise _refuse(file, (*keys, "log", "span"), "must be two times in seconds, as [12, 40]")

@@ -48,6 +48,7 @@ class LogConfig:
     Attributes:
         file: in any format that `workbench import` reads.
         mapping: file that names the columns of a CSV; "" if it is next to it, or not needed.
+        number: of the log in a file with several, from 1; 0 for the longest one.
         order: for each rotor of the description the number of its motor in the log, from 1; empty
             for the order of the log.
         span: begin and end [s]; empty for the whole log.
@@ -56,6 +57,7 @@ class LogConfig:
 
     file: str = ""
     mapping: str = ""
+    number: int = 0
     order: list[int] = field(default_factory=list)
     span: list[float] = field(default_factory=list)
     missing: str = FAIL
