@@ -4,6 +4,8 @@ A room is a name directly under `workbench`: a folder or a single file.
 """
 
 import ast
+import dataclasses
+import inspect
 import re
 import subprocess
 import sys
@@ -215,6 +217,29 @@ def test_each_public_name_is_written_once_and_can_be_loaded():
         assert getattr(workbench, name) is not None, name
     with pytest.raises(AttributeError, match="module 'workbench' has no attribute 'Drone'"):
         _ = workbench.Drone
+
+
+def test_public_functions_take_paths_as_text_too():
+    """Those of modules and classes; the fields of records keep what they were made with."""
+    wrong = []
+    for name in workbench.__all__:
+        public = getattr(workbench, name)
+        functions = {name: public} if inspect.isfunction(public) else {}
+        if inspect.isclass(public):
+            members = [
+                *inspect.getmembers(public, inspect.isfunction),
+                *inspect.getmembers(public, inspect.ismethod),
+            ]
+            functions = {f"{name}.{key}": each for key, each in members if key[0] != "_"}
+            if not dataclasses.is_dataclass(public) and inspect.isfunction(public.__init__):
+                functions[name] = public.__init__
+        for key, function in functions.items():
+            for each in inspect.signature(function).parameters.values():
+                kind = str(each.annotation)
+                is_path = "Path" in kind or each.name == "name_or_path"
+                if is_path and not ("Path" in kind and "str" in kind):
+                    wrong.append(f"{key}({each.name}: {kind})")
+    assert wrong == []
 
 
 @pytest.mark.parametrize("module", ["workbench", "workbench.commands.cli"])

@@ -73,7 +73,7 @@ def test_a_wrong_unit_or_number_is_named_with_its_line(path, written, name, said
 
 def test_saving_writes_units_in_the_tables_order(path):
     values = {"max_tilt": 0.5, "kd_velocity_x": 0.1, "kp_roll": 150.0, "kp_velocity_z": 2 / 3}
-    save_gains(path, GainFile("quad", "by hand: tried", values))
+    save_gains(str(path), GainFile("quad", "by hand: tried", values))
     data = yaml.safe_load(path.read_text())
     assert list(data) == ["vehicle", "origin", "gains", "history"]
     assert (data["vehicle"], data["origin"]) == ("quad", "by hand: tried")

@@ -29,23 +29,23 @@ def worlds_dir() -> Path:
     return models_dir() / "worlds"
 
 
-def find_model(name_or_path: str) -> Path:
+def find_model(name_or_path: str | Path) -> Path:
     """Return the description file for the name of a shipped model, or the file or folder at a path.
 
     Raises:
         WorkbenchError: if it is neither.
     """
-    return _find(name_or_path, "model", list_models(), models_dir(), "{}/drone.urdf.xacro")
+    return _find(str(name_or_path), "model", list_models(), models_dir(), "{}/drone.urdf.xacro")
 
 
-def find_scenario(name_or_path: str) -> Path:
+def find_scenario(name_or_path: str | Path) -> Path:
     """Return the YAML file for the name of a shipped scenario, or for a path.
 
     Raises:
         WorkbenchError: if it is neither.
     """
     folder = models_dir() / "scenarios"
-    return _find(name_or_path, "scenario", list_scenarios(), folder, "{}.yaml")
+    return _find(str(name_or_path), "scenario", list_scenarios(), folder, "{}.yaml")
 
 
 def find_world(name_or_path: str) -> Path:

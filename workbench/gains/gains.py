@@ -94,7 +94,7 @@ def flown_by(controller: str, gains: str) -> str:
     return with_label(controller, label if law.name == owner else "")
 
 
-def load_gains(path: Path, controller: Controller | None = None) -> GainFile:
+def load_gains(path: Path | str, controller: Controller | None = None) -> GainFile:
     """Read and check a gain file.
 
     Args:
@@ -104,7 +104,7 @@ def load_gains(path: Path, controller: Controller | None = None) -> GainFile:
     Raises:
         WorkbenchError: with file and line of the error.
     """
-    file = read_yaml(path)
+    file = read_yaml(Path(path))
     for key in file.data:
         if key not in _KEYS:
             raise WorkbenchError(f"{file.where(key)}{unknown_name('key', str(key), _KEYS)}")
@@ -141,7 +141,7 @@ def load_gains(path: Path, controller: Controller | None = None) -> GainFile:
     )
 
 
-def save_gains(path: Path, gains: GainFile, controller: Controller | None = None) -> GainFile:
+def save_gains(path: Path | str, gains: GainFile, controller: Controller | None = None) -> GainFile:
     """Write a gain file atomically, and add to the history of an existing one.
 
     The values replaced become the previous state in the history; the history of `gains` itself is
@@ -160,6 +160,7 @@ def save_gains(path: Path, gains: GainFile, controller: Controller | None = None
         WorkbenchError: if a value is out of range, the file cannot be written, or an existing file
             is not a gain file or is for another vehicle.
     """
+    path = Path(path)
     table = parameter_table(controller or load_controller(gains.controller))
     values = table.checked(gains.gains)
     ordered = {row.name: values[row.name] for row in table if row.name in values}

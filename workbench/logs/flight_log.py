@@ -337,10 +337,10 @@ class LoggedFlight:
         WorkbenchError: if the scenario cannot be built, or the log cannot be written.
     """
 
-    def __init__(self, path: Path, scenario: Scenario, settings: Mapping[str, float]) -> None:
+    def __init__(self, path: Path | str, scenario: Scenario, settings: Mapping[str, float]) -> None:
         self.session = Session(scenario, settings, bridge=Bridge())
         self._log = FlightLog(
-            path,
+            Path(path),
             self.session.topics,
             scenario,
             settings,

@@ -11,6 +11,7 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from functools import partial
 from numbers import Real
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -294,7 +295,7 @@ class Session:
         """
         self._begin(checkpoint)
 
-    def fly_controller(self, name_or_path: str, *, interpreted: bool = False) -> None:
+    def fly_controller(self, name_or_path: str | Path, *, interpreted: bool = False) -> None:
         """Let another controller take over in flight, as `begin_from` does; a reset keeps it.
 
         The recording continues; sensors start again. No simulated time passes. `scenario` stays
@@ -309,7 +310,7 @@ class Session:
             WorkbenchError: if it cannot be read or built, or cannot continue from here; the
                 present controller then continues.
         """
-        self._take_over(name_or_path, interpreted)
+        self._take_over(str(name_or_path), interpreted)
         flown = dataclasses.replace(self._flown_with, scenario=self.flown_scenario)
         self._first = self._flown_with = flown
 

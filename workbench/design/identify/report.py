@@ -536,7 +536,7 @@ class Report:
 def make_report(
     vehicle: Vehicle,
     flights: Sequence[Flight],
-    logs: Sequence[Path],
+    logs: Sequence[Path | str],
     tell: Callable[[float], None] = lambda share: None,
     stopped: Callable[[], bool] = lambda: False,
 ) -> Report:
@@ -554,7 +554,7 @@ def make_report(
         correlations=whiteness(found.fit, piece.row),
         noise=noise_densities(found),
         held_back=held_back,
-        sidecar=sidecar_text(identified_vehicle(found), rows, logs),
+        sidecar=sidecar_text(identified_vehicle(found), rows, [Path(log) for log in logs]),
     )
 
 

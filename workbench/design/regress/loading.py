@@ -46,7 +46,7 @@ from workbench.scenario.scenario import (
 )
 
 
-def load_spec(path: Path | str, controller: str = "", trusted: Path | None = None) -> Spec:
+def load_spec(path: Path | str, controller: str = "", trusted: Path | str | None = None) -> Spec:
     """Read and check a spec; files named in it are first searched next to it.
 
     Args:
@@ -59,6 +59,7 @@ def load_spec(path: Path | str, controller: str = "", trusted: Path | None = Non
         WorkbenchError: with file and line of the error.
     """
     path = Path(path)
+    trusted = None if trusted is None else Path(trusted)
     file = with_numbers(_with_plain_limits(read_yaml(path)), SpecFile)
     check_schema(file, SpecFile)
     content: SpecFile = as_record(file.data, SpecFile)

@@ -62,7 +62,7 @@ class Case:
 NOMINAL = Case()
 
 
-def identified_robustness(sidecar: Path) -> Robustness | None:
+def identified_robustness(sidecar: Path | str) -> Robustness | None:
     """Return the robustness required by 95 % confidence intervals; None if none were identified.
 
     A log yields thrust over mass, so its uncertainty is used for the mass. Of three inertias the
@@ -76,7 +76,7 @@ def identified_robustness(sidecar: Path) -> Robustness | None:
     """
     from workbench.plant.rotor_sources.sidecar import load_sidecar  # it loads Drake
 
-    rows = {row.name: row for row in load_sidecar(sidecar)[1].identified}
+    rows = {row.name: row for row in load_sidecar(Path(sidecar))[1].identified}
     shares = {
         name: min(max(_share(rows[each]) for each in known), LARGEST)
         for name, names in SHARES.items()

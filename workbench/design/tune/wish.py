@@ -220,7 +220,7 @@ class _File:
     defaults: bool = True
 
 
-def load_wishes(path: Path, law: Controller | None = None) -> Wishes:
+def load_wishes(path: Path | str, law: Controller | None = None) -> Wishes:
     """Read and check a wish file.
 
     Args:
@@ -230,7 +230,7 @@ def load_wishes(path: Path, law: Controller | None = None) -> Wishes:
     Raises:
         WorkbenchError: with file and line of the error.
     """
-    file = read_yaml(path)
+    file = read_yaml(Path(path))
     check_schema(file, _File)
     words: _File = as_record(with_numbers(file, _File).data, _File)
     wishes: list[Wish] = []
