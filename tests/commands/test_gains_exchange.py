@@ -16,6 +16,7 @@ PARAMS = """# Onboard parameters for Vehicle 1
 1\t1\tMC_ROLLRATE_K\t1\t9
 1\t1\tMPC_LAND_SPEED\t0.699999988079071045\t9
 """
+BETAFLIGHT = "# Betaflight / STM32F405 (S405) 4.4.3 x / y (z) MSP API: 1.45\n"
 UNSAFE = PARAMS.replace("0.119999997317790985", "-0.12")
 
 
@@ -139,3 +140,31 @@ def test_wrong_words_end_in_a_sentence(run, write, tmp_path, case):
             assert done.code == 2
             assert said in done.err
             assert "Traceback" not in done.err
+
+
+def test_gains_that_would_not_fly_are_written_by_force_alone(run, tmp_path):
+    path, words = tmp_path / "x.params", ("--for", "px4", "--set", "MC_YAW_P=0", "--no-margins")
+    done = run("gains", "export", path, *words)
+    assert done.code == 2
+    assert "would not fly: MC_YAW_P is 0: nothing corrects the heading" in done.err
+    assert not path.exists()
+    assert run("gains", "export", path, *words, "--preview").code == 0
+    assert not path.exists()
+    assert run("gains", "export", path, *words, "--force").code == 0
+    assert "MC_YAW_P\t0\t9" in path.read_text()
+
+
+def test_json_has_every_line_and_the_place_of_each_remark(run, write):
+    lines = "aux 0 0 0 900 1200 0 0\nset p_roll = 50\nset dyn_notch_count = 3\nset d_min_gain = 2\n"
+    path = write("x.txt", BETAFLIGHT + lines)
+    said = run("gains", "import", path, "--no-margins", "--json").json
+    assert [(each["line"], each["part"]) for each in said["lines"]] == [
+        (2, "command"),
+        (3, "flown"),
+        (4, "not flown"),
+        (5, "unknown"),
+    ]
+    details = {each["text"].partition(":")[0]: each for each in said["remark_details"]}
+    refused = details["unknown to betaflight 4.4, which refuses the line"]
+    assert (refused["place"], refused["count"]) == (f"{path}:5", 1)
+    assert said["acting"] == [{"name": "dyn_notch_count", "value": "3", "line": 4}]

@@ -329,6 +329,13 @@ class _Lines:
             name for name in self.unknown if table.others and not table.knows(name, self.release)
         ]
         others = [name for name in self.unknown if name not in refused]
+        if self.refused:
+            yield Remark(
+                f"beyond what {self.firmware.name} {self.release.version} takes, which refuses "
+                f"the line: {', '.join(self.refused.values())}",
+                min(self.lines[name] for name in self.refused),
+                len(self.refused),
+            )
         if refused:
             yield Remark(
                 f"unknown to {self.firmware.name} {self.release.version}, which refuses the line: "
