@@ -152,6 +152,22 @@ def test_without_a_version_the_names_decide(tmp_path, text, version, expected):
     assert "states no version" in told(found)
 
 
+def test_defaults_in_which_the_possible_versions_differ_stay(tmp_path):
+    found = read(tmp_path, "set p_roll = 50\nset d_min_roll = 33\n")
+    assert found.defaults["p_yaw"] == 45.0  # of 4.2 to 4.5
+    assert not {"angle_limit", "i_yaw", "yaw_lowpass_hz"} & found.defaults.keys()
+    assert "the versions have other defaults of angle_earth_ref, angle_limit" in told(found)
+
+
+def test_a_parameter_beside_the_law_counts_where_it_is_not_the_default(tmp_path):
+    lines = "1\t1\tMPC_LAND_SPEED\t0.7\t9\n1\t1\tMPC_ACC_HOR\t5\t9\n1\t1\tMC_YAW_P\t2\t9\n"
+    found = read(tmp_path, QGC.format("PX4", "1.16.0") + lines)
+    assert [(str(each), each.acts) for each in found.left] == [
+        ("MPC_LAND_SPEED 0.7", False),
+        ("MPC_ACC_HOR 5", True),
+    ]
+
+
 def test_what_has_another_meaning_in_some_versions_is_said(tmp_path):
     found = read(tmp_path, "set d_roll = 44\nset p_roll = 50\n")
     assert found.release.version == "2025.12"
