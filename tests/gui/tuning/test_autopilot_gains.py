@@ -51,7 +51,7 @@ def test_an_import_shows_what_it_does_to_margins_before_anything_flies(
     (tick,) = bar.diff.ticks.values()
     assert tick.text() == "MC_ROLLRATE_P"
     assert bar.diff.ticks["MC_ROLLRATE_P"].accessibleName().endswith("0.15 becomes 0.12 s/rad")
-    assert "px4 1.16" in bar.diff.said.text()
+    assert "px4 1.17" in bar.diff.said.text()
     assert screen.diff_margins.isVisible()
     analysis, flown = screen.workspace.analysis, screen.gains.flown
     analysis.tell(*judge({**flown, "MC_ROLLRATE_P": 0.12}))

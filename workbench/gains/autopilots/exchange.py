@@ -9,6 +9,7 @@ from workbench.common.errors import WorkbenchError
 from workbench.common.parameter import Parameter
 from workbench.control.controller import Controller, load_controller
 from workbench.gains.autopilots import command_line
+from workbench.gains.autopilots.file_lines import FileLines, Left
 from workbench.gains.autopilots.firmware import (
     BETAFLIGHT,
     CRAZYFLIE,
@@ -17,7 +18,7 @@ from workbench.gains.autopilots.firmware import (
     same,
     unsafe,
 )
-from workbench.gains.autopilots.parameter_file import Entry, ParameterFile, Remark, joined, tidy
+from workbench.gains.autopilots.parameter_file import ParameterFile, Remark, joined
 from workbench.gains.autopilots.table import Release, Setting
 from workbench.scenario.parameters import parameter_table
 
@@ -29,26 +30,6 @@ VERSION_ROW = "firmware"
 _LEARNED = {"MPC_THR_HOVER": ("MPC_USE_HTE", 1.0), "MOT_THST_HOVER": ("MOT_HOVER_LEARN", 2.0)}
 """Hover thrusts that the firmware estimates while another parameter is not 0; its default."""
 _MOST_NAMED = 8
-
-
-@dataclass(frozen=True)
-class Left:
-    """A parameter of a file, or of its version, that does not fly here.
-
-    Attributes:
-        name: in the firmware.
-        text: its value.
-        line: in the file, 0 if the version has it by default.
-        acts: whether it changes a flight of the firmware.
-    """
-
-    name: str
-    text: str
-    line: int
-    acts: bool
-
-    def __str__(self) -> str:
-        return f"{self.name} {self.text}"
 
 
 @dataclass(frozen=True)
@@ -181,7 +162,7 @@ def imported(
     if firmware is BETAFLIGHT:
         file = command_line.settled(file, release)
     remarks = [*file.remarks, *remarks]
-    read = _Lines(firmware, release, file)
+    read = FileLines(firmware, release, file)
     rows = {row.name: row for row in firmware.rows(law)}
     table = parameter_table(law)
     values: dict[str, float] = {}
@@ -231,125 +212,6 @@ def imported(
         read.unknown,
         tuple(remarks),
     )
-
-
-class _Lines:
-    """The lines of a file that count, each by what its version makes of it."""
-
-    def __init__(self, firmware: Firmware, release: Release, file: ParameterFile) -> None:
-        self.firmware, self.release = firmware, release
-        self.entries: Mapping[str, Entry] = {
-            name: entry
-            for name, entry in file.counted.items()
-            if not name.startswith("simplified_tuning ")
-        }
-        self.lines = {name: entry.line for name, entry in self.entries.items()}
-        self.settings: dict[str, Setting] = {}
-        self.unknown: dict[str, int] = {}
-        self.numbers: dict[str, float] = {}
-        for name, entry in self.entries.items():
-            setting = firmware.setting(name, release)
-            if setting is None:
-                self.unknown[name] = entry.line
-                continue
-            self.settings[name] = setting
-            number = setting.number(entry.text) if setting.words else entry.value
-            self.numbers[name] = math.nan if number is None else tidy(number)
-        told = {name: self._refusal(name) for name in self.settings}
-        self.refused = {name: said for name, said in told.items() if said}
-
-    def _refusal(self, name: str) -> str:
-        """Return why the firmware refuses a line, as `p_roll 300 (0 .. 250)`; "" if it does not."""
-        setting, number = self.settings[name], self.numbers[name]
-        if not self.firmware.strict or (math.isnan(number) and not setting.words):
-            return ""
-        wanted = ", ".join(setting.words) if math.isnan(number) else setting.taken(number)
-        return f"{name} {self.entries[name].text[:20]} ({wanted})" if wanted else ""
-
-    def left(self, law: Controller) -> Iterator[Left]:
-        """Yield parameters of flight control that the law does not have."""
-        flown = {row.name for row in law.parameters}
-        for name, setting in self.settings.items():
-            if setting.law in flown:
-                continue
-            number = self.numbers[name]
-            value = None if math.isnan(number) else number
-            acts = bool(setting.law) or not setting.is_off(value)
-            yield Left(name, self.entries[name].text, self.lines[name], acts)
-
-    def standing(self, law: Controller) -> Iterator[Left]:
-        """Yield parameters that the law does not have, and the version has on by default."""
-        flown = {row.name for row in law.parameters}
-        for name, setting in self.firmware.table.names(self.release).items():
-            told = name in self.settings or setting.law in flown or bool(setting.law)
-            if told or setting.default is None or setting.is_off(setting.default):
-                continue
-            if setting.off:  # a row without values that are off needs another parameter to act
-                yield Left(name, setting.text(setting.default), 0, True)
-
-    def old_names(self) -> Iterator[Remark]:
-        """Yield remarks on names that the version does not have, and on names with a scale."""
-        own = self.firmware.table.names(self.release)
-        foreign = [name for name in self.settings if name not in own]
-        if foreign:
-            yield Remark(
-                f"{len(foreign)} names are not of {self.release.version}, and each is read as in "
-                f"its own version: {joined(foreign)}",
-                min(self.lines[name] for name in foreign),
-                len(foreign),
-            )
-        renamed = [
-            (name, setting)
-            for name, setting in self.settings.items()
-            if setting.law and self.firmware.file_name(setting.law) != name and not setting.pair
-        ]
-        if renamed:
-            lines = [self.lines[name] for name, _ in renamed]
-            listed = [
-                f"{name} is {self.firmware.file_name(each.law)}"
-                + (f" times {1.0 / each.scale:g}" if each.scale != 1.0 else "")
-                for name, each in renamed
-            ]
-            yield Remark(f"names of earlier versions: {joined(listed)}", min(lines), len(listed))
-        pairs = [name for name, setting in self.settings.items() if setting.pair]
-        if pairs:
-            yield Remark(
-                f"d and d_min of {self.release.version} are read as d_max and d",
-                min(self.lines[name] for name in pairs),
-                len(pairs),
-            )
-
-    def _said(self, name: str) -> str:
-        return f"{name} {self.entries[name].text[:20]}"
-
-    def strangers(self) -> Iterator[Remark]:
-        """Yield remarks on names that the table does not have."""
-        table = self.firmware.table
-        refused = [
-            name for name in self.unknown if table.others and not table.knows(name, self.release)
-        ]
-        others = [name for name in self.unknown if name not in refused]
-        if self.refused:
-            yield Remark(
-                f"beyond what {self.firmware.name} {self.release.version} takes, which refuses "
-                f"the line: {', '.join(self.refused.values())}",
-                min(self.lines[name] for name in self.refused),
-                len(self.refused),
-            )
-        if refused:
-            yield Remark(
-                f"unknown to {self.firmware.name} {self.release.version}, which refuses the line: "
-                f"{joined([self._said(name) for name in refused])}",
-                min(self.unknown[name] for name in refused),
-                len(refused),
-            )
-        if others:
-            said = "of other parts" if table.others else "of other parts, or unknown"
-            yield Remark(
-                f"{said}: {joined([self._said(name) for name in others], 3)}",
-                min(self.unknown[name] for name in others),
-                len(others),
-            )
 
 
 def export_gains(
@@ -510,7 +372,7 @@ def _defaults(
     firmware: Firmware,
     law: Controller,
     candidates: Sequence[Release],
-    read: _Lines,
+    read: FileLines,
     values: Mapping[str, float],
     wrong: Mapping[str, str],
 ) -> dict[str, float]:
@@ -526,7 +388,7 @@ def _defaults(
     return found
 
 
-def _is_learned(name: str, read: _Lines) -> bool:
+def _is_learned(name: str, read: FileLines) -> bool:
     """Return whether the firmware estimates a parameter in flight."""
     if name not in _LEARNED:
         return False
@@ -557,7 +419,7 @@ def _undecided(
 
 
 def _ambiguous(
-    firmware: Firmware, candidates: Sequence[Release], read: _Lines, file: ParameterFile
+    firmware: Firmware, candidates: Sequence[Release], read: FileLines, file: ParameterFile
 ) -> Iterator[Remark]:
     """Yield remarks on a file whose version nothing decides."""
     if file.partial:
