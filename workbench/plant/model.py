@@ -128,9 +128,10 @@ class DeclaredActuator:
         name: of the actuator.
         link: the one it acts on.
         X_LS: pose of the site.
-        force_S: force on the link per unit of control.
-        moment_S: moment on the link per unit of control.
-        most: the largest control, None without a limit.
+        force_S: force on the link per unit of gain times control plus bias.
+        moment_S: moment on the link per unit of it.
+        least: the least gain times control plus bias, -inf without a limit.
+        most: the largest, inf without a limit.
         time_constant: of a first-order filter at its input [s], None without a filter.
     """
 
@@ -139,7 +140,8 @@ class DeclaredActuator:
     X_LS: RigidTransform
     force_S: tuple[float, float, float]
     moment_S: tuple[float, float, float]
-    most: float | None
+    least: float
+    most: float
     time_constant: float | None
 
 

@@ -1,4 +1,7 @@
-"""MJCF: poses and inertias as Drake's own parser has them, rotors as MuJoCo's manual says."""
+"""MJCF: poses and inertias as Drake's own parser has them, rotors as MuJoCo's manual says.
+
+Masses, inertias and thrusts as MuJoCo's compiler has them: `test_mjcf_mujoco.py`.
+"""
 
 import math
 
@@ -80,10 +83,7 @@ def fault(path) -> str:
     return said
 
 
-@pytest.mark.parametrize(
-    "compiler",
-    ["", 'angle="degree" eulerseq="ZYX"', 'eulerseq="zxz"', 'inertiafromgeom="true"'],
-)
+@pytest.mark.parametrize("compiler", ["", 'angle="degree" eulerseq="ZYX"', 'eulerseq="zxz"'])
 def test_mass_inertia_and_poses_are_those_of_drakes_parser(drone, compiler):
     path = drone(hull=PARTS, compiler=compiler)
     description = read_description(path)
@@ -110,20 +110,30 @@ def test_mass_inertia_and_poses_are_those_of_drakes_parser(drone, compiler):
     assert joint.X_MJ.translation() == pytest.approx([0, 0, 0.11])
 
 
-def test_meshes_weigh_nothing_where_an_inertial_does(drone):
+def test_a_mesh_that_is_missing_is_an_error_where_it_decides_the_mass(drone):
     """As menagerie's Crazyflie: its shapes are meshes, its inertia is given."""
     mesh = '<geom type="mesh" mesh="hull"/><geom type="mesh" mesh="hull" mass="0.2"/>'
     asset = '<asset><mesh name="hull" file="gone.obj"/></asset>'
     given = '<inertial pos="0 0 0" mass="0.6" diaginertia="1e-3 1e-3 2e-3"/>'
-    weighed = [
-        [remark.text for remark in read_description(drone(hull=hull, more=asset)).remarks]
-        for hull in (given + mesh, mesh + HULL)
-    ]
-    said = ("is not made from its mesh", "is taken as a point")
-    assert not any(word in text for text in weighed[0] for word in said)
-    assert all(any(word in text for text in weighed[1]) for word in said)
     assert load_vehicle(drone(hull=given + mesh, more=asset)).mass == 0.6
-    assert load_vehicle(drone(hull=mesh + HULL, more=asset)).mass == pytest.approx(0.8)
+    said = fault(drone(hull=mesh + HULL, more=asset))
+    assert "mass of its body is made from the mesh 'hull'" in said
+    assert "gone.obj: no such file: give the body an <inertial>" in said
+
+
+def test_a_mesh_file_weighs_what_its_volume_does(drone, write):
+    """A box of 0.12 by 0.1 by 0.04 m, in centimetres and with its origin in a corner."""
+    corners = [f"v {x} {y} {z}" for x in (0, 12) for y in (0, 10) for z in (0, 4)]
+    faces = "1 3 4 2,5 6 8 7,1 2 6 5,3 7 8 4,1 5 7 3,2 4 8 6".replace(",", "\nf ")
+    write("\n".join([*corners, f"f {faces}"]), "box.obj")
+    asset = '<asset><mesh file="box.obj" scale=".01 .01 .01"/></asset>'
+    hull = '<geom type="mesh" mesh="box" pos="-0.06 -0.05 -0.02"/>'
+    vehicle = load_vehicle(drone(hull=hull, more=asset))
+    assert vehicle.mass == pytest.approx(1000.0 * 0.12 * 0.1 * 0.04, rel=1e-6)
+    assert vehicle.p_BoBcm_B == pytest.approx((0, 0, 0), abs=1e-7)
+    moments = [a**2 + b**2 for a, b in ((0.1, 0.04), (0.12, 0.04), (0.12, 0.1))]
+    expected = vehicle.mass / 12.0 * np.array(moments)
+    assert np.diag(vehicle.inertia) == pytest.approx(expected, rel=1e-5)
 
 
 def test_what_is_drawn_and_what_touches_is_as_its_words_say(drone):
@@ -188,7 +198,9 @@ def test_thrust_and_moments_of_the_whole_are_no_rotors_and_a_file_of_rotors_help
     assert "no rotors are declared" in fault(path)
     assert "sparrow.rotors.yaml" in fault(path)
     said = [remark.text for remark in read_description(path).remarks]
-    assert any("'roll' turns its site and does not push it" in text for text in said)
+    assert (
+        "actuator_0, roll: thrust and moments of the whole drone, not of rotors; not used" in said
+    )
     rows = "".join(
         f"  - {{position: [{x}, {y}, 0], direction: {'cw' if turn > 0 else 'ccw'}}}\n"
         for x, y, turn in PLACES
@@ -198,6 +210,40 @@ def test_thrust_and_moments_of_the_whole_are_no_rotors_and_a_file_of_rotors_help
         f"  time_constant_down: 0.02, max_rot_velocity: 1000}}\nrotors:\n{rows}"
     )
     assert len(load_vehicle(path).rotors) == 4
+
+
+WRENCH = "".join(
+    f'<motor name="{name}" site="middle" gear="{gear}" ctrlrange="-1 1"/>'
+    for name, gear in (
+        ("lift", "0 0 1"),
+        ("roll", "0 0 0 1"),
+        ("pitch", "0 0 0 0 1"),
+        ("yaw", "0 0 0 0 0 1"),
+    )
+)
+
+
+@pytest.mark.parametrize(
+    ("wrench", "unused"),
+    [
+        (WRENCH, "lift, roll, pitch, yaw"),
+        (WRENCH[WRENCH.index("<motor", 1) :], "roll, pitch, yaw"),
+        ('<motor name="lift" site="middle" gear="0 0 30"/>', "lift"),
+        (
+            '<motor name="gust_x" site="nose" gear="1"/><motor name="gust_z" site="nose" '
+            'gear="0 0 1"/>',
+            "gust_x, gust_z",
+        ),
+    ],
+)
+def test_rotors_count_beside_a_wrench_of_the_whole_drone(drone, wrench, unused):
+    sites = SITES + '<site name="middle"/><site name="nose" pos="0.1 0 0"/>'
+    for motors in (wrench + MOTORS, MOTORS + wrench):
+        description = read_description(drone(sites=sites, motors=motors))
+        assert [rotor.name for rotor in description.rotors] == [f"motor_{i}" for i in range(4)]
+        said = [remark.text for remark in description.remarks]
+        text = f"{unused}: thrust and moments of the whole drone, not of rotors; not used"
+        assert text in said
 
 
 def test_a_scene_includes_its_drone(drone, write):
@@ -214,7 +260,7 @@ def test_what_is_not_used_is_said(drone):
     more = '<option density="1.2" timestep="0.01"/><keyframe><key ctrl="1"/></keyframe>'
     more += '<sensor><gyro site="at_0"/></sensor><tendon><spatial/></tendon>'
     hull = HULL.replace("/>", ' friction="1"/><camera name="c" pos="0 0 1"/>')
-    motors = MOTORS + '<position name="servo" joint="j"/>'
+    motors = MOTORS.replace("/>", ' actearly="true"/>', 1) + '<position name="servo" joint="j"/>'
     found = read_description(drone(hull=hull, more=more, motors=motors)).remarks
     said = [remark.element for remark in found if remark.kind == "ignored"]
     for element in (
@@ -224,6 +270,7 @@ def test_what_is_not_used_is_said(drone):
         "element <tendon>",
         "element <camera>",
         "attribute friction of <geom>",
+        "attribute actearly of <motor>",
         "actuator 'servo'",
     ):
         assert element in said
@@ -248,11 +295,47 @@ def test_what_is_not_used_is_said(drone):
         ({"compiler": "eulerseq='abc'"}, "eulerseq='abc'"),
         ({"more": "<include file='gone.xml'/>"}, "<include file='gone.xml'>: no such file"),
         ({"more": "<include file='sparrow.xml'/>"}, "includes itself"),
+        ({"more": "<include file='part.xml'/><include file='part.xml'/>"}, "included already"),
+        ({"hull": HULL + "<geom size='.1' masss='1'/>"}, "<geom masss='1'>: MuJoCo has no such"),
+        ({"hull": HULL + "<attach model='a' prefix='b'/>"}, "<attach> in <body>: it adds bodies"),
+        ({"hull": HULL + "<composite type='cable'/>"}, "<composite> in <body>: it adds bodies"),
+        ({"hull": HULL + "<wing/>"}, "<wing> in <body>: it is not known, and might decide mass"),
+        ({"hull": HULL + "<body gravcomp='1'/>"}, "<body gravcomp='1'>: it carries a share"),
+        ({"hull": HULL + "<body><freejoint/></body>"}, "free joints only directly in bodies of"),
+        ({"hull": HULL + "<joint type='free' armature='1'/>"}, "adds to mass and inertia of all"),
+        ({"hull": HULL + "<inertial mass='1'/><inertial mass='1'/>"}, "a second <inertial>"),
+        ({"hull": "<replicate count='x'/>"}, "<replicate count='x'>: give it numbers"),
+        ({"hull": "<replicate count='1e6'/>"}, "give it the number of copies"),
+        ({"hull": "<replicate count='9999'><body><site/></body></replicate>"}, "than 20000 el"),
+        ({"hull": "<replicate counts='2'/>"}, "<replicate counts='2'>: MuJoCo has no such"),
+        ({"hull": "<replicate count='2'><inertial mass='1'/></replicate>"}, "<inertial>, which a"),
+        ({"hull": "<geom type='hfield' hfield='h'/>"}, "the mass of a hfield is not known"),
+        ({"hull": "<geom size='1' fromto='0 0 0 1 0 0'/>"}, "fromto is for a capsule"),
+        ({"hull": HULL, "sites": SITES + SITES}, "two sites named 'at_0'"),
+        ({"compiler": "coordinate='global'"}, "<compiler coordinate='global'>: use local"),
+        ({"compiler": "inertiagrouprange='1'"}, "give it two groups"),
+        ({"compiler": "boundmas='1'"}, "<compiler boundmas='1'>: MuJoCo has no such attribute"),
+        ({"more": "<option><flag actuation='disable'/></option>"}, "switches all actuators off"),
+        ({"more": "<option><flag clampctrl='disable'/></option>"}, "without the limits"),
+        ({"more": "<option actuatorgroupdisable='0'/>"}, "switches it off: enable it"),
+        ({"more": "<default class='wing'/>"}, "class of a top-level <default> is main"),
+        ({"more": "<default><default class='arm'/></default>"}, "name that no other"),
+        ({"motors": "<velocity name='v' site='at_0'/>"}, "actuator 'v' is a <velocity>"),
+        ({"motors": "<general site='at_0' biastype='affine' biasprm='0 0 -1'/>"}, "is gain times"),
+        ({"motors": "<general site='at_0' dyntype='integrator'/>"}, "is gain times control"),
+        ({"motors": "<general site='at_0' gaintype='muscle'/>"}, "is gain times control"),
+        ({"motors": "<general site='at_0' gainprm='0'/>"}, "its control has no effect"),
+        ({"motors": "<motor site='at_0' refsite='at_1'/>"}, "a rotor pushes along its own site"),
+        (
+            {"compiler": "autolimits='false'"},
+            "<motor ctrlrange='0 5'>: without autolimits, MuJoCo asks for ctrllimited: add it",
+        ),
         ({"motors": MOTORS.replace("-0.02", "0.02")}, "thrust and yaw go together"),
         ({"motors": SAME_SIDE}, "roll and yaw go together"),
     ],
 )
-def test_what_cannot_be_is_one_sentence(drone, settings, said):
+def test_what_cannot_be_is_one_sentence(drone, write, settings, said):
+    write("<mujoco><size/></mujoco>", "part.xml")
     assert said in fault(drone(**settings))
 
 

@@ -22,7 +22,7 @@ from workbench.plant.formats.sdf_poses import ROOT, WORLD, Poses, joint_end, joi
 from workbench.plant.formats.sdf_shapes import ShapeReader, solid
 from workbench.plant.formats.sdf_tree import SdfTree
 from workbench.plant.formats.sdf_world import choose_model, motor_names, same_part
-from workbench.plant.formats.solids import Solid, together, volume
+from workbench.plant.formats.solids import Solid, together, unit_moments, volume
 from workbench.plant.formats.values import shortened
 from workbench.plant.formats.xml import Element
 from workbench.plant.model import (
@@ -156,7 +156,7 @@ def _from_collisions(link: Node, inertial: Node, poses: Poses, remarks: Remarks)
             continue
         X_LS = poses.X_LF(node, link.full_name)
         mass = number(node, "density", density) * volume(shape)
-        bodies.append(Solid(mass, X_LS, shape))
+        bodies.append(Solid(mass, X_LS, unit_moments(shape)))
     total = sum(body.mass for body in bodies)
     if not bodies or min(body.mass for body in bodies) <= 0.0:
         text = "automatic inertia has no collision with a mass; SDF's defaults of 1 kg and 1 kg·m² "
