@@ -92,3 +92,10 @@ def test_a_file_flies_in_a_second_process_by_the_machine_code_of_the_first(write
         words = [sys.executable, "-m", "workbench", *command, "--output", tmp_path / "out"]
         done = subprocess.run(list(map(str, words)), capture_output=True, text=True, check=False)
         assert done.returncode == 0, done.stderr
+
+
+def test_a_law_tells_from_which_attitudes_it_recovers(run):
+    said = run("controllers", "mellinger")
+    assert "attitudes: as in the firmware, it recovers only where" in said.out
+    assert "tilt of 90°" in run("controllers", "mellinger", "--json").json["attitudes"]
+    assert "attitudes:" not in run("controllers", "pd").out

@@ -23,7 +23,11 @@ FREE = Guidance(1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 def published(p, v, R, w, p_ref, v_ref, a_ref, w_ref, yaw, gains):
-    """Return thrust and moment; axis by axis, gains are per mass and per inertia."""
+    """Return thrust and moment; axis by axis, gains are per mass and per inertia.
+
+    Within 5° of the attitude opposite to the wanted one, e_R has the length that it has there: the
+    one thing that the law does otherwise.
+    """
     k_p, k_v, k_R, k_w = gains
     F_des = MASS * (k_p * (p_ref - p) + k_v * (v_ref - v) + a_ref + [0.0, 0.0, GRAVITY])
     b3 = F_des / np.linalg.norm(F_des)
@@ -32,6 +36,9 @@ def published(p, v, R, w, p_ref, v_ref, a_ref, w_ref, yaw, gains):
     R_des = np.stack([np.cross(b2, b3), b2, b3]).T
     S_err = 0.5 * (R_des.T @ R - R.T @ R_des)
     e_R = np.array([-S_err[1, 2], S_err[0, 2], -S_err[0, 1]])
+    angle = np.arccos(0.5 * (np.trace(R_des.T @ R) - 1.0))
+    if angle > np.pi - np.radians(5.0):
+        e_R *= np.sin(np.radians(5.0)) / np.linalg.norm(e_R)
     e_w = w - w_ref
     u1 = F_des @ R[:, 2]
     u2 = INERTIA @ (-k_R * e_R - k_w * e_w) + np.cross(w, INERTIA @ w)

@@ -3,6 +3,7 @@
 import argparse
 import ast
 import dataclasses
+import textwrap
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -69,6 +70,13 @@ def _sentence(law: "Controller") -> str:
     return text.partition("\n")[0]
 
 
+def _attitudes(law: "Controller") -> str:
+    """Return what its docstring says of the attitudes that it recovers from, "" for nothing."""
+    text = ast.get_docstring(ast.parse(law.text)) or ""
+    found = (each for each in text.split("\n\n") if each.startswith("Attitudes: "))
+    return " ".join(next(found, "").removeprefix("Attitudes: ").split())
+
+
 def _stated(law: "Controller") -> dict[str, Any]:
     """Return its statements for JSON."""
     return {
@@ -76,6 +84,7 @@ def _stated(law: "Controller") -> dict[str, Any]:
         "file": law.file,
         "sha256": law.digest,
         "what": _sentence(law),
+        "attitudes": _attitudes(law),
         "parameters": [
             pick(row, "name unit default group help") | {"min": row.minimum, "max": row.maximum}
             for row in law.parameters
@@ -93,6 +102,8 @@ def _stated(law: "Controller") -> dict[str, Any]:
 def _show(law: "Controller") -> None:
     """Print all its statements."""
     print(f"{law.name}: {_sentence(law) or '(no docstring)'}\n{law.file}\n")
+    if attitudes := _attitudes(law):
+        print(textwrap.fill(f"attitudes: {attitudes}", 100) + "\n")
     rows = [("parameter", "unit", "min", "max", "default", "help")]
     rows += [
         (row.name, row.unit, f"{row.minimum:g}", f"{row.maximum:g}", f"{row.default:g}", row.help)

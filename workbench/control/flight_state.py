@@ -19,6 +19,10 @@ def thrust_attitude(q_WB: Vector, q_BT: Vector) -> tuple[Scalar, Scalar, Scalar,
     )
 
 
+VERTICAL = 1e-24
+"""Squared level length of an axis below which it is vertical."""
+
+
 @register_jitable(forceinline=True)
 def attitude_matrix(q_WB: Vector) -> tuple[Scalar, ...]:
     """Return R_WB row by row (9) of a quaternion, which need not have unit length."""
@@ -83,3 +87,16 @@ def still_air_drag(q_WT: Vector, v_WB: Vector, drag: Vector) -> tuple[Scalar, Sc
     pull = across + squared * (v_x * v_x + v_y * v_y + v_z * v_z + STILL) ** 0.5
     along = across * (v_x * n_x + v_y * n_y + v_z * n_z)
     return pull * v_x - along * n_x, pull * v_y - along * n_y, pull * v_z - along * n_z
+
+
+@register_jitable(forceinline=True)
+def level_heading(R: Vector) -> tuple[Scalar, Scalar, Scalar]:
+    """Return cosine and sine of the yaw of R row by row, and the level length of its x axis.
+
+    Where x is vertical, yaw is 0, as firmware has it by atan2(0, 0).
+    """
+    squared = R[0] * R[0] + R[3] * R[3]
+    if squared < VERTICAL:
+        return 1.0 + 0.0 * squared, 0.0 * squared, 0.0 * squared
+    level = squared**0.5
+    return R[0] / level, R[3] / level, level

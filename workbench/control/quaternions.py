@@ -47,9 +47,10 @@ def unit(q: Any) -> Any:
 def shortest(a: Any, b: Any) -> Any:
     """Return the quaternion of the shortest turn from one unit vector to another."""
     dot = a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-    w = (0.5 * (1.0 + dot)) ** 0.5
-    if w < OPPOSITE:  # upside down, all turns are as short
-        return 0.0 * w, 1.0 + 0.0 * w, 0.0 * w, 0.0 * w
+    squared = 0.5 * (1.0 + dot)  # by rounding, it may be negative
+    if squared < OPPOSITE * OPPOSITE:  # upside down, all turns are as short
+        return 0.0 * dot, 1.0 + 0.0 * dot, 0.0 * dot, 0.0 * dot
+    w = squared**0.5
     return (
         w,
         0.5 * (a[1] * b[2] - a[2] * b[1]) / w,

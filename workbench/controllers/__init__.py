@@ -11,6 +11,7 @@ from workbench.control.cascade import states as states
 from workbench.control.compensator import compensator as compensator
 from workbench.control.controller import Loop as Loop
 from workbench.control.flight_state import attitude_matrix as attitude_matrix
+from workbench.control.flight_state import level_heading as level_heading
 from workbench.control.guidance import place_weights as place_weights
 from workbench.control.guidance import position_error as position_error
 from workbench.control.guidance import velocity_setpoint as velocity_setpoint

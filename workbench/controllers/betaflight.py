@@ -84,6 +84,7 @@ from workbench.controllers import (
     cosine_sine,
     gain,
     into_body,
+    level_heading,
     loops_about,
     loops_along,
     points,
@@ -344,8 +345,7 @@ def update(
     """Return the wrench in T, F [N] and m [N·m], and the memory."""
     m, v, first = memory, measured.v_WBcm, memory.runs < 0.5
     R = attitude_matrix(measured.q_WT)
-    flat = (R[0] * R[0] + R[3] * R[3]) ** 0.5
-    cos, sin = R[0] / flat, R[3] / flat
+    cos, sin, flat = level_heading(R)
     roll, pitch = DEGREES * arctan2(R[7], R[8]), DEGREES * arctan2(-R[6], flat)
     w = into_body(R, measured.w_WB)
     w = (DEGREES * w[0], DEGREES * w[1], DEGREES * w[2])

@@ -7,7 +7,6 @@ that MSP can set and read back. See docs/betaflight-sitl.md.
 """
 
 import logging
-import math
 from collections.abc import Mapping
 from typing import Any
 
@@ -29,6 +28,7 @@ from workbench.controllers import (
     arctan2,
     attitude_matrix,
     into_body,
+    level_heading,
     position_error,
     velocity_setpoint,
 )
@@ -111,7 +111,7 @@ class Flown:
         x, y, z = position_error(measured, setpoint)
         back = g.outer_p_position * x, g.outer_p_position * y, g.outer_p_height * z
         s_x, s_y, s_z, yaw_rate = velocity_setpoint(back, measured, setpoint, g)
-        level = math.hypot(R[0], R[3])
+        cos, sin, level = level_heading(R)
         after = (m.outer_i_x, m.outer_i_y, m.outer_i_z, m.angle_x, m.angle_y, m.throttle)
         if measured.elapsed[0] > 0.0 or rests:
             hover = IDLE + (1.0 - IDLE) * g.outer_hover
@@ -119,7 +119,7 @@ class Flown:
                 (s_x - v[0], s_y - v[1], s_z - v[2]),
                 after[:3],
                 setpoint.a_WBcm,
-                (R[0] / level, R[3] / level),
+                (cos, sin),
                 g._replace(angle_limit=float(round(g.angle_limit))),
                 (IDLE, hover),
                 measured.elapsed[0] or DIVIDERS[0] * dt,

@@ -47,6 +47,7 @@ from workbench.controllers import (
     clipped,
     gain,
     into_body,
+    level_heading,
     loops_about,
     loops_along,
     place_weights,
@@ -284,8 +285,7 @@ def update(
     """Return the wrench in T, F [N] and m [N·m], and the memory."""
     m, v = memory, measured.v_WBcm
     R = attitude_matrix(measured.q_WT)
-    level = (R[0] * R[0] + R[3] * R[3]) ** 0.5
-    cos, sin = R[0] / level, R[3] / level
+    cos, sin, level = level_heading(R)
     roll = DEGREES * arctan2(R[7], R[8])
     pitch = -DEGREES * arctan2(-R[6], level)
     yaw = DEGREES * arctan2(R[3], R[0])

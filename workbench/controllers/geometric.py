@@ -14,6 +14,12 @@ h is the commanded heading, a horizontal unit vector that turns at the reference
 that rate about world z plus the horizontal part of b3 x (da_path/dt) / |f|, the rate at which b3
 turns along the path. The limits of speed and tilt apply as for every law; d is the drag of still
 air. The derivative of ω_sp is left out, because it needs the path's snap.
+
+e_R vanishes with the opposite attitude, too, where the paper's law would hang upside down. Within
+5° of it, e_R keeps the length that it has there; exactly opposite, it turns about x.
+
+Attitudes: it recovers from any, and falls 10 m at most if at rest. From exactly upside down, the
+published law turns only by rounding errors, after 7 s and 230 m.
 """
 
 from typing import Any
@@ -38,6 +44,12 @@ from workbench.controllers.pd_rule import rule as pd_rule
 
 NO_HEADING = 0.25
 """Squared length below which there is no commanded heading yet."""
+ON_THE_BACK = 1e-12
+"""Squared sum, 1 + cos of the tilt, below which a vehicle is on its back."""
+TINY = 1e-20
+"""Squared length of e_R below which it has no direction."""
+LEAST_ERROR = 0.08715574274765817
+"""Length of e_R near the opposite attitude, the sine of 5°."""
 
 PARAMETERS = (
     gain("k_position_xy", "1/s^2", (0.0, 100.0), 4.0, "position P gain, horizontal", "Position"),
@@ -109,7 +121,7 @@ def update(
             yaw_rate,
         ),
     )
-    e_R = probe3(attitude_error_so3(R, R_sp), ATTITUDE, loops)
+    e_R = probe3(turning_error(R, R_sp), ATTITUDE, loops)
     alpha = probe3(
         (
             -g.k_attitude_xy * e_R[0] - g.k_rate_xy * (w[0] - w_sp[0]),
@@ -126,11 +138,14 @@ def update(
 def turned(h_x: Any, h_y: Any, R: Any, angle: Any) -> tuple[Any, Any]:
     """Return the commanded heading, turned by a small angle [rad], of unit length.
 
-    Initially it is the sum of x and y of T, each after turning z upright, so that a vehicle on its
-    side or on its back has a heading, too.
+    Initially it is x of T after turning z upright by the shortest way, so that a vehicle on its
+    side or on its back has a heading, too. Exactly on its back no way is the shortest; x is level
+    there, and is the heading.
     """
     if h_x * h_x + h_y * h_y < NO_HEADING:
         h_x, h_y = R[0] + R[4], R[3] - R[1]
+        if h_x * h_x + h_y * h_y < ON_THE_BACK:
+            h_x, h_y = R[0], R[3]
     n_x, n_y = h_x - angle * h_y, h_y + angle * h_x
     length = (n_x * n_x + n_y * n_y + 1e-12) ** 0.5
     return n_x / length, n_y / length
@@ -163,6 +178,21 @@ def attitude_error_so3(R: Any, S: Any) -> tuple[Any, Any, Any]:
         0.5 * (S[0] * R[2] + S[3] * R[5] + S[6] * R[8] - R[0] * S[2] - R[3] * S[5] - R[6] * S[8]),
         0.5 * (S[1] * R[0] + S[4] * R[3] + S[7] * R[6] - R[1] * S[0] - R[4] * S[3] - R[7] * S[6]),
     )
+
+
+def turning_error(R: Any, S: Any) -> tuple[Any, Any, Any]:
+    """Return e_R, with the length of `LEAST_ERROR` near the attitude opposite to S."""
+    e_x, e_y, e_z = attitude_error_so3(R, S)
+    trace = 0.0 * R[0]
+    for i in range(9):
+        trace = trace + S[i] * R[i]
+    squared = e_x * e_x + e_y * e_y + e_z * e_z
+    if trace > 0.0 or squared >= LEAST_ERROR * LEAST_ERROR:
+        return e_x, e_y, e_z
+    if squared < TINY:
+        return LEAST_ERROR + 0.0 * e_x, e_y, e_z
+    scale = LEAST_ERROR / squared**0.5
+    return scale * e_x, scale * e_y, scale * e_z
 
 
 def rule(vehicle: Any) -> dict[str, float]:

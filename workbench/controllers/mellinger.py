@@ -14,6 +14,9 @@ If thrust is not above 0, the torque is zero and the integrals are reset.
 held. M is the torque for the power distribution, with ω in rad/s. The firmware has no ½ in e_R, and
 no derivative of the yaw-rate error.
 
+Attitudes: as in the firmware, it recovers only where F points upwards of the rotors, F · z > 0: up
+to a tilt of 90° at rest. Beyond, thrust and torque are zero, and it falls as it is, or tumbles on.
+
 Source: bitcraze/crazyflie-firmware, controller_mellinger.c; Mellinger and Kumar, "Minimum Snap
 Trajectory Generation and Control for Quadrotors", ICRA 2011. docs/autopilots.md lists omissions.
 """
@@ -34,6 +37,7 @@ from workbench.controllers import (
     clipped,
     gain,
     into_body,
+    level_heading,
     loops_about,
     loops_along,
     points,
@@ -141,11 +145,11 @@ def update(
     )
     thrust = g.ctrlMel_massThrust * (F_x * R[2] + F_y * R[5] + F_z * R[8])
 
-    level = (R[0] * R[0] + R[3] * R[3]) ** 0.5
+    heading_x, heading_y, _ = level_heading(R)
     turn = yaw_rate * dt
     # cosine and sine of so small an angle, exact to 1e-12
     cos, sin = 1.0 - 0.5 * turn * turn, turn - turn * turn * turn / 6.0
-    c_x, c_y = (R[0] * cos - R[3] * sin) / level, (R[3] * cos + R[0] * sin) / level
+    c_x, c_y = heading_x * cos - heading_y * sin, heading_y * cos + heading_x * sin
     length = (F_x * F_x + F_y * F_y + F_z * F_z) ** 0.5 + TINY
     z_x, z_y, z_z = F_x / length, F_y / length, F_z / length
     y_x, y_y, y_z = -z_z * c_y, z_z * c_x, z_x * c_y - z_y * c_x
