@@ -141,3 +141,39 @@ def test_it_asks_on_a_terminal(tmp_path):
     assert "the mass 'heavy' is not a number with a unit" in done.stderr
     assert "hover time" in done.stdout
     assert load_vehicle(tmp_path / "f450.urdf.xacro").mass == pytest.approx(1.4)
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        ("--max-thrust 850", "850 N a rotor is 124 times the usual 6.86 N of a drone of 1.4 kg"),
+        ("--max-thrust 850", "with 4 rotors: did you mean 850 g?"),
+        ("--max-thrust 850g --battery 30S", "30 cells in series, and multirotors have 1 to 14: di"),
+        ("--max-thrust 850g --battery 30S", "did you mean 3S?"),
+        ("--max-thrust 850g --motor-mass 0.2g", "its mass of a motor, 0.0002 kg, is outside of"),
+        ("--max-thrust 850g --battery 4S,500Ah", "its battery capacity, 500 A h, is outside of"),
+        ("--motor-kv 9000KV --battery 4S", "its tips would move at"),
+    ],
+)
+def test_a_slip_of_a_unit_is_told(run, tmp_path, words, said):
+    sheet = ["--mass", "1.4kg", "--diagonal", "450mm", "--propeller", "10x4.5"]
+    target = str(tmp_path / "a.urdf.xacro")
+    made = run("new", target, *sheet, *words.split(), "--json")
+    assert made.code == 0
+    assert any(said in each for each in made.json["warnings"]), made.json["warnings"]
+    assert said in run("new", target, *sheet, *words.split(), "--force").err
+
+
+def test_a_plausible_data_sheet_has_no_warnings(run, tmp_path):
+    sheet = [
+        "--mass",
+        "1.4kg",
+        "--diagonal",
+        "450mm",
+        "--propeller",
+        "10x4.5",
+        "--max-thrust",
+        "850g",
+    ]
+    made = run("new", str(tmp_path / "a"), *sheet, "--battery", "4S 5000mAh", "--json")
+    assert made.json["warnings"] == []

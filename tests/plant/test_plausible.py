@@ -10,6 +10,7 @@ from workbench.common.errors import WorkbenchError
 from workbench.plant.description import read_description
 from workbench.plant.loading import make_vehicle
 from workbench.plant.plausible import doubts
+from workbench.plant.vehicle import BatteryPack
 
 TESTS = Path(__file__).resolve().parents[1]
 MODELS = TESTS.parents[1] / "shared" / "models"
@@ -26,6 +27,15 @@ BASES = MAVS | {
 def with_rotors(vehicle, **changes):
     rotors = tuple(dataclasses.replace(rotor, **changes) for rotor in vehicle.rotors)
     return dataclasses.replace(vehicle, rotors=rotors)
+
+
+def pack(**changes):
+    usual = {
+        "capacity": 18000.0,
+        "resistance": 0.012,
+        "open_circuit_voltage": ((0.0, 9.0), (1.0, 12.6)),
+    }
+    return BatteryPack(**(usual | changes))
 
 
 def longer(vehicle, factor):
@@ -87,7 +97,24 @@ def test_a_drone_as_it_is_published_is_a_drone(root, least):
             "its tips would move at",
         ),
         (lambda v: with_rotors(v, motor_constant=8.54858e-4), "that of a propeller of some"),
-        (lambda v: with_rotors(v, time_constant_up=12.5), "are they in s?"),
+        (lambda v: with_rotors(v, time_constant_up=12.5), "did you mean 12.5 ms?"),
+        (lambda v: with_rotors(v, time_constant_up=900.0), "are they in s?"),
+        (lambda v: with_rotors(v, rotor_drag_coefficient=0.01), "its rotor drag over the weight"),
+        (lambda v: with_rotors(v, rolling_moment_coefficient=0.01), "its rolling moment over"),
+        (lambda v: with_rotors(v, inflow_coefficient=0.01), "thrust lost in a climb of 1 m/s"),
+        (lambda v: with_rotors(v, ground_effect_coefficient=900.0), "its ground effect coefficien"),
+        (
+            lambda v: with_rotors(v, ground_effect_coefficient=5.0, propeller_radius=127.0),
+            "its propeller radius, 127 m, is",
+        ),
+        (lambda v: dataclasses.replace(v, battery=pack(capacity=5.0)), "did you mean 5 A h?"),
+        (lambda v: dataclasses.replace(v, battery=pack(resistance=12.0)), "did you mean 12 mohm?"),
+        (
+            lambda v: dataclasses.replace(
+                v, battery=pack(open_circuit_voltage=((0, 9e3), (1, 12e3)))
+            ),
+            "did you mean 12000 mV?",
+        ),
         (lambda v: with_rotors(v, moment_constant=1.6), "its moment constant is 1.6 m"),
         (lambda v: with_rotors(v, inertia=1e-7), "about 4e-05 kg m²: is it the rotor's own"),
         (lambda v: with_rotors(v, inertia=0.065), "or a placeholder?"),

@@ -14,6 +14,7 @@ from workbench.commands.options import add_command, add_json_option, add_option
 from workbench.commands.outputs import Outputs
 from workbench.commands.printing import print_result, print_table, say
 from workbench.common.errors import LONGEST_ECHO, WorkbenchError
+from workbench.plant import ranges
 
 if TYPE_CHECKING:
     from workbench.plant.data_sheet import DataSheet, Figure
@@ -43,9 +44,10 @@ class Quantity:
     Attributes:
         name: its name, at the begin of a sentence.
         units: factors to the SI unit by unit; the first is the SI unit, which is optional.
-        minimum: smallest plausible value, in the SI unit.
-        maximum: largest plausible value.
+        minimum: smallest possible value, in the SI unit.
+        maximum: largest possible value.
         example: of the text.
+        usual: its plausible range.
     """
 
     name: str
@@ -53,12 +55,13 @@ class Quantity:
     minimum: float
     maximum: float
     example: str
+    usual: ranges.Range
 
     def read(self, text: str) -> float:
         """Return a value in the SI unit.
 
         Raises:
-            WorkbenchError: if it is not such a quantity, or not plausible.
+            WorkbenchError: if it is not such a quantity, or not possible.
         """
         found = re.fullmatch(rf"{_NUMBER}\s*([a-z/\"]*)", text.strip(), re.IGNORECASE)
         if found is None:
@@ -71,10 +74,11 @@ class Quantity:
         value = number * factors[unit]
         if not self.minimum <= value <= self.maximum:
             si = next(iter(self.units))
+            asked = self.usual.meant(number)
             raise self._refused(
                 text,
                 f"is {value:g} {si}, but a multirotor has {self.minimum:g} to {self.maximum:g} "
-                f"{si}",
+                f"{si}{f' ({asked})' if asked else ''}",
             )
         return value
 
@@ -96,17 +100,28 @@ _FORCES = {
     "lbf": _POUND * _GRAVITY,
     "oz": _POUND * _GRAVITY / 16.0,
 }
-MASS = Quantity("the mass", _MASSES, 0.005, 500.0, "1.2kg or 1200g")
-MOTOR_MASS = Quantity("the mass of a motor", _MASSES, 1e-4, 50.0, "80g")
-ARM = Quantity("the arm", _LENGTHS, 0.01, 5.0, "225mm or 0.225m")
-DIAGONAL = Quantity("the diagonal", _LENGTHS, 0.02, 10.0, "450mm or 0.45m")
-DIAMETER = Quantity("the propeller's diameter", _LENGTHS, 0.01, 3.0, "10in, 254mm or 10x4.5")
-MAX_THRUST = Quantity("the largest thrust", _FORCES, 0.01, 2000.0, "850g or 8.3N")
-MOTOR_KV = Quantity("the motor's KV", {"KV": 1.0, "rpm/V": 1.0}, 10.0, 50_000.0, "920KV")
-_VOLTAGE = Quantity("the battery's voltage", {"V": 1.0}, 1.0, 1000.0, "4S or 14.8V")
-_CELLS = Quantity("the battery", {"S": _CELL}, _CELL, 60.0 * _CELL, "4S or 14.8V")
+MASS = Quantity("the mass", _MASSES, 0.005, 500.0, "1.2kg or 1200g", ranges.MASS)
+MOTOR_MASS = Quantity("the mass of a motor", _MASSES, 1e-4, 50.0, "80g", ranges.MOTOR_MASS)
+ARM = Quantity("the arm", _LENGTHS, 0.01, 5.0, "225mm or 0.225m", ranges.ARM)
+DIAGONAL = Quantity("the diagonal", _LENGTHS, 0.02, 10.0, "450mm or 0.45m", ranges.DIAGONAL)
+DIAMETER = Quantity(
+    "the propeller's diameter", _LENGTHS, 0.01, 3.0, "10in, 254mm or 10x4.5", ranges.DIAMETER
+)
+MAX_THRUST = Quantity(
+    "the largest thrust", _FORCES, 0.01, 2000.0, "850g or 8.3N", ranges.MAX_THRUST
+)
+MOTOR_KV = Quantity(
+    "the motor's KV", {"KV": 1.0, "rpm/V": 1.0}, 10.0, 50_000.0, "920KV", ranges.MOTOR_KV
+)
+_VOLTAGE = Quantity("the battery's voltage", {"V": 1.0}, 1.0, 1000.0, "4S or 14.8V", ranges.VOLTAGE)
+_CELLS = Quantity("the battery", {"S": _CELL}, _CELL, 60.0 * _CELL, "4S or 14.8V", ranges.VOLTAGE)
 _CAPACITY = Quantity(
-    "the battery's capacity", {"Ah": 1.0, "mAh": 0.001}, 0.01, 1000.0, "5000mAh or 5Ah"
+    "the battery's capacity",
+    {"Ah": 1.0, "mAh": 0.001},
+    0.01,
+    1000.0,
+    "5000mAh or 5Ah",
+    ranges.CAPACITY,
 )
 
 
@@ -222,6 +237,7 @@ def run(args: argparse.Namespace) -> int:
 
     from workbench.plant.data_sheet import check_lift, figures, write_xacro
     from workbench.plant.loading import load_vehicle
+    from workbench.plant.plausible import doubts
 
     found = figures(sheet)
     check_lift(sheet, found)
@@ -230,7 +246,11 @@ def run(args: argparse.Namespace) -> int:
         draft.write_text(write_xacro(sheet, found), encoding="utf-8")
         vehicle = load_vehicle(draft)  # verify that the written description flies
     made = (target, sheet, found, vehicle)
-    print_result(args, _result(*made), _print, *made, files=[target])
+    unlikely = [*_slips(sheet), *doubts(vehicle)]
+    result = _result(*made) | {"warnings": unlikely}
+    print_result(args, result, _print, *made, files=[target])
+    for each in unlikely:
+        say(each)
     if vehicle.thrust_to_weight < _WEAK:
         say(
             f"a thrust-to-weight of {vehicle.thrust_to_weight:.2g} leaves little for a climb or a "
@@ -331,6 +351,41 @@ def _sheet(args: argparse.Namespace, target: Path) -> "DataSheet":
     )
     sheet.check()
     return sheet
+
+
+def _slips(sheet: "DataSheet") -> list[str]:
+    """Return a clause for each number of a data sheet that is implausible."""
+    cells = None if sheet.voltage is None else sheet.voltage / _CELL
+    given = [
+        (ranges.MASS, sheet.mass),
+        (ranges.MOTOR_MASS, sheet.motor_mass),
+        (ranges.ARM, sheet.arm),
+        (ranges.DIAMETER, sheet.propeller.diameter),
+        (ranges.MOTOR_KV, sheet.motor_kv),
+        (ranges.VOLTAGE, sheet.voltage),
+        (ranges.CAPACITY, sheet.capacity),
+    ]
+    found = [limit.clause(value) for limit, value in given if value is not None]
+    if cells and ranges.VOLTAGE.holds(sheet.voltage or 0.0) and not ranges.CELLS.holds(cells):
+        found.append(
+            f"a battery of {sheet.voltage:g} V has {cells:.0f} cells in series, and multirotors "
+            f"have {ranges.CELLS.least:g} to {ranges.CELLS.most:g}: did you mean {cells / 10:.0f}S?"
+        )
+    if sheet.max_thrust is not None:
+        usual = 2.0 * sheet.mass * _GRAVITY / sheet.rotors
+        share = sheet.max_thrust / usual
+        if not ranges.THRUST_TO_WEIGHT.holds(2.0 * share):
+            units = [
+                unit
+                for unit, factor in ranges.MAX_THRUST.others.items()
+                if ranges.THRUST_TO_WEIGHT.holds(2.0 * share * factor)
+            ]
+            asked = f"did you mean {sheet.max_thrust:.4g} {units[0]}?" if units else "is it in N?"
+            found.append(
+                f"{sheet.max_thrust:.4g} N a rotor is {share:.3g} times the usual {usual:.3g} N of "
+                f"a drone of {sheet.mass:.4g} kg with {sheet.rotors} rotors: {asked}"
+            )
+    return [clause for clause in dict.fromkeys(found) if clause]
 
 
 def _hover(vehicle: "Vehicle") -> tuple[float, float, float]:

@@ -1,7 +1,6 @@
 """Find implausible numbers of a vehicle, which most often come from a wrong unit.
 
-The limits admit every published description that was tried, from a Crazyflie of 27 g to heavy
-lifters of 12 kg, and catch an error by a factor of a hundred or a thousand.
+The limits are in `plant.ranges`.
 """
 
 import math
@@ -9,6 +8,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from workbench.plant import ranges
+from workbench.plant.gravity import GRAVITY
 from workbench.plant.rotors import Rotor, propeller_diameter, propeller_inertia
 from workbench.plant.vehicle import Vehicle
 
@@ -17,30 +18,8 @@ _ARM = 0.2
 proportional to the cube of length (Kumar, Michael: Opportunities and challenges with autonomous
 micro aerial vehicles, Int. J. Robotics Research 31(11), 2012): 0.13 for a Crazyflie, 0.28 for
 lifters."""
-_ARMS = (0.25, 4.0)
-"""Plausible range of the arm, as shares of the usual arm."""
 _SLIPS = ((300.0, 3000.0, "millimetres"), (50.0, 300.0, "centimetres"), (15.0, 50.0, "inches"))
 """Factors of likely unit errors, with the unit given instead of metres."""
-_GYRATION = (0.1, 1.5)
-"""Plausible range of the radius of gyration over the longest arm. Published ones have 0.3 to 0.8:
-motors alone are a tenth of the mass at the ends of the arms, which yields 0.2, and almost no mass
-lies beyond them."""
-_WEAKEST, _STRONGEST = 1.2, 20.0
-"""Plausible range of thrust-to-weight: less cannot resist a gust; racing quadrotors have 15."""
-_FASTEST = 300.0
-"""Largest plausible speed of a blade tip [m/s]: near that of sound, 340, they gain no thrust."""
-_OVERLAP = 1.6
-"""Limit of diameter over distance to the next hub; published ones have up to 1, except coaxial."""
-_LAGS = (5e-4, 0.5)
-"""Plausible range of time constants of rotors [s]; published ones have 0.01 to 0.1."""
-_TORQUE = (0.005, 1.0)
-"""Plausible range of drag torque over thrust and diameter: 0.05 to 0.1 is usual, 0.45 published."""
-_SPINNING = (0.07, 30.0)
-"""Plausible range of the inertia of a rotor over that of a propeller with its thrust. Published
-ones have 0.2 to 2; it depends on the fifth power of the diameter, which is accurate to a fifth, and
-motor bells add to it."""
-_UNEVEN = 2.5
-"""Limit of the ratio between hover speeds of the rotors of one drone."""
 
 
 def doubts(vehicle: Vehicle) -> list[str]:
@@ -50,6 +29,8 @@ def doubts(vehicle: Vehicle) -> list[str]:
         *_of_the_inertia(vehicle),
         *_of_the_thrust(vehicle),
         *_of_the_rotors(vehicle),
+        *_of_the_drag(vehicle),
+        *filter(None, _of_the_rest(vehicle)),
     ]
 
 
@@ -57,7 +38,7 @@ def _of_the_arms(vehicle: Vehicle) -> Iterator[str]:
     farthest, nearest = _longest_arm(vehicle), min(vehicle.rotors, key=lambda r: _arm(vehicle, r))
     usual = _ARM * vehicle.mass ** (1.0 / 3.0)
     share = _arm(vehicle, farthest) / usual
-    if _ARMS[0] <= share <= _ARMS[1]:
+    if ranges.ARM_SHARE.holds(share):
         return
     rotor = farthest if share > 1.0 else nearest
     slips = [unit for least, most, unit in _SLIPS if least <= share < most]
@@ -74,7 +55,7 @@ def _of_the_inertia(vehicle: Vehicle) -> Iterator[str]:
     arm = _arm(vehicle, _longest_arm(vehicle))
     for axis, moment in zip("xyz", np.diag(vehicle.inertia), strict=True):
         gyration = math.sqrt(moment / vehicle.mass)
-        if not _GYRATION[0] * arm <= gyration <= _GYRATION[1] * arm:
+        if not ranges.GYRATION.holds(gyration / arm):
             yield (
                 f"its moment of inertia about {axis}, {moment:.3g} kg m², is that of its mass "
                 f"{gyration:.2g} m from the centre, and its rotors are {arm:.2g} m from there, "
@@ -84,18 +65,18 @@ def _of_the_inertia(vehicle: Vehicle) -> Iterator[str]:
 
 def _of_the_thrust(vehicle: Vehicle) -> Iterator[str]:
     ratio = vehicle.thrust_to_weight
-    if ratio > _STRONGEST:
+    if ratio > ranges.THRUST_TO_WEIGHT.most:
         yield (
             f"a thrust-to-weight of {ratio:.3g} is unlikely: are masses in kg, motor constants in "
             "N s² (not per RPM²), the largest speed in rad/s (not RPM)?"
         )
-    if ratio < _WEAKEST:
+    if ratio < ranges.THRUST_TO_WEIGHT.least:
         yield (
             f"a thrust-to-weight of {ratio:.3g} leaves next to nothing to climb and to steer with, "
             "and drones have about 2: are mass, motor constant and largest speed correct?"
         )
     speeds = [speed for speed in vehicle.hover_speeds if speed > 0.0]
-    if max(speeds) > _UNEVEN * min(speeds):
+    if not ranges.UNEVEN.holds(max(speeds) / min(speeds)):
         yield (
             f"to hover its rotors turn at {min(speeds):.3g} to {max(speeds):.3g} rad/s: are their "
             "positions and the centre of mass correct?"
@@ -114,7 +95,7 @@ def _of_the_rotors(vehicle: Vehicle) -> Iterator[str]:
 
 def _of_speed(vehicle: Vehicle, rotor: Rotor) -> str:
     tip = 0.5 * _diameter(rotor) * rotor.max_rot_velocity
-    if tip <= _FASTEST:
+    if ranges.TIP_SPEED.holds(tip):
         return ""
     return (
         f"with its motor constant it is some {_diameter(rotor):.2g} m across, and at its largest "
@@ -126,7 +107,7 @@ def _of_speed(vehicle: Vehicle, rotor: Rotor) -> str:
 def _of_size(vehicle: Vehicle, rotor: Rotor) -> str:
     beside = [math.dist(rotor.p_BR[:2], other.p_BR[:2]) for other in vehicle.rotors]
     room = min((each for each in beside if each > 0.2 * max(beside)), default=math.inf)
-    if _diameter(rotor) <= _OVERLAP * room:
+    if ranges.OVERLAP.holds(_diameter(rotor) / room):
         return ""
     return (
         f"its motor constant, {rotor.motor_constant:.3g} N s², is that of a propeller of some "
@@ -137,17 +118,17 @@ def _of_size(vehicle: Vehicle, rotor: Rotor) -> str:
 
 def _of_lag(vehicle: Vehicle, rotor: Rotor) -> str:
     lags = (rotor.time_constant_up, rotor.time_constant_down)
-    if _LAGS[0] <= min(lags) and max(lags) <= _LAGS[1]:
+    if all(map(ranges.LAG.holds, lags)):
         return ""
     return (
         f"its time constants are {lags[0]:.3g} and {lags[1]:.3g} s, and rotors have 0.01 to 0.1 s: "
-        "are they in s?"
+        f"{ranges.LAG.meant(max(lags)) or 'are they in s?'}"
     )
 
 
 def _of_torque(vehicle: Vehicle, rotor: Rotor) -> str:
     share = rotor.moment_constant / _diameter(rotor)
-    if _TORQUE[0] <= share <= _TORQUE[1]:
+    if ranges.TORQUE.holds(share):
         return ""
     return (
         f"its moment constant is {rotor.moment_constant:.3g} m, and a propeller of its thrust has "
@@ -157,12 +138,54 @@ def _of_torque(vehicle: Vehicle, rotor: Rotor) -> str:
 
 def _of_spinning(vehicle: Vehicle, rotor: Rotor) -> str:
     usual = propeller_inertia(_diameter(rotor))
-    if rotor.inertia == 0.0 or _SPINNING[0] <= rotor.inertia / usual <= _SPINNING[1]:
+    if rotor.inertia == 0.0 or ranges.SPINNING.holds(rotor.inertia / usual):
         return ""
     return (
         f"its inertia about its axis is {rotor.inertia:.3g} kg m², and a propeller of its thrust "
         f"has about {usual:.1g} kg m²: is it the rotor's own, or a placeholder?"
     )
+
+
+def _of_the_drag(vehicle: Vehicle) -> Iterator[str]:
+    """Yield implausible forces and moments at 1 m/s, of all rotors in hover."""
+    weight = vehicle.mass * GRAVITY
+    arm = _arm(vehicle, _longest_arm(vehicle))
+
+    def total(name: str) -> float:
+        return sum(
+            getattr(rotor, name) * speed
+            for rotor, speed in zip(vehicle.rotors, vehicle.hover_speeds.tolist(), strict=True)
+        )
+
+    for name, limit, whole, unit in (
+        ("rotor_drag_coefficient", ranges.ROTOR_DRAG, weight, "N"),
+        ("rolling_moment_coefficient", ranges.ROLLING_MOMENT, weight * arm, "N m"),
+        ("inflow_coefficient", ranges.INFLOW, weight, "N"),
+    ):
+        share = abs(total(name)) / whole
+        if not limit.holds(share):
+            yield (
+                f"its {limit.quantity}, is {share:.3g}, and rotors have 0.002 to 0.15: is "
+                f"{name}, {getattr(vehicle.rotors[0], name):.3g}, in {unit} per rad/s and m/s?"
+            )
+
+
+def _of_the_rest(vehicle: Vehicle) -> Iterator[str]:
+    """Yield a clause, or "", for each number with a range of its own."""
+    yield ranges.MASS.clause(vehicle.mass)
+    rotor = vehicle.rotors[0]
+    yield ranges.GROUND_EFFECT.clause(rotor.ground_effect_coefficient)
+    if rotor.ground_effect_coefficient and rotor.propeller_radius:
+        share = 2.0 * rotor.propeller_radius / _diameter(rotor)
+        if not ranges.RADIUS.holds(share):
+            yield (
+                f"its propeller radius, {rotor.propeller_radius:.3g} m, is {share:.3g} times that "
+                "of a propeller of its thrust: is it in m?"
+            )
+    if vehicle.battery:
+        yield ranges.CHARGE.clause(vehicle.battery.capacity)
+        yield ranges.RESISTANCE.clause(vehicle.battery.resistance or ranges.RESISTANCE.least)
+        yield ranges.VOLTAGE.clause(vehicle.battery.open_circuit_voltage[-1][1])
 
 
 def _diameter(rotor: Rotor) -> float:
