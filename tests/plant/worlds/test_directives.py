@@ -4,6 +4,7 @@ import logging
 
 import numpy as np
 import pytest
+from pydrake.geometry import MakeRenderEngineVtk, RenderEngineVtkParams, Role, SceneGraph
 
 BOX_SDF = """<sdf version="1.9"><model name="box"><link name="base_link">{}</link></model></sdf>"""
 TOUCHED = '<collision name="c"><geometry><box><size>1 2 3</size></box></geometry></collision>'
@@ -201,3 +202,26 @@ def test_nothing_is_fetched_from_the_internet(fault, write):
     write("directives:\n- add_model: {name: a, file: 'package://drake_models/a.sdf'}", "more.yaml")
     said = fault("directives:\n- add_directives: {file: more.yaml}")
     assert "refers to unknown package 'drake_models'" in said
+
+
+BARE = "v 3 -1 0\nv 3 1 0\nv 4 0 0\nv 3.5 0 3\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
+
+
+@pytest.mark.parametrize("part", ["visual", "collision"])
+def test_a_camera_draws_an_obj_without_normals(read, write, part):
+    """Drake's renderer refuses such a file; without a visual, the collision shape is drawn."""
+    write(BARE, "rock.obj")
+    write(
+        f"""<sdf version="1.9"><model name="rock"><static>true</static><link name="l">
+        <{part} name="v"><geometry><mesh><uri>rock.obj</uri><scale>1 2 1</scale></mesh></geometry>
+        </{part}></link></model></sdf>""",
+        "rock.sdf",
+    )
+    (rock,) = read("directives:\n- add_model: {name: rock, file: rock.sdf}\n").obstacles
+    (drawn,) = rock.visuals
+    assert drawn.shape().scale3().tolist() == [1.0, 2.0, 1.0]
+    scene_graph = SceneGraph()
+    scene_graph.AddRenderer("cameras", MakeRenderEngineVtk(RenderEngineVtkParams()))
+    source = scene_graph.RegisterSource("world")
+    geometry = scene_graph.RegisterAnchoredGeometry(source, drawn)
+    assert scene_graph.model_inspector().GetProperties(geometry, Role.kPerception)

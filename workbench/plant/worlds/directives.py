@@ -1,5 +1,6 @@
 """Read Drake's model directives in a world file, with Drake, as obstacles."""
 
+import copy
 import logging
 from bisect import bisect_left
 from collections.abc import Iterator, Mapping, Sequence
@@ -35,10 +36,13 @@ from pydrake.multibody.tree import BodyIndex, RigidBody
 from pydrake.systems.framework import Context
 
 from workbench.common.errors import WorkbenchError, unknown_name
+from workbench.common.plain_files import read_plain
 from workbench.common.yaml_files import YamlFile, read_yaml, tagged_loader
+from workbench.plant.drawable import MOST_BYTES, MeshUse, convert
 from workbench.plant.formats.values import shortened
 from workbench.plant.formats.xml import read_xml
 from workbench.plant.packages import PackageFinder
+from workbench.plant.shapes import Mesh as MeshFile
 from workbench.plant.worlds.geometry import drawn_if_none
 from workbench.plant.worlds.world import Obstacle
 
@@ -315,7 +319,39 @@ def _obstacle(
     X_WO = plant.EvalBodyPoseInWorld(context, body)
     for geometry in (*collisions, *visuals):
         refuse_endless(_where(file, name), name, X_WO, geometry)
-    return Obstacle(name, X_WO, collisions, drawn_if_none(visuals, collisions))
+    where = _where(file, name)
+    drawn = drawn_if_none(visuals, collisions)
+    return Obstacle(name, X_WO, collisions, tuple(_with_normals(where, each) for each in drawn))
+
+
+def _with_normals(where: str, geometry: GeometryInstance) -> GeometryInstance:
+    """Return a visual; one with an OBJ without normals, which Drake's cameras refuse, with them.
+
+    Raises:
+        WorkbenchError: if the file cannot be read.
+    """
+    shape = geometry.shape()
+    path = shape.source().path() if isinstance(shape, Mesh) else Path()
+    if path.suffix.lower() != ".obj" or not path.is_file():
+        return geometry
+    data = read_plain(path, MOST_BYTES)
+    if data.startswith(b"vn") or b"\nvn" in data:
+        return geometry
+    seen = geometry.perception_properties() or geometry.illustration_properties()
+    rgba = None
+    if seen is not None and seen.HasProperty("phong", "diffuse"):
+        color = seen.GetProperty("phong", "diffuse")
+        rgba = (color.r(), color.g(), color.b(), color.a())
+    use = MeshUse(MeshFile(str(path), path), "visual", rgba)
+    converted = convert([use])[use]
+    if isinstance(converted, WorkbenchError):
+        raise WorkbenchError(f"{where}{converted}") from converted
+    shown = GeometryInstance(geometry.pose(), Mesh(str(converted), shape.scale3()), geometry.name())
+    if perceived := geometry.perception_properties():
+        shown.set_perception_properties(copy.copy(perceived))
+    if drawn := geometry.illustration_properties():
+        shown.set_illustration_properties(copy.copy(drawn))
+    return shown
 
 
 def _where(file: YamlFile, body: str) -> str:
