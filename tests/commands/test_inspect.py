@@ -60,6 +60,9 @@ def test_json_says_what_a_program_needs(capsys):
     assert set(sensors) == names
     assert (sensors["lidar"]["type"], sensors["lidar"]["rate"]) == ("gpu_lidar", 10.0)
     assert sensors["camera"]["frame"] == "camera_link"
+    (noise,) = sensors["barometer"]["noise"]["noise"]
+    assert noise["stddev"] > 0.0
+    assert len(sensors["imu"]["noise"]["angular_velocity"]) == 3
     assert data["warnings"] == []
 
 

@@ -1,6 +1,7 @@
 """`workbench inspect`: show the interpretation of a drone description."""
 
 import argparse
+import dataclasses
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -21,6 +22,7 @@ from workbench.plant.remarks import HEADINGS, Remark
 
 if TYPE_CHECKING:
     from workbench.plant.description import Description
+    from workbench.plant.sensors import Noise, Sensor
     from workbench.plant.vehicle import Vehicle
 
 
@@ -39,6 +41,10 @@ def print_description(
     if vehicle.sensors:
         print(f"\nsensors ({len(vehicle.sensors)})")
         print_table(_sensors(vehicle), left=(0, 1, 2))
+        print(
+            "\nnoise of the sensors: of a sample, its mean, a bias drawn once, and density of drift"
+        )
+        print_table(_noise_rows(vehicle), left=(0, 1))
     _print_frames(description)
     _print_remarks(description)
 
@@ -170,6 +176,68 @@ def _sensors(vehicle: "Vehicle") -> list[tuple[str, ...]]:
         for sensor in vehicle.sensors
     ]
     return [("name", "type", "frame", "position m", "rate Hz"), *rows]
+
+
+_NOISE_UNITS = (
+    ("angular_velocity", "rad/s"),
+    ("linear_acceleration", "m/s²"),
+    ("horizontal_position", "m"),
+    ("vertical_position", "m"),
+    ("horizontal_velocity", "m/s"),
+    ("vertical_velocity", "m/s"),
+    ("magnetic_field", "T"),
+)
+"""Units of a sensor's numbers with noise, by attribute."""
+
+
+def _noises(sensor: "Sensor") -> "Iterator[tuple[str, tuple[Noise, ...]]]":
+    """Yield the attributes of a sensor that are noise, with one value, or one for each axis."""
+    from workbench.plant.sensors import Noise
+
+    for field in dataclasses.fields(sensor):
+        value = getattr(sensor, field.name)
+        values = value if isinstance(value, tuple) else (value,)
+        if values and all(isinstance(each, Noise) for each in values):
+            yield field.name, values
+
+
+def _noise_rows(vehicle: "Vehicle") -> list[tuple[str, ...]]:
+    """Return the table of the sensors' noise with its heading; "-" for none."""
+    rows: list[tuple[str, ...]] = [
+        (
+            *("name", "of", "unit", "stddev", "mean"),
+            *("bias mean", "bias stddev", "drift", "rounded to"),
+        )
+    ]
+    for sensor in vehicle.sensors:
+        for name, values in _noises(sensor):
+            unit = dict(_NOISE_UNITS).get(name, "Pa" if sensor.kind == "barometer" else "m")
+            what = "distance" if name == "noise" else name.replace("_", " ")
+            rows.append(
+                (
+                    sensor.name,
+                    "pressure" if unit == "Pa" else what,
+                    unit,
+                    *(
+                        _alike(getattr(each, attribute) for each in values)
+                        for attribute in (
+                            "stddev",
+                            "mean",
+                            "bias_mean",
+                            "bias_stddev",
+                            "dynamic_bias_stddev",
+                            "precision",
+                        )
+                    ),
+                )
+            )
+    return rows
+
+
+def _alike(values: Iterable[float]) -> str:
+    """Return numbers, one for all if they are alike, "-" if they are 0."""
+    found = [f"{value:.4g}" if value else "-" for value in values]
+    return found[0] if len(set(found)) == 1 else " ".join(found)
 
 
 def _tree(description: "Description", name: str, first: str, rest: str) -> Iterator[str]:
@@ -309,6 +377,10 @@ def _json(description: "Description", vehicle: "Vehicle", unlikely: list[str]) -
                 **pick(sensor, "type name frame rate link"),
                 "position": sensor.p_BS,
                 "rotation": sensor.R_BS,
+                "noise": {
+                    name: [dataclasses.asdict(each) for each in values]
+                    for name, values in _noises(sensor)
+                },
             }
             for sensor in vehicle.sensors
         ],
