@@ -139,15 +139,19 @@ def _read(path: Path, args: Mapping[str, str], finder: PackageFinder, remarks: R
 
     The readers of the other formats take a tenth of Drake's time to load.
     """
+    from workbench.plant.formats.sdf_include import refuse_template
+
     if path.suffix == ".sdf":
         from workbench.plant.formats.sdf import read_sdf
 
         return read_sdf(path, finder, remarks)
-    if path.suffix not in (".xacro", ".urdf"):
-        from workbench.plant.formats.sdf_include import refuse_template
-
+    if path.suffix not in (".xacro", ".urdf"):  # before it is found to be no XML
         refuse_template(path)
-    if path.suffix == ".xacro" or is_xacro(root := read_xml(path)):
+    root = None if path.suffix == ".xacro" else read_xml(path)
+    expands = root is None or is_xacro(root)
+    if path.suffix == ".urdf" and not expands:  # expressions of xacro may have such braces
+        refuse_template(path)
+    if root is None or expands:
         root = parse_xml(expand_xacro(path, args, finder), path)
         if root.tag == "sdf":
             from workbench.plant.formats.sdf import read_expanded_sdf

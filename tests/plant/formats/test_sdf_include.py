@@ -5,6 +5,7 @@ from pathlib import Path
 import pytest
 
 from workbench.common.errors import WorkbenchError
+from workbench.plant.description import read_description
 from workbench.plant.formats.sdf import read_sdf
 from workbench.plant.model import Model
 from workbench.plant.packages import PackageFinder
@@ -300,6 +301,20 @@ def test_a_template_is_to_be_rendered_first(tmp_path, template, line, end):
     said = fault(path)
     assert said.startswith(f"{path}:{line}: ")
     assert "render it first" in said
+
+
+@pytest.mark.parametrize("suffix", [".urdf", ".xml"])
+def test_a_template_of_another_format_is_refused_too(tmp_path, suffix):
+    path = tmp_path / f"top{suffix}"
+    path.write_text("<robot name='r'>\n<link name='{{ ns }}base'/></robot>")
+    with pytest.raises(WorkbenchError, match=r":2: '{{ ns }}' makes this a template"):
+        read_description(path)
+
+
+def test_braces_that_do_not_close_are_those_of_a_name(tmp_path):
+    path = tmp_path / "top.urdf"
+    path.write_text("<robot name='r'><link name='wing{{1'/></robot>")
+    assert read_description(path).base_link == "wing{{1"
 
 
 def test_braces_in_comments_make_no_template(models):

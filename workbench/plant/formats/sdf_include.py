@@ -16,7 +16,7 @@ from workbench.plant.packages import PackageFinder
 OLDEST = (1, 3)
 """First version with poses in elements instead of attributes."""
 
-_TEMPLATE = re.compile(rb"\{\{|\{%|<%")
+_TEMPLATE = re.compile(rb"\{\{[^\n]*?\}\}|\{%|<%")
 _VERSION = re.compile(r"(\d{1,4})\.(\d{1,4})(\.\d{1,4})*")
 
 
@@ -164,7 +164,7 @@ def refuse_template(path: Path) -> None:
         if match:
             line += text[: match.start()].count(b"\n")
             raise WorkbenchError(
-                f"{path}:{line}: '{match[0].decode()}' makes this a template: render it first "
-                "(jinja or erb) and give the result"
+                f"{path}:{line}: '{shortened(match[0].decode(errors='replace'))}' makes this a "
+                "template: render it first (jinja or erb) and give the result"
             )
         line += text.count(b"\n")
