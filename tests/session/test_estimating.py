@@ -1,12 +1,15 @@
 """Flights on an estimate: equal to the bit however they are cut, from a checkpoint on, replayed."""
 
+import dataclasses
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from workbench.common.errors import WorkbenchError
+from workbench.plant.sensors import Imu, Noise
 from workbench.plant.variation import Variation
+from workbench.scenario.configured import tell_gyro_bias
 from workbench.scenario.scenario import Action, Scenario, SensorsConfig, VehicleConfig
 from workbench.session.session import Session
 
@@ -67,3 +70,30 @@ def test_a_drone_without_imu_cannot_estimate():
         Session(Scenario(estimator="ekf", vehicle=vehicle))
     with pytest.raises(WorkbenchError, match="unknown estimator .kalman.: known are"):
         Session(Scenario(estimator="kalman"))
+
+
+@pytest.mark.parametrize(
+    ("estimator", "bias", "settings", "said"),
+    [
+        ("complementary", 0.05, {}, "by up to 5.7° about each axis, for some 25 s: let the drone"),
+        ("complementary", 0.05, {"complementary_ki": 0.0}, "for good, as complementary_ki is 0"),
+        ("complementary", 0.005, {}, ""),
+        ("ekf", 0.05, {}, ""),
+    ],
+)
+def test_a_gyro_bias_that_tilts_the_complementary_filter_is_told(
+    vehicle, caplog, estimator, bias, settings, said
+):
+    biased = tuple(
+        dataclasses.replace(sensor, angular_velocity=(Noise(bias_mean=bias),) * 3)
+        if isinstance(sensor, Imu)
+        else sensor
+        for sensor in vehicle.sensors
+    )
+    values = {"complementary_kp": 0.5, "complementary_ki": 0.02} | settings
+    with caplog.at_level("INFO", "workbench"):
+        tell_gyro_bias(
+            dataclasses.replace(vehicle, sensors=biased), Scenario(estimator=estimator), values
+        )
+    assert said in caplog.text
+    assert bool(caplog.text) == bool(said)

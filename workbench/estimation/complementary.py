@@ -17,6 +17,9 @@ by the estimated velocity, the velocity by the specific force. A constant sample
 estimate back in every acceleration. GPS samples are used for a second; after that only barometer
 and specific force remain.
 
+A constant gyro bias b first turns the attitude by b / kp; b_g takes it over with the time constant
+kp / ki, 25 s with the defaults.
+
 Source: R. Mahony, T. Hamel and J.-M. Pflimlin, Nonlinear complementary filters on the special
 orthogonal group, IEEE Transactions on Automatic Control 53(5), 2008: explicit filter with bias
 correction, equations 32 and 34.

@@ -1,12 +1,16 @@
 """Read the description and the world of a scenario."""
 
 import logging
+import math
+from collections.abc import Mapping
 
 from workbench.common.resources import find_file, find_model, find_world, worlds_dir
+from workbench.estimation.settings import COMPLEMENTARY
 from workbench.plant.description import Description, read_description
 from workbench.plant.loading import make_vehicle
 from workbench.plant.plausible import doubts
 from workbench.plant.remarks import summed_up
+from workbench.plant.sensors import Imu
 from workbench.plant.vehicle import Vehicle
 from workbench.plant.worlds.reading import read_world
 from workbench.plant.worlds.world import World
@@ -73,6 +77,41 @@ def tell_start(obstacle: str, clearance: float, distance: float) -> None:
             obstacle,
             distance - clearance,
         )
+
+
+TILTING = math.radians(1.0)
+"""Attitude error of the complementary filter by a gyro bias from which on it is told [rad]."""
+
+
+def tell_gyro_bias(vehicle: Vehicle, scenario: Scenario, values: Mapping[str, float]) -> None:
+    """Warn of a gyro bias that tilts the complementary filter until it is estimated.
+
+    Its attitude error is the bias over kp, and decays with the time constant kp / ki.
+
+    Args:
+        vehicle: with its sensors.
+        scenario: with the estimator.
+        values: of the parameters by name.
+    """
+    if scenario.estimator != COMPLEMENTARY or not scenario.sensors.noise:
+        return
+    kp, ki = values["complementary_kp"], values["complementary_ki"]
+    for sensor in vehicle.sensors:
+        if not isinstance(sensor, Imu):
+            continue
+        bias = max(abs(each.bias_mean) + each.bias_stddev for each in sensor.angular_velocity)
+        if kp > 0.0 and bias / kp > TILTING:
+            after = (
+                f"for some {kp / ki:.0f} s" if ki > 0.0 else "for good, as complementary_ki is 0"
+            )
+            logging.getLogger("workbench").info(
+                "%s: a gyro bias of %.2g rad/s turns the attitude of the complementary filter by "
+                "up to %.2g° about each axis, %s: let the drone fly on the estimator ekf",
+                sensor.name,
+                bias,
+                math.degrees(bias / kp),
+                after,
+            )
 
 
 def tell_remarks(description: Description, vehicle: Vehicle) -> None:

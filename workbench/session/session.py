@@ -43,6 +43,7 @@ from workbench.plant.worlds.world import World
 from workbench.scenario.configured import (
     read_configured,
     read_configured_world,
+    tell_gyro_bias,
     tell_remarks,
     tell_start,
     tell_world,
@@ -122,6 +123,7 @@ def _build_flight(
     if estimator:
         controller = with_estimator(controller, estimator)
     values = flight_gains(vehicle, scenario.vehicle.gains, settings, controller)
+    tell_gyro_bias(vehicle, scenario, values)
     remark_on_owner(scenario.vehicle.gains, vehicle.name, controller)
     world = read_configured_world(scenario)
     tell_world(world)
