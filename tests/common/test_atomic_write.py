@@ -1,12 +1,14 @@
 """Whatever fails, the old file stays, and nothing else is left behind."""
 
+import errno
 import os
+import signal
 from pathlib import Path
 
 import pytest
 
 from workbench.common.errors import WorkbenchError
-from workbench.common.plain_files import write_atomically
+from workbench.common.plain_files import atomic_file, write_atomically
 
 
 def test_a_file_is_written_and_written_over(tmp_path):
@@ -17,7 +19,11 @@ def test_a_file_is_written_and_written_over(tmp_path):
     assert list(tmp_path.iterdir()) == [path]
 
 
-@pytest.mark.parametrize("step", ["write", "fsync", "replace"])
+FAILING = {"open": os, "fdopen": os, "fsync": os, "link": os, "replace": Path}
+"""Each step of a write, and what does it."""
+
+
+@pytest.mark.parametrize("step", FAILING)
 def test_the_old_file_stays_when_a_step_fails(tmp_path, monkeypatch, step):
     path = tmp_path / "a.yaml"
     path.write_text("old")
@@ -25,16 +31,42 @@ def test_the_old_file_stays_when_a_step_fails(tmp_path, monkeypatch, step):
     def fail(*_, **__):
         raise OSError(28, "No space left on device")
 
-    if step == "fsync":
-        monkeypatch.setattr(os, "fsync", fail)
-    elif step == "replace":
-        monkeypatch.setattr(Path, "replace", fail)
-    else:
-        monkeypatch.setattr(Path, "open", fail)
+    monkeypatch.setattr(FAILING[step], step, fail)
     with pytest.raises(WorkbenchError, match=r"a\.yaml: cannot be written: No space left"):
         write_atomically(path, "new")
     monkeypatch.undo()
     assert path.read_text() == "old"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_a_killed_process_leaves_the_old_file_and_no_other(tmp_path):
+    path = tmp_path / "a.yaml"
+    path.write_text("old")
+    child = os.fork()
+    if not child:
+        with atomic_file(path) as stream:
+            stream.write(b"half")
+            stream.flush()
+            os.kill(os.getpid(), signal.SIGKILL)
+    assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == -signal.SIGKILL
+    assert path.read_text() == "old"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_a_filesystem_without_nameless_files_is_written_to(tmp_path, monkeypatch):
+    path, plain = tmp_path / "a.yaml", os.open
+
+    def without(place, flags, *rest, **named):
+        if flags & os.O_TMPFILE == os.O_TMPFILE:
+            raise OSError(errno.EOPNOTSUPP, "Operation not supported")
+        return plain(place, flags, *rest, **named)
+
+    monkeypatch.setattr(os, "open", without)
+    write_atomically(path, "one")
+    with pytest.raises(KeyboardInterrupt), atomic_file(path) as stream:
+        stream.write(b"half")
+        raise KeyboardInterrupt
+    assert path.read_text() == "one"
     assert list(tmp_path.iterdir()) == [path]
 
 

@@ -3,15 +3,59 @@
 import os
 import stat
 import uuid
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from typing import IO, BinaryIO
 
 from workbench.common.errors import WorkbenchError
 
+_LEAST_READ = 1_000_000
+"""Bytes asked for at least, as some files of the system state a size of 0."""
 
-def read_plain(path: Path | str, most: int | None = None, first: int | None = None) -> bytes:
-    """Return the content of a file, or its beginning.
+
+@contextmanager
+def open_plain(path: Path | str, most: int | None = None) -> Iterator[BinaryIO]:
+    """Open a file to read it; errors of reading within the block are sentences, too.
 
     Pipes and devices are rejected: a pipe may have no writer, and a device may never end.
+
+    Args:
+        path: the file.
+        most: largest size [bytes]; None for no limit.
+
+    Raises:
+        WorkbenchError: if it does not exist, is not a plain file, is too large, or cannot be read.
+    """
+    try:
+        with os.fdopen(_opened(path, most), "rb") as stream:
+            yield stream
+    except FileNotFoundError:
+        raise WorkbenchError(f"{path}: no such file") from None
+    except (OSError, ValueError, MemoryError) as error:
+        reason = getattr(error, "strerror", None) or error or "it does not fit into memory"
+        raise WorkbenchError(f"{path}: cannot be read: {reason}") from error
+
+
+def _opened(path: Path | str, most: int | None) -> int:
+    """Return the descriptor of a plain file of limited size."""
+    # Checked on the open file, as another file may take the name; opening a pipe would block.
+    number = os.open(path, os.O_RDONLY | os.O_NONBLOCK)
+    try:
+        status = os.fstat(number)
+        if not stat.S_ISREG(status.st_mode):
+            what = "a folder" if stat.S_ISDIR(status.st_mode) else "a pipe or a device"
+            raise WorkbenchError(f"{path}: is {what}: name a plain file")
+        if most is not None and status.st_size > most:
+            raise WorkbenchError(f"{path}: is larger than {_size(most)}")
+    except BaseException:
+        os.close(number)
+        raise
+    return number
+
+
+def read_plain(path: Path | str, most: int | None = None, first: int | None = None) -> bytes:
+    """Return the content of a plain file, or its beginning; see `open_plain`.
 
     Args:
         path: the file.
@@ -21,24 +65,17 @@ def read_plain(path: Path | str, most: int | None = None, first: int | None = No
     Raises:
         WorkbenchError: if it does not exist, is not a plain file, is too large, or cannot be read.
     """
-    try:
-        # Checked on the open file, as another file may take the name; opening a pipe would block.
-        number = os.open(path, os.O_RDONLY | os.O_NONBLOCK)
-        with os.fdopen(number, "rb") as stream:
-            status = os.fstat(number)
-            if not stat.S_ISREG(status.st_mode):
-                what = "a folder" if stat.S_ISDIR(status.st_mode) else "a pipe or a device"
-                raise WorkbenchError(f"{path}: is {what}: name a plain file")
-            if most is not None and status.st_size > most:
-                raise WorkbenchError(f"{path}: is larger than {_size(most)}")
-            return stream.read(most if first is None else first)
-    except FileNotFoundError:
-        raise WorkbenchError(f"{path}: no such file") from None
-    except IsADirectoryError:
-        raise WorkbenchError(f"{path}: is a folder: name a plain file") from None
-    except (OSError, ValueError, MemoryError) as error:
-        reason = getattr(error, "strerror", None) or error or "it does not fit into memory"
-        raise WorkbenchError(f"{path}: cannot be read: {reason}") from error
+    with open_plain(path, most) as stream:
+        wanted = most if first is None else first
+        if wanted is None:
+            return stream.read()
+        # `read` reserves all the memory that it is asked for, before it reads.
+        return stream.read(min(wanted, max(size_of(stream), _LEAST_READ)))
+
+
+def size_of(stream: IO[bytes]) -> int:
+    """Return the size of an open file [bytes]."""
+    return os.fstat(stream.fileno()).st_size
 
 
 def _size(most: int) -> str:
@@ -47,10 +84,7 @@ def _size(most: int) -> str:
 
 
 def write_atomically(path: Path, text: str | bytes) -> None:
-    """Write a file atomically: on any failure an existing file stays unchanged.
-
-    The text goes to a temporary file next to it, which is then renamed. For a symbolic link the
-    target is replaced. Permissions of a file are kept.
+    """Write a file atomically, see `atomic_file`.
 
     Args:
         path: the file.
@@ -59,16 +93,40 @@ def write_atomically(path: Path, text: str | bytes) -> None:
     Raises:
         WorkbenchError: if it cannot be written.
     """
+    with atomic_file(path) as stream:
+        stream.write(text if isinstance(text, bytes) else text.encode("utf-8"))
+
+
+@contextmanager
+def atomic_file(path: Path) -> Iterator[BinaryIO]:
+    """Yield a stream for the new content of a file, which appears when the block ends.
+
+    On any failure an existing file stays unchanged. Until the end the content is in a file without
+    a name, so nothing remains of a process that is killed. For a symbolic link the target is
+    replaced. Permissions of a file are kept.
+
+    Raises:
+        WorkbenchError: if it cannot be written.
+    """
     partial = None
     try:
         target = path.resolve()
-        partial = target.with_name(f".{uuid.uuid4().hex}.part")
-        with partial.open("xb") as stream:
-            stream.write(text if isinstance(text, bytes) else text.encode("utf-8"))
+        named = target.with_name(f".{uuid.uuid4().hex}.part")
+        try:
+            number = os.open(target.parent, os.O_TMPFILE | os.O_WRONLY, 0o666)
+        except OSError:  # some network filesystems have no files without names
+            partial = named
+            number = os.open(partial, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666)
+        with os.fdopen(number, "wb") as stream:
+            yield stream
             stream.flush()
-            os.fsync(stream.fileno())
-        if target.exists():
-            partial.chmod(target.stat().st_mode)
+            os.fsync(number)
+            if target.exists():
+                os.fchmod(number, stat.S_IMODE(target.stat().st_mode))
+            if partial is None:
+                partial = named
+                # With a folder's descriptor it is `linkat`, which follows /proc's link to the file.
+                os.link(f"/proc/self/fd/{number}", partial, src_dir_fd=number)
         partial.replace(target)
     except (OSError, RuntimeError) as error:  # links in a circle are a RuntimeError
         reason = getattr(error, "strerror", None) or error

@@ -1,7 +1,7 @@
 """The recording of a flight: arrays over time, and quantities derived from them."""
 
-import contextlib
 import csv
+import io
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from pathlib import Path
@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from workbench.common.errors import WorkbenchError
+from workbench.common.plain_files import atomic_file
 from workbench.control.flight_mode import REASON
 from workbench.plant.rotors import wrench_matrix
 from workbench.plant.sensors import Imu
@@ -188,18 +189,16 @@ class Recording:
         """
         columns = self._columns()
         table = np.column_stack(list(columns.values()))
-        partial = path.with_name(path.name + ".part")
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
-            with partial.open("w", newline="", encoding="utf-8") as file:
-                writer = csv.writer(file)
-                writer.writerow(columns)
-                writer.writerows(table.tolist())
-            partial.replace(path)
         except OSError as error:
-            with contextlib.suppress(OSError):
-                partial.unlink()
             raise WorkbenchError(f"{path}: cannot be written: {error.strerror}") from error
+        with atomic_file(path) as stream:
+            file = io.TextIOWrapper(stream, encoding="utf-8", newline="")
+            writer = csv.writer(file)
+            writer.writerow(columns)
+            writer.writerows(table.tolist())
+            file.detach()  # all is in the stream, which stays open
 
     def _columns(self) -> dict[str, np.ndarray]:
         """Return every signal as named columns."""

@@ -2,14 +2,13 @@
 
 import hashlib
 import json
-import os
-import tempfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from workbench.common.cache import cache_folder, release
 from workbench.common.errors import WorkbenchError
+from workbench.common.plain_files import write_atomically
 from workbench.ipc.limited import LimitedError, run_trusted
 from workbench.plant.formats.xml import Element
 from workbench.plant.packages import PackageFinder
@@ -89,10 +88,7 @@ def keep_expansion(request: dict[str, object], text: str, read: Sequence[str]) -
     try:
         entry = {"read": {path: _digest(Path(path)) for path in read}, "text": text}
         place = _place(request)
-        handle, partial = tempfile.mkstemp(dir=place.parent, prefix=".partial")
-        with os.fdopen(handle, "w", encoding="utf-8") as file:
-            json.dump(entry, file)
-        Path(partial).replace(place)
+        write_atomically(place, json.dumps(entry))
         kept = sorted(place.parent.glob("*.json"), key=lambda path: path.stat().st_mtime)
         for old in kept[:-MOST_KEPT]:
             old.unlink(missing_ok=True)
