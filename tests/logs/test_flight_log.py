@@ -368,3 +368,23 @@ def test_a_log_whose_file_is_gone_when_it_is_ended_is_told(tmp_path):
     flight.run(lambda share: None)
     assert "moved or deleted" in flight.said
     assert path.read_text() == "another file"
+
+
+@pytest.mark.parametrize("look", [0.0, 1e9])
+def test_a_log_that_another_program_shortens_is_told_and_has_no_gap(tmp_path, monkeypatch, look):
+    """A write goes to where the last one ended: zeros before it would hide what is behind them."""
+    monkeypatch.setattr(flight_log, "LOOK_PERIOD", look)
+    path = tmp_path / "flight.mcap"
+    flight, cut = LoggedFlight(path, Scenario(duration=2.0), {}), []
+
+    def shorten(share):
+        if share >= 0.5 and not cut:
+            cut.append(path.stat().st_size * 3 // 4)
+            os.truncate(path, cut[0])
+
+    flight.run(shorten)
+    assert flight.session.time == pytest.approx(2.0)
+    assert flight.said.startswith(f"{path}: the log ends at ")
+    assert "another program has shortened or overwritten the file" in flight.said
+    assert path.stat().st_size == cut[0]
+    assert "was not closed" in read_log(path).remark

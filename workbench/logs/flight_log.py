@@ -170,9 +170,9 @@ class FlightLog:
             self._end(error)
 
     def look(self) -> None:
-        """End the log if its file was moved or deleted; checks at most once a second.
+        """End the log if its file was moved, deleted or shortened; checks at most once a second.
 
-        Writing to a deleted file loses data without any error.
+        Writing to such a file loses data without any error.
         """
         now = time.monotonic()
         if self._open and now >= self._look_due:
@@ -243,8 +243,15 @@ class FlightLog:
         }
 
     def _check_place(self) -> None:
-        """End the log if its file is no longer in its place, and complete a moved file."""
-        if not self._open or self._writer.is_in_place():
+        """End the log if its file is no longer in its place or as written; complete a moved one."""
+        if not self._open:
+            return
+        try:
+            self._writer.check_size()
+        except OSError as error:
+            self._end(error)
+            return
+        if self._writer.is_in_place():
             return
         self._open = False
         try:

@@ -7,6 +7,8 @@ from pathlib import Path
 from mcap.well_known import Profile
 from mcap.writer import Writer
 
+from workbench.common.plain_files import size_of
+
 CHUNK_SIZE = 128 * 1024
 """Bytes of messages in a chunk, before it is compressed."""
 
@@ -40,6 +42,14 @@ class McapWriter(Writer):
         mine = os.fstat(self._records.file.fileno())
         return (there.st_dev, there.st_ino) == (mine.st_dev, mine.st_ino)
 
+    def check_size(self) -> None:
+        """Check that the file is as long as what was written to it.
+
+        Raises:
+            OSError: if another program shortened or extended it.
+        """
+        self._records.check_size()
+
     def message(self, channel: int, t_ns: int, wall_ns: int, data: bytes) -> None:
         """Add a message of a simulated time [ns], published at a wall time [ns since 1970]."""
         count = self._counts[channel]
@@ -57,8 +67,9 @@ class McapWriter(Writer):
         Raises:
             OSError: if the incomplete rest cannot be cut off.
         """
-        try:
-            self._records.file.truncate(self._records.tell())
+        file = self._records.file
+        try:  # a file that another program shortened is not filled up with zeros
+            file.truncate(min(self._records.tell(), size_of(file)))
         finally:
             self._records.file.close()
 
@@ -73,8 +84,16 @@ class _Records:
     def tell(self) -> int:
         return self._at
 
+    def check_size(self) -> None:
+        if size_of(self.file) != self._at:
+            raise OSError("another program has shortened or overwritten the file")
+
     def write(self, data: bytes) -> None:
-        """Write records to the system; only then they count."""
+        """Write records to the system; only then they count.
+
+        Behind the end of a shortened file they would follow a gap of zeros, which no reader passes.
+        """
+        self.check_size()
         rest = memoryview(data)
         while rest:
             rest = rest[self.file.write(rest) or 0 :]
