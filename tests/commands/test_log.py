@@ -3,9 +3,11 @@
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from tests.logs.test_flight_reader import MAPPING, usd_log
+from tests.logs.test_step_response import fly
 
 
 @pytest.fixture
@@ -73,6 +75,22 @@ def test_import_stores_what_log_says(run, usd, tmp_path):
     for old, new in zip(before["signals"], after["signals"], strict=True):
         assert old.pop("end") == pytest.approx(new.pop("end"), abs=1e-9)
         assert old == new
+
+
+def test_a_step_response_is_drawn_and_told_as_json(run, tmp_path):
+    table, mapping = tmp_path / "flight.csv", tmp_path / "flight.mapping.yaml"
+    np.savetxt(table, np.column_stack(fly(duration=20.0)), delimiter=",", header="t,want,got")
+    mapping.write_text(
+        "time: {column: '# t', unit: s}\ncolumns:\n"
+        "  want: {signal: rate_setpoint.w_x, unit: rad/s}\n"
+        "  got: {signal: imu.angular_velocity.x, unit: rad/s}\n"
+    )
+    output = tmp_path / "step.png"
+    said = run("plot", table, "--step-response", "roll_rate", "--output", output, "--json")
+    found = said.json
+    assert said.code == (0 if found["trusted"] else 1)
+    assert len(found["time"]) == len(found["values"]) == len(found["low"]) > 10
+    assert found["files"] == [str(output)] and output.exists()
 
 
 def test_what_cannot_be_done_is_a_sentence(run, refused, usd, tmp_path, case):

@@ -37,6 +37,11 @@ def test_truth_whole_numbers_and_none_stay_what_they_are():
     assert json.loads(to_json([True, None, 3, "m/s²"])) == [True, None, 3, "m/s²"]
 
 
+def test_numbers_and_arrays_of_numpy_are_those_of_json():
+    given = {"whole": np.int64(3), "true": np.bool_(True), "each": np.array([[1.5, np.nan]])}
+    assert json.loads(to_json(given)) == {"whole": 3, "true": True, "each": [[1.5, None]]}
+
+
 def test_columns_are_aligned_texts_left_and_numbers_right(capsys):
     print_table([("name", "value"), ("a", "1.25"), ("longer", "10")])
     assert capsys.readouterr().out == "name    value\na        1.25\nlonger     10\n"

@@ -140,6 +140,8 @@ def _plain(data: Any) -> Any:
         return {str(key): _plain(value) for key, value in data.items()}
     if isinstance(data, Path):
         return str(data)
+    if hasattr(data, "tolist"):  # numpy's arrays and numbers; most commands do not load it
+        return _plain(data.tolist())
     if isinstance(data, float):
         return float(data) if math.isfinite(data) else None
     if isinstance(data, Sequence) and not isinstance(data, str):
