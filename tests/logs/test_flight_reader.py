@@ -5,6 +5,7 @@ import gzip
 import struct
 import zlib
 from pathlib import Path
+from time import process_time
 
 import numpy as np
 import pytest
@@ -16,6 +17,8 @@ from workbench.logs.flight_contents import contents_of
 from workbench.logs.flight_reader import open_log, read_flight
 from workbench.logs.flight_record import FlightRecord, make_signal
 from workbench.logs.imported import write_flight
+from workbench.logs.readers import packed
+from workbench.logs.readers.mapped_csv import read_csv
 from workbench.logs.readers.rotations import angles, from_ned_frd, in_world, quaternion
 
 SHARED = Path(__file__).parents[2] / "../shared/flights/given"
@@ -275,7 +278,7 @@ def test_a_csv_with_a_mapping(tmp_path, case):
         ),
         (MAPPING.replace("imu.angular_velocity.x", "Gyro X"), "is not a signal"),
         ("columns: {}", "is not a mapping"),
-        ("[", "cannot be read as YAML"),
+        ("[", "not YAML"),
     ):
         with case(said):
             path = tmp_path / "wrong.yaml"
@@ -377,3 +380,39 @@ def test_what_is_no_log_is_a_sentence(tmp_path, case):
         read_flight(tmp_path / "none")
     with pytest.raises(WorkbenchError, match="a folder"):
         read_flight(tmp_path)
+
+
+def many_columns(folder: Path, count: int) -> float:
+    """Read a table of so many columns with a mapping; return the processor time [s]."""
+    names = [f"c{number}" for number in range(count)]
+    wide, mapping = folder / "wide.csv", folder / "wide.yaml"
+    rows = ["\n" + ",".join(map(str, range(row, row + count + 1))) for row in range(3)]
+    wide.write_text(",".join(["t", *names]) + "".join(rows))
+    mapping.write_text(
+        "time: {column: t, unit: s}\ncolumns:\n"
+        + "".join(f'  {name}: {{signal: own.{name}, unit: "1"}}\n' for name in names)
+    )
+    begun = process_time()
+    flight = read_csv(wide, mapping)
+    assert flight[f"own.{names[-1]}"].values.tolist() == [count, count + 1.0, count + 2.0]
+    return process_time() - begun
+
+
+def test_a_mapping_of_ten_times_the_columns_takes_no_hundred_times_as_long(tmp_path):
+    assert many_columns(tmp_path, 20_000) < 40.0 * many_columns(tmp_path, 2000)
+
+
+def test_a_table_has_bounds(tmp_path, case, monkeypatch):
+    monkeypatch.setattr(packed, "UNPACKED", 1_000_000)
+    table, small = tmp_path / "a.csv", tmp_path / "a.yaml"
+    small.write_text(MAPPING)
+    for data, said in (
+        (b"t;gx;m1;v\n" + b"1" * 5_000_000, "has a line of more than 1 MB"),
+        (gzip.compress(b"t;gx;m1;v\n" + bytes(100_000_000)), "has a line of more than 1 MB"),
+        (gzip.compress(b"t;gx;m1;v\n" + b"1;2;3;4\n" * 200_000), "unpacks to more than 1 MB"),
+        (b"t;gx;m1;v" + b";" * 60_000, "has more than 50000 columns"),
+        (b't;gx;m1;v\n1;"2' + b"\n2" * 200_000, "cannot be read as CSV: field larger"),
+    ):
+        with case(said), pytest.raises(WorkbenchError, match=said):
+            table.write_bytes(data)
+            read_csv(table, small)

@@ -15,17 +15,17 @@ your own may have any unit. Empty cells, and cells without a number, count as no
 """
 
 import csv
-import io
 import math
+from array import array
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
-import yaml
 
 from workbench.common.errors import WorkbenchError, unknown_name
-from workbench.common.plain_files import read_plain
+from workbench.common.yaml_files import read_yaml
 from workbench.logs.flight_record import (
     FlightRecord,
     Remark,
@@ -34,7 +34,7 @@ from workbench.logs.flight_record import (
     standard_unit,
 )
 from workbench.logs.readers.clock import read_clock, stamps_of
-from workbench.logs.readers.packed import read_packed, stem
+from workbench.logs.readers.packed import PackedFile, stem
 from workbench.logs.readers.rotations import without_jumps
 from workbench.logs.readers.topic_log import SIGNAL_NAME
 from workbench.logs.readers.units import find_unit
@@ -42,7 +42,8 @@ from workbench.logs.readers.units import find_unit
 FORMAT = "CSV with a mapping"
 TIME = "time.s"
 """Name of the time among the signals of a mapping."""
-LARGEST_MAPPING = 1_000_000
+MOST_COLUMNS = 50_000
+"""Largest number of columns of a file."""
 _KEYS = ("delimiter", "firmware", "time", "columns")
 _COLUMN_KEYS = ("signal", "unit", "scale", "offset", "sign", "delay")
 
@@ -75,8 +76,8 @@ def read_csv(path: Path, mapping: Path) -> FlightRecord:
         WorkbenchError: if one of them cannot be read, or the mapping does not fit the file.
     """
     delimiter, firmware, clock_column, wanted = _mapping(mapping)
-    data, cut = read_packed(path)
-    table, numbers, damage = _table(path, data, delimiter, [clock_column.signal, *wanted])
+    file = PackedFile(path)
+    table, numbers, damage = _table(file, delimiter, [clock_column.signal, *wanted])
     stamps = table[clock_column.signal]
     stamps[~np.isfinite(stamps)] = np.nan
     if np.isnan(stamps).all():
@@ -110,7 +111,8 @@ def read_csv(path: Path, mapping: Path) -> FlightRecord:
         column.signal for name, column in wanted.items() if not len(signals[column.signal].time)
     ]
     units = [column.remark for column in (clock_column, *wanted.values()) if column.remark]
-    remarks = [cut, damage, *units, f"without a single number: {', '.join(empty)}" if empty else ""]
+    lacking = f"without a single number: {', '.join(empty)}" if empty else ""
+    remarks = [file.remark, damage, *units, lacking]
     return FlightRecord(
         name=stem(path),
         source=path,
@@ -146,12 +148,8 @@ def _streams(
 
 def _mapping(path: Path) -> tuple[str, str, _Column, dict[str, _Column]]:
     """Return delimiter, firmware, the time column, and the other columns by name."""
-    try:
-        found = yaml.safe_load(read_plain(path, LARGEST_MAPPING))
-    except (yaml.YAMLError, ValueError, RecursionError) as error:
-        reason = " ".join(str(error).split())
-        raise WorkbenchError(f"{path}: cannot be read as YAML: {reason}") from error
-    if not isinstance(found, dict) or "time" not in found or "columns" not in found:
+    found = read_yaml(path).data
+    if "time" not in found or "columns" not in found:
         raise WorkbenchError(f"{path}: is not a mapping: write `time:` and `columns:`")
     for key in found:
         if key not in _KEYS:
@@ -168,23 +166,32 @@ def _mapping(path: Path) -> tuple[str, str, _Column, dict[str, _Column]]:
     if not time.factor > 0.0:
         raise WorkbenchError(f"{path}: time: its scale and sign let it run backwards")
     wanted = {str(each): _column(path, str(each), what) for each, what in columns.items()}
-    taken: dict[str, str] = {}
-    for each, column in wanted.items():
-        for other, signal in taken.items():
-            if f"{column.signal}.".startswith(f"{signal}.") or signal.startswith(
-                f"{column.signal}."
-            ):
-                raise WorkbenchError(
-                    f"{path}: {other} and {each} become {signal} and {column.signal}: "
-                    "give each a different name"
-                )
-        taken[each] = column.signal
+    _check_different(path, {each: column.signal for each, column in wanted.items()})
     return (
         delimiter,
         str(found.get("firmware", "")),
         replace(time, signal=name),
         wanted,
     )
+
+
+def _check_different(path: Path, signals: Mapping[str, str]) -> None:
+    """Check that no signal is another one, or begins with its name.
+
+    Args:
+        path: the mapping, for the message.
+        signals: by column.
+
+    Raises:
+        WorkbenchError: if two columns become such signals.
+    """
+    ordered = sorted(signals.items(), key=lambda row: row[1].split("."))  # a name before its parts
+    for (one, signal), (other, longer) in pairwise(ordered):
+        if f"{longer}.".startswith(f"{signal}."):
+            raise WorkbenchError(
+                f"{path}: {one} and {other} become {signal} and {longer}: give each a different "
+                "name"
+            )
 
 
 def _column(path: Path, name: str, what: object) -> _Column:
@@ -244,21 +251,25 @@ def _unit(path: Path, name: str, signal: str, text: object) -> tuple[str, float,
 
 
 def _table(
-    path: Path, data: bytes, delimiter: str, wanted: list[str]
+    file: PackedFile, delimiter: str, wanted: list[str]
 ) -> tuple[dict[str, np.ndarray], np.ndarray, str]:
     """Return the wanted columns by name, the lines of their rows, and a remark on other cells."""
-    reader = csv.reader(io.StringIO(data.decode("utf-8-sig", "replace")), delimiter=delimiter)
+    path = file.path
     try:
+        reader = csv.reader(file.lines(), delimiter=delimiter)
         heads = [head.strip() for head in next(reader, [])]
+        if len(heads) > MOST_COLUMNS:
+            raise WorkbenchError(f"{path}: has more than {MOST_COLUMNS} columns")
+        named = dict(zip(reversed(heads), range(len(heads) - 1, -1, -1), strict=True))
         for name in wanted:
-            if name not in heads:
+            if name not in named:
                 raise unknown_name(f"column of {path},", name, heads)
-        places = [heads.index(name) for name in wanted]
-        rows, lines, strange = [], [], []
+        places = [named[name] for name in wanted]
+        rows, lines, strange = array("d"), array("q"), array("q")
         for cells in reader:
             row = [_number(cells[place]) if place < len(cells) else None for place in places]
-            strange += [reader.line_num for value in row if value is None]
-            rows.append([math.nan if value is None else value for value in row])
+            strange.extend(reader.line_num for value in row if value is None)
+            rows.extend(math.nan if value is None else value for value in row)
             lines.append(reader.line_num)
     except (csv.Error, ValueError) as error:
         raise WorkbenchError(f"{path}: cannot be read as CSV: {error}") from error
@@ -269,8 +280,8 @@ def _table(
         place = f"line {strange[0]}"
         text = f"{len(strange)} cells are not numbers and were left out, the first one in {place}"
         remark = Remark(text, len(strange), place)
-    table = dict(zip(wanted, np.array(rows, dtype=float).T, strict=True))
-    return table, np.array(lines), remark
+    table = np.array(rows).reshape(-1, len(wanted))
+    return dict(zip(wanted, table.T, strict=True)), np.array(lines), remark
 
 
 def _number(text: str) -> float | None:

@@ -15,16 +15,18 @@ The meaning of the columns was measured; it differs in places from that stated b
 Source: Ullah and Baca, "NanoBench", arXiv:2603.09908 (2026), and its files.
 """
 
+import math
+from array import array
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import numpy as np
-import yaml
 
 from workbench.common.errors import WorkbenchError
+from workbench.common.yaml_files import read_yaml
 from workbench.logs.flight_record import GAP, FlightRecord, Remark, Signal, make_signal
 from workbench.logs.readers.clock import Clock, read_clock, stamps_of
-from workbench.logs.readers.packed import read_packed, stem
+from workbench.logs.readers.packed import PackedFile, stem
 from workbench.logs.readers.rotations import (
     ANGLES,
     QUATERNION,
@@ -69,8 +71,8 @@ def read_nanobench(path: Path) -> FlightRecord:
     Raises:
         WorkbenchError: if it cannot be read, or is not such a file.
     """
-    data, cut = read_packed(path)
-    table, clock, damage = _table(path, data)
+    file = PackedFile(path)
+    table, clock, damage = _table(file)
     time, end = table["t"], clock.end
     metadata, said = _metadata(path)
     counts = metadata.pop("row_counts", {})
@@ -103,7 +105,7 @@ def read_nanobench(path: Path) -> FlightRecord:
     _add_on_board(streams, add)
     controller = _controller(streams)
     remarks = [
-        *filter(None, (cut, damage, said)),
+        *filter(None, (file.remark, damage, said)),
         *clock.remarks,
         *remarks,
         "the motors' commands are shares of the voltage: the firmware has compensated the battery",
@@ -124,39 +126,42 @@ def read_nanobench(path: Path) -> FlightRecord:
     )
 
 
-def _table(path: Path, data: bytes) -> tuple[dict[str, np.ndarray], Clock, str]:
+def _table(file: PackedFile) -> tuple[dict[str, np.ndarray], Clock, str]:
     """Return the columns by name, the clock, and a remark on rows left out."""
-    if not data.startswith(HEAD):
+    path, lines = file.path, file.lines()
+    head = next(lines, "")
+    if not head.startswith(HEAD.decode()):
         raise WorkbenchError(f"{path}: is not a NanoBench file: its first line differs")
-    lines = data.decode("ascii", "replace").splitlines()
-    names = lines[0].split(",")
+    names = head.split(",")
     if len(set(names)) < len(names):
         raise WorkbenchError(f"{path}: a column comes twice in its first line")
-    rows = [line.split(",") for line in lines[1:]]
-    whole = {i: row for i, row in enumerate(rows) if len(row) == len(names)}
-    first = next((row[0].partition(".")[0] for row in whole.values() if row[0][:1].isdigit()), "0")
-    begin = int(first) if first.isdigit() and len(first) < 16 else 0
-    good = {}
-    for number, row in whole.items():
+    good, numbers, damaged = array("d"), array("q"), array("q")
+    begin = None
+    for number, line in enumerate(lines, start=2):
+        row = line.split(",")
+        whole, _, rest = row[0].partition(".")
+        if begin is None and len(row) == len(names) and row[0][:1].isdigit():
+            begin = int(whole) if whole.isdigit() and len(whole) < 16 else 0
         try:
             # Convert whole seconds separately: as one number, the time would be rounded to 0.2 us.
-            seconds, _, rest = row[0].partition(".")
-            values = [int(seconds) - begin + float(f"0.{rest}"), *map(float, row[1:])]
-            good |= {number: values} if np.isfinite(values).all() else {}
+            values = [int(whole) - (begin or 0) + float(f"0.{rest}"), *map(float, row[1:])]
         except (ValueError, OverflowError):
-            continue
-    table = np.array(list(good.values()), dtype=float).reshape(len(good), len(names))
-    numbers = np.array(list(good), dtype=int) + 2
+            values = []
+        if len(values) == len(names) and all(map(math.isfinite, values)):
+            good.extend(values)
+            numbers.append(number)
+        else:
+            damaged.append(number)
+    table = np.array(good).reshape(-1, len(names))
     stamps = stamps_of(table[:, 0], table.T[1:])
-    clock = read_clock({"rows": stamps}, 1.0, noun="line", numbers=numbers)
+    clock = read_clock({"rows": stamps}, 1.0, noun="line", numbers=np.array(numbers))
     table[:, 0] = clock.times["rows"]
     table = table[np.isfinite(table[:, 0])]
     if len(table) < 3:
         raise WorkbenchError(f"{path}: has fewer than three complete rows: it is empty or damaged")
     remark = ""
-    if len(good) < len(rows):
-        lost = len(rows) - len(good)
-        place = f"line {next(i for i in range(len(rows)) if i not in good) + 2}"
+    if damaged:
+        lost, place = len(damaged), f"line {damaged[0]}"
         remark = Remark(f"{lost} damaged rows were left out, the first one is {place}", lost, place)
     return dict(zip(names, table.T, strict=True)), clock, remark
 
@@ -167,10 +172,8 @@ def _metadata(path: Path) -> tuple[dict[str, object], str]:
     if not beside.is_file():
         return {}, ""
     try:
-        found = yaml.safe_load(beside.read_bytes())
-    except (OSError, ValueError, yaml.YAMLError, RecursionError):
-        return {}, f"{beside.name} cannot be read and was left alone"
-    if not isinstance(found, dict):
+        found = read_yaml(beside).data
+    except WorkbenchError:
         return {}, f"{beside.name} cannot be read and was left alone"
     return {str(name): value for name, value in found.items()}, ""
 

@@ -1,45 +1,142 @@
 """Read log files, also compressed with gzip, within limits of size."""
 
+import io
 import zlib
+from collections.abc import Iterator
 from pathlib import Path
+from typing import BinaryIO
 
 from workbench.common.errors import WorkbenchError
-from workbench.common.plain_files import read_plain
+from workbench.common.plain_files import open_plain, read_plain, size_of
 
 LARGEST = 1_000_000_000
-"""Size limit of an uncompressed log [bytes]."""
+"""Size limit of a log that is read as a whole, and of its content if it is compressed [bytes]."""
+UNPACKED, MOST_RATIO = 64_000_000, 20
+"""Any compressed content may have `UNPACKED` bytes, and `MOST_RATIO` for each byte of the file."""
+LONGEST_LINE = 1_000_000
+"""Size limit of a line of a table [characters]."""
 GZIP = b"\x1f\x8b"
+_BLOCK = 1 << 18
+
+
+def most_unpacked(size: int) -> int:
+    """Return the size limit of the content of a compressed file of a size [bytes]."""
+    return UNPACKED + MOST_RATIO * size
+
+
+class PackedFile:
+    """The content of a file, decompressed if it is a gzip file; a part of it at a time.
+
+    A truncated gzip file is read as far as possible.
+
+    Attributes:
+        path: the file.
+        remark: whether the file is truncated or damaged, when all of it was read; else "".
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.remark = ""
+
+    def blocks(self) -> Iterator[bytes]:
+        """Yield the content.
+
+        Raises:
+            WorkbenchError: if it cannot be read, or is too large.
+        """
+        with open_plain(self.path, LARGEST) as file:
+            begin = file.read(_BLOCK)
+            if begin.startswith(GZIP):
+                yield from self._unpacked(file, begin)
+                return
+            while begin:
+                yield begin
+                begin = file.read(_BLOCK)
+
+    def lines(self) -> Iterator[str]:
+        """Yield the lines of a text, without their ends.
+
+        Raises:
+            WorkbenchError: as for `blocks`, or if a line is longer than any table's.
+        """
+        stream = io.BufferedReader(_Stream(self.blocks()), _BLOCK)
+        with io.TextIOWrapper(stream, "utf-8-sig", "replace") as text:
+            while line := text.readline(LONGEST_LINE):
+                if len(line) == LONGEST_LINE:
+                    raise WorkbenchError(
+                        f"{self.path}: has a line of more than {LONGEST_LINE // 1_000_000} MB: it "
+                        "is not a table"
+                    )
+                yield line.removesuffix("\n")
+
+    def _unpacked(self, file: BinaryIO, rest: bytes) -> Iterator[bytes]:
+        size, most = 0, min(most_unpacked(size_of(file)), LARGEST)
+        try:
+            while rest.startswith(GZIP):  # a gzip file may have several members
+                unpack = zlib.decompressobj(wbits=31)
+                while not unpack.eof:
+                    rest = rest or file.read(_BLOCK)
+                    part = unpack.decompress(rest, _BLOCK)
+                    if not part and not rest:
+                        self.remark = "the packed file ends before its content does: it was cut"
+                        return
+                    rest = unpack.unconsumed_tail
+                    size += len(part)
+                    if size > most:
+                        raise WorkbenchError(too_large(self.path, most, "gunzip"))
+                    yield part
+                rest = unpack.unused_data
+                if len(rest) < len(GZIP):
+                    rest += file.read(_BLOCK)
+        except zlib.error as error:
+            if size == 0:
+                raise WorkbenchError(f"{self.path}: cannot be unpacked: {error}") from error
+            self.remark = f"the packed file is damaged behind {size} bytes of its content"
+
+
+class _Stream(io.RawIOBase):
+    """A stream of blocks."""
+
+    def __init__(self, blocks: Iterator[bytes]) -> None:
+        self._blocks = blocks
+        self._rest = memoryview(b"")
+
+    def readable(self) -> bool:
+        return True
+
+    def readinto(self, buffer: memoryview, /) -> int:  # type: ignore[override]
+        while not self._rest:
+            block = next(self._blocks, None)
+            if block is None:
+                return 0
+            self._rest = memoryview(block)
+        count = min(len(buffer), len(self._rest))
+        buffer[:count], self._rest = self._rest[:count], self._rest[count:]
+        return count
+
+
+def too_large(path: Path, most: int, program: str) -> str:
+    """Return the sentence about a compressed file with too much content.
+
+    Args:
+        path: the file.
+        most: the limit [bytes].
+        program: what unpacks it.
+    """
+    return (
+        f"{path}: unpacks to more than {most // 1_000_000} MB, far more than a log of its size: if "
+        f"you trust it, unpack it first ({program})"
+    )
 
 
 def read_packed(path: Path) -> tuple[bytes, str]:
-    """Return the content of a file, decompressed if it is a gzip file, and a remark.
-
-    A truncated gzip file is read as far as possible, and the remark states this; else it is "".
+    """Return the content of a file, and the remark; see `PackedFile`.
 
     Raises:
-        WorkbenchError: if it cannot be read, or is larger than `LARGEST`.
+        WorkbenchError: if it cannot be read, or is too large.
     """
-    data = read_plain(path, LARGEST)
-    if not data.startswith(GZIP):
-        return data, ""
-    parts: list[bytes] = []
-    size, rest, remark = 0, data, ""
-    try:
-        while rest.startswith(GZIP):  # a gzip file may have several members
-            unpack = zlib.decompressobj(wbits=31)
-            part = unpack.decompress(rest, LARGEST + 1 - size)
-            size += len(part)
-            parts.append(part)
-            if size > LARGEST:
-                raise WorkbenchError(f"{path}: it is larger than {LARGEST // 10**6} MB")
-            if not unpack.eof:
-                remark = "the packed file ends before its content does: it was cut"
-            rest = unpack.unused_data
-    except zlib.error as error:
-        if size == 0:
-            raise WorkbenchError(f"{path}: cannot be unpacked: {error}") from error
-        remark = f"the packed file is damaged behind {size} bytes of its content"
-    return b"".join(parts), remark
+    file = PackedFile(path)
+    return b"".join(file.blocks()), file.remark
 
 
 def stem(path: Path) -> str:

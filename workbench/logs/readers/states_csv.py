@@ -6,7 +6,8 @@ link.
 
 import csv
 import math
-from collections.abc import Sequence
+from array import array
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -22,7 +23,7 @@ from workbench.logs.flight_record import (
     parts,
 )
 from workbench.logs.readers.clock import read_clock, stamps_of
-from workbench.logs.readers.packed import read_packed, stem
+from workbench.logs.readers.packed import PackedFile, stem
 from workbench.logs.readers.rotations import QUATERNION, continuous, in_world
 from workbench.plant.gravity import GRAVITY
 
@@ -44,23 +45,23 @@ def read_states(path: Path) -> FlightRecord:
     Raises:
         WorkbenchError: if it cannot be read, or lacks columns.
     """
-    data, cut = read_packed(path)
-    lines = data.decode("utf-8", "replace").splitlines()
-    head = next(csv.reader(lines[:1]))
-    table, damaged = _table(lines[1:], len(head))
+    file = PackedFile(path)
+    lines = file.lines()
+    head = next(csv.reader([next(lines)]))
+    table, numbers, damaged = _table(lines, len(head))
     clock = read_clock(
         {"rows": stamps_of(table[:, 0], table.T[1:])},
         1.0,
         noun="line",
-        numbers=np.delete(np.arange(len(lines) - 1), damaged) + 2,
+        numbers=numbers,
     )
     table[:, 0] = clock.times["rows"]
     table = table[np.isfinite(table[:, 0])]
     if len(table) < 3:
         raise WorkbenchError(f"{path}: has fewer than three complete rows: it is empty or damaged")
-    remarks: list[str] = [cut] if cut else []
+    remarks: list[str] = [file.remark] if file.remark else []
     if damaged:
-        place = f"line {damaged[0] + 2}"
+        place = f"line {damaged[0]}"
         text = f"{len(damaged)} damaged rows were left out, the first one is {place}"
         remarks.append(Remark(text, len(damaged), place))
     try:
@@ -114,19 +115,20 @@ def read_states(path: Path) -> FlightRecord:
     )
 
 
-def _table(lines: Sequence[str], width: int) -> tuple[np.ndarray, list[int]]:
-    """Return the complete rows of numbers (n, width), and which lines are not complete."""
-    rows, damaged = [], []
-    for number, line in enumerate(lines):
+def _table(lines: Iterable[str], width: int) -> tuple[np.ndarray, np.ndarray, Sequence[int]]:
+    """Return the complete rows of numbers (n, width), their lines, and those that are not."""
+    rows, numbers, damaged = array("d"), array("q"), array("q")
+    for number, line in enumerate(lines, start=2):
         try:
             row = [float(cell) for cell in line.split(",")]
         except ValueError:
             row = []
         if len(row) == width and math.isfinite(row[0]):
-            rows.append(row)
+            rows.extend(row)
+            numbers.append(number)
         else:
             damaged.append(number)
-    return np.array(rows, dtype=float).reshape(len(rows), width), damaged
+    return np.array(rows).reshape(-1, width), np.array(numbers), damaged
 
 
 def _from_then_on(values: np.ndarray) -> np.ndarray:
