@@ -23,7 +23,7 @@ from workbench.link.backplane import Sampled
 from workbench.link.topics import Topic
 from workbench.logs.flight_log import FlightLog
 from workbench.logs.mcap_writer import CHUNK_SIZE
-from workbench.logs.record import read_log
+from workbench.logs.readers.mcap_log import read_mcap
 from workbench.scenario.scenario import Action, Scenario, SensorsConfig
 from workbench.session.session import Session
 from workbench.systems.bridge import Bridge
@@ -95,12 +95,12 @@ def _row(name: str, use: list[str], path: Path, turns: int) -> LogRow:
     for turn in range(turns + 1):
         spent, slowest = _write(flown, path)
         begun = time.process_time()
-        record = read_log(path)
+        record = read_mcap(path)
         if turn:  # the first one warms up
             writing.append(100.0 * spent / FLIGHT)
             longest.append(1e3 * slowest)
             reading.append(1e3 * (time.process_time() - begun) / FLIGHT)
-    count = sum(len(topic.messages) for topic in record.topics.values())
+    count = sum(len(topic.t_ns) for topic in record.topics.values())
     size = path.stat().st_size / 1e3 / FLIGHT
     spreads = map(spread, (writing, longest, reading))
     return LogRow(name, count / FLIGHT, *spreads, size)

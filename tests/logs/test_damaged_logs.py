@@ -14,9 +14,10 @@ import pytest
 from tests.logs.test_flight_reader import MAPPING, SHARED, made_up_blackbox, real, usd_log
 from workbench.common.errors import WorkbenchError
 from workbench.logs.flight_contents import contents_of
-from workbench.logs.flight_reader import READERS, read_flight
+from workbench.logs.flight_reader import read_flight
 from workbench.logs.flight_record import FlightRecord, make_signal
 from workbench.logs.imported import write_flight
+from workbench.logs.readers.any_log import READERS
 
 MANY, FEW, FEWER = 1000, 40, 3
 """Copies of each: in the slow tests, in the quick ones, and where each takes a process."""
@@ -90,6 +91,7 @@ def survive(data: bytes, count: int, path: Path, mapping: Path | None = None) ->
     return flights
 
 
+@pytest.mark.usefixtures("unheld")
 @pytest.mark.parametrize("count", [FEW, pytest.param(MANY, marks=pytest.mark.slow)])
 def test_damaged_copies_give_a_flight_or_a_sentence(tmp_path, case, count):
     for name, data in own_formats(tmp_path).items():
@@ -109,6 +111,7 @@ def test_damaged_copies_give_a_flight_or_a_sentence(tmp_path, case, count):
 
 
 @real
+@pytest.mark.usefixtures("unheld")
 @pytest.mark.parametrize("count", [FEW // 4, pytest.param(MANY, marks=pytest.mark.slow)])
 def test_damaged_copies_of_real_logs(tmp_path, case, count):
     import gzip
@@ -191,7 +194,7 @@ def _fork(kind: str, path: Path) -> int:
     signal.signal(signal.SIGXCPU, signal.SIG_DFL)
     resource.setrlimit(resource.RLIMIT_AS, (MEGABYTES * 10**6, MEGABYTES * 10**6))
     try:
-        READERS[kind][1](path)
+        READERS[kind][2](path)
         os._exit(0)
     except WorkbenchError:
         os._exit(1)

@@ -59,6 +59,7 @@ def test_gaps_are_marked_and_never_bridged_unasked():
     assert bridged["a.b"][12] == pytest.approx(1.2) and not bridged.whole[25]
 
 
+@pytest.mark.usefixtures("unheld")
 @real
 @pytest.mark.parametrize("every", [pytest.param(1, marks=pytest.mark.slow), 5])
 def test_nanobench_is_read_as_its_index_says(case, every):
@@ -146,6 +147,7 @@ def usd_log(rows: list[tuple[int, float, float]], broken: bool = False) -> bytes
     return data + struct.pack("<I", zlib.crc32(data) ^ broken)
 
 
+@pytest.mark.usefixtures("unheld")
 def test_a_made_up_usd_log(tmp_path):
     rows = [(1_000_000 + 1000 * i, 90.0, 1.0) for i in range(100)]
     path = tmp_path / "log07"
@@ -254,6 +256,7 @@ def test_commands_that_are_speeds_are_commands():
     assert found["rotor lag"] and found["inertia"] and not found["thrust over voltage"]
 
 
+@pytest.mark.usefixtures("unheld")
 def test_a_csv_with_a_mapping(tmp_path, case):
     table = tmp_path / "own.csv"
     rows = [f"{10 * i};{90};{1000 + i};{11100}" for i in range(50)]
@@ -287,6 +290,7 @@ def test_a_csv_with_a_mapping(tmp_path, case):
                 read_flight(table, path)
 
 
+@pytest.mark.usefixtures("unheld")
 def test_an_imported_log_is_the_flight_again(tmp_path):
     random = np.random.default_rng(4)
     time = np.sort(random.uniform(0.0, 5.0, 300))
@@ -364,6 +368,7 @@ def test_our_own_log_is_a_flight_record(log):
     assert not any("never turn" in each.why for each in contents.findable)
 
 
+@pytest.mark.usefixtures("unheld")
 def test_what_is_no_log_is_a_sentence(tmp_path, case):
     for data, said in (
         (b"", "is empty"),

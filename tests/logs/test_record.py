@@ -1,14 +1,20 @@
 """A log read again, whole, cut short or damaged."""
 
 import random
+import struct
 
 import numpy as np
 import pytest
+import zstandard
+from mcap.opcode import Opcode
 from mcap.reader import make_reader
-from mcap.writer import MCAP0_MAGIC, Writer
+from mcap.writer import MCAP0_MAGIC, CompressionType, Writer
 
 from workbench.common.errors import WorkbenchError
+from workbench.logs.contents import GAINS, SCENARIO
 from workbench.logs.record import LogRecord, read_log
+
+pytestmark = pytest.mark.usefixtures("unheld")
 
 
 @pytest.fixture(scope="module")
@@ -177,3 +183,80 @@ def test_a_folder_and_a_missing_file_are_refused(tmp_path):
         read_log(tmp_path)
     with pytest.raises(WorkbenchError, match="no such file"):
         read_log(tmp_path / "none.mcap")
+
+
+def remade(log, path, *, attached=None, topic="/dh_drone/wind", t_ns=0, chunk=b"") -> LogRecord:
+    """Write a log again with something else in it, and read it."""
+    with log.open("rb") as file, path.open("wb") as other:
+        reader, writer = make_reader(file), Writer(other, 4096, CompressionType.ZSTD)
+        writer.start("ros2", "test")
+        for each in reader.iter_metadata():
+            writer.add_metadata(each.name, each.metadata)
+        for each in reader.iter_attachments():
+            data = (attached or {}).get(each.name, each.data)
+            writer.add_attachment(0, 0, each.name, each.media_type, data)
+        for schema, channel, message in reader.iter_messages():
+            if channel.topic != "/dh_drone/wind":
+                continue
+            new = writer.register_schema(schema.name, schema.encoding, schema.data)
+            number = writer.register_channel(topic, channel.message_encoding, new)
+            for time in (0, t_ns):
+                writer.add_message(number, time, message.data, 0)
+            break
+        writer.finish()
+    if chunk:
+        data = path.read_bytes()
+        path.write_bytes(data[: len(MCAP0_MAGIC)] + chunk + data[len(MCAP0_MAGIC) :])
+    return read_log(path)
+
+
+def test_what_no_log_of_ours_has_is_left_out_and_told(log, tmp_path, case):
+    assert len(remade(log, tmp_path / "a.mcap", t_ns=10**9).series("wind.wind.0").time) == 2
+    for what, left, changes in (
+        ("beyond 64 bits with a sign", 1, {"t_ns": 2**63}),
+        ("beyond any flight", 1, {"t_ns": 2**62}),
+        ("a NUL in a topic", 0, {"topic": "/dh_drone/wi\0nd"}),
+        ("a path as a topic", 0, {"topic": "/../../etc"}),
+        ("a newline in a topic", 0, {"topic": "/a\nb"}),
+        ("a chunk of a frame that states 3 GB", 2, {"chunk": zstd_chunk(1000, 3 * 10**9)}),
+        ("a chunk that states 3 GB", 2, {"chunk": zstd_chunk(3 * 10**9, None)}),
+    ):
+        with case(what):
+            record = remade(log, tmp_path / "a.mcap", **changes)
+            assert sum(len(topic.t_ns) for topic in record.topics.values()) == left
+            assert record.remark[1:] == " damaged parts were left out"
+
+
+def test_attachments_that_cannot_be_read_are_sentences(log, tmp_path, case):
+    deep, bomb = b"[" * 100_000, b"a: &a [1, 1]\nb: [*a, *a]\n"
+    for what, data, said in (
+        ("a character that YAML has not", b"title: \0", "its scenario cannot be read"),
+        ("no mapping", b"- 1", "its scenario cannot be read"),
+        ("aliases", bomb, "a.mcap/scenario.yaml:2: has an alias"),
+        ("nested", deep, "is nested more than"),
+        ("too long", b"#" * 2_000_000, "has more than 1 MB"),
+    ):
+        with case(what):
+            record = remade(log, tmp_path / "a.mcap", attached={SCENARIO: data})
+            with pytest.raises(WorkbenchError, match=said) as caught:
+                record.scenario()
+            assert "\n" not in str(caught.value) and str(caught.value).startswith(str(tmp_path))
+    with pytest.raises(WorkbenchError, match="a.mcap/gains.yaml:1: is nested more than"):
+        remade(log, tmp_path / "a.mcap", attached={GAINS: deep})
+    for name, data in (
+        (GAINS, b"\0"),
+        (GAINS, b"gains: {a: x}"),
+        (SCENARIO, b"\xff"),
+    ):
+        with case((name, data[:9])), pytest.raises(WorkbenchError, match="not a log of the workbe"):
+            remade(log, tmp_path / "a.mcap", attached={name: data})
+
+
+def zstd_chunk(size: int, stated: int | None) -> bytes:
+    """Return a chunk of zeros that states a size, with a frame that states another one."""
+    parameters = zstandard.ZstdCompressionParameters(write_content_size=False)
+    packed = zstandard.ZstdCompressor(compression_params=parameters).compress(bytes(1000))
+    if stated is not None:  # RFC 8878: eight bytes for the size, in one segment
+        packed = packed[:4] + bytes([0xE0]) + struct.pack("<Q", stated) + packed[6:]
+    body = struct.pack("<QQQII", 0, 0, size, 0, 4) + b"zstd" + struct.pack("<Q", len(packed))
+    return struct.pack("<BQ", Opcode.CHUNK, len(body) + len(packed)) + body + packed

@@ -1,55 +1,119 @@
 """Messages as columns."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from workbench.common.errors import WorkbenchError
 from workbench.gateways.ros_messages.cdr import encode
+from workbench.gateways.ros_messages.definitions import SEPARATOR
 from workbench.gateways.ros_messages.library import schema_text
+from workbench.logs.readers.messages import Decoded, Messages, decoded
 from workbench.logs.series import LoggedTopic
 
 HEADER = {"stamp": {"sec": 1, "nanosec": 2}, "frame_id": "world"}
-ACTION = "dh_drone_msgs/msg/PilotAction"
+ACTION, WIND = "dh_drone_msgs/msg/PilotAction", "dh_drone_msgs/msg/WindData"
 
 
-def logged(kind: str, *values: dict) -> LoggedTopic:
-    messages = [encode(kind, {"header": HEADER, **each}) for each in values]
-    t_ns = [1_000_000 * number for number in range(len(messages))]
-    return LoggedTopic("/dh_drone/a", "a", kind, schema_text(kind), t_ns, messages)
+def encoded(kind: str, *values: dict) -> list[bytes]:
+    return [encode(kind, {"header": HEADER, **each}) for each in values]
+
+
+def logged(kind: str, *messages: bytes) -> LoggedTopic:
+    kept = Messages()
+    for number, message in enumerate(messages):
+        kept.add(1_000_000 * number, memoryview(message))
+    found = decoded(kind, schema_text(kind), kept)
+    t_ns = np.array(kept.t_ns)
+    return LoggedTopic("/dh_drone/a", "a", kind, t_ns, **found._asdict())
 
 
 def test_columns_have_names_units_and_times():
-    wind = logged("dh_drone_msgs/msg/WindData", {"wind": [1, 2, 3]}, {"wind": [4, 5, 6]})
+    wind = logged(WIND, *encoded(WIND, {"wind": [1, 2, 3]}, {"wind": [4, 5, 6]}))
     assert [*wind.columns] == ["wind.0", "wind.1", "wind.2"]
     series = wind.columns["wind.1"]
     assert (series.name, series.unit) == ("a.wind.1", "m/s")
     assert series.values.tolist() == [2.0, 5.0]
     assert series.time == pytest.approx([0.0, 0.001])
+    assert wind.stamps == pytest.approx([1.000000002] * 2)
 
 
 def test_messages_of_one_size_may_be_laid_out_differently():
     said = [("ab", "cdef"), ("a", "cdef"), ("", "abcd")]
-    topic = logged(ACTION, *({"step": 5, "by": by, "action": what} for by, what in said))
-    assert len({len(message) for message in topic.messages}) == 1
+    messages = encoded(ACTION, *({"step": 5, "by": by, "action": what} for by, what in said))
+    assert len(set(map(len, messages))) == 1
+    topic = logged(ACTION, *messages, *encoded(ACTION, {"step": 6, "by": "abc", "action": "d"}))
+    said = [*said, ("abc", "d")]
     assert topic.columns["by"].values.tolist() == [by for by, _ in said]
     assert topic.columns["action"].values.tolist() == [what for _, what in said]
-    assert topic.columns["step"].values.tolist() == [5, 5, 5]
+    assert topic.columns["step"].values.tolist() == [5, 5, 5, 6]
 
 
 def test_what_a_message_has_not_is_left_open():
     kind = "dh_drone_msgs/msg/RotorData"
-    topic = logged(kind, {"speed": [1, 2], "thrust": []}, {"speed": [3], "thrust": [4]})
+    rows = {"speed": [1, 2], "thrust": []}, {"speed": [3], "thrust": [4]}
+    topic = logged(kind, *encoded(kind, *rows))
     assert topic.columns["speed.0"].values.tolist() == [1.0, 3.0]
     assert np.isnan(topic.columns["speed.1"].values).tolist() == [False, True]
 
 
 def test_a_text_that_is_always_empty_is_a_column():
-    topic = logged(ACTION, *[{"step": 1, "by": "", "action": "{}"}] * 3)
+    topic = logged(ACTION, *encoded(ACTION, *[{"step": 1, "by": "", "action": "{}"}] * 3))
     assert topic.columns["by"].values.tolist() == ["", "", ""]
 
 
-def test_a_message_that_cannot_be_decoded_is_a_sentence():
-    topic = logged(ACTION, {"step": 1, "by": "a", "action": "{}"})
-    broken = LoggedTopic(topic.name, "a", ACTION, topic.schema, [0], [topic.messages[0][:-3]])
-    with pytest.raises(WorkbenchError, match="/dh_drone/a: cannot be decoded"):
-        assert broken.columns
+def test_messages_that_cannot_be_decoded_are_a_sentence(case):
+    (whole,) = encoded(ACTION, {"step": 1, "by": "a", "action": "{}"})
+    huge = "float64[4000000000] x\n"
+    nested = f"a/msg/B x\n{SEPARATOR}\nMSG: a/msg/B\na/msg/B x\n"
+    for schema, message, said in (
+        (schema_text(ACTION), whole[:-3], "shorter|cut short"),
+        (schema_text(ACTION), b"", "little-endian"),
+        ("float64 x\nfloat64 x\n", whole, "name"),
+        ("float64[x] x\n", whole, "is not a field"),
+        (huge, whole, "cut short"),
+        (nested, whole, "recursion"),
+        ("Missing x\n", whole, "Missing"),
+    ):
+        with case(said):
+            kept = Messages()
+            kept.add(0, memoryview(message))
+            found = decoded(ACTION, schema, kept)
+            assert found == Decoded(damage=found.damage)
+            topic = LoggedTopic("/dh_drone/a", "a", ACTION, np.zeros(1), **found._asdict())
+            with pytest.raises(WorkbenchError, match=f"/dh_drone/a: cannot be decoded: .*({said})"):
+                assert topic.columns
+
+
+def test_a_part_of_the_time_has_the_points_of_its_clouds():
+    kind = "sensor_msgs/msg/PointCloud2"
+    fields = [
+        {"name": name, "offset": 4 * i, "datatype": 7, "count": 1} for i, name in enumerate("xyz")
+    ]
+    clouds = [np.arange(3 * n, dtype="<f4").reshape(n, 3) for n in (2, 0, 3)]
+    topic = logged(
+        kind,
+        *encoded(
+            kind,
+            *(
+                {
+                    "height": 1,
+                    "width": len(each),
+                    "fields": fields,
+                    "is_bigendian": False,
+                    "point_step": 12,
+                    "row_step": 12 * len(each),
+                    "data": each.tobytes(),
+                    "is_dense": True,
+                }
+                for each in clouds
+            ),
+        ),
+    )
+    assert topic.points["y"].values.tolist() == np.concatenate(clouds)[:, 1].tolist()
+    assert topic.points["z"].time.tolist() == [0.0, 0.0, 0.002, 0.002, 0.002]
+    late = topic.between(0.001, 1.0)
+    assert late.points["x"].values.tolist() == clouds[2][:, 0].tolist()
+    assert len(late.time) == len(late.stamps) == len(late.columns["width"].values) == 2
+    assert replace(topic, cloud=None, sizes=None).points == {}

@@ -1,52 +1,14 @@
-"""Read the log of a flight in any known format.
+"""Read the log of a flight in any known format, in a process with limits of time and memory."""
 
-The libraries that read PX4's, ArduPilot's and Betaflight's logs were not written for untrusted
-files. They run in a child process, this module, with limits of time and memory. Arrays come back
-as files, and the rest as JSON.
-"""
-
-import tempfile
 from collections.abc import Callable
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-from mcap.writer import MCAP0_MAGIC
-
-from workbench.common.errors import WorkbenchError
-from workbench.ipc.limited import LimitedError, run_limited, serve
+from workbench.logs.array_files import ArrayReader
 from workbench.logs.flight_record import FlightRecord
 from workbench.logs.imported import flight_record, log_of
-from workbench.logs.readers import (
-    blackbox,
-    crazyflie_usd,
-    dataflash,
-    nanobench,
-    states_csv,
-    ulog,
-)
-from workbench.logs.readers.mapped_csv import read_csv
-from workbench.logs.readers.packed import read_head, stem
-from workbench.logs.record import LogRecord, read_log
-
-KNOWN = (
-    "a log of the workbench (.mcap), PX4's .ulg, ArduPilot's .bin, Betaflight's .bbl or .bfl, a "
-    "Crazyflie's usd log, a CSV of NanoBench, or any CSV with a mapping file"
-)
-BESIDE = ".mapping.yaml"
-"""Ending of a mapping file that is found next to a CSV file."""
-READERS = {
-    ulog.FORMAT: (ulog.NEEDS, ulog.read_ulog),
-    dataflash.FORMAT: (dataflash.NEEDS, dataflash.read_dataflash),
-    blackbox.FORMAT: (blackbox.NEEDS, blackbox.read_blackbox),
-}
-"""By the format: the package that it needs, and the reader."""
-SECONDS, SECONDS_A_MEGABYTE = 15.0, 4.0
-MEGABYTES, MEGABYTES_A_MEGABYTE = 1500, 40
-MOST_SECONDS, MOST_MEGABYTES = 900.0, 12_000
-"""Limits of the child process, by the file's size: blackbox logs take some 2 s and 20 MB a
-megabyte."""
+from workbench.logs.log_process import read_held
+from workbench.logs.record import LogRecord
 
 
 def read_flight(
@@ -58,45 +20,17 @@ def read_flight(
     """Read a log; its first bytes determine the format.
 
     Args:
-        path: the log, see `KNOWN`; CSV files and usd logs may be compressed with gzip.
+        path: the log, see `any_log.KNOWN`; it may be compressed with gzip.
         mapping: a file that names the columns of a CSV; None for X.mapping.yaml next to X.csv, if
             it exists.
-        progress: called with the share done, 0 .. 1, if known.
+        progress: called with the share done, 0 .. 1, if known, from another thread.
         log_number: of the log in a file with several, from 1; None for the longest one.
 
     Raises:
         WorkbenchError: if it cannot be read, or its format is unknown.
     """
-    path = Path(path)
-    head = read_head(path, max(len(nanobench.HEAD), len(states_csv.HEAD)))
-    if head.startswith(blackbox.MAGIC[: len(head)]) and head and mapping is None:
-        return read_limited(path, blackbox.FORMAT, log_number)
-    if log_number not in (None, 1):
-        raise WorkbenchError(f"{path}: has one log: --log-number {log_number} is not one of them")
-    if mapping is not None:
-        return read_csv(path, Path(mapping))
-    if head.startswith(MCAP0_MAGIC) or path.suffix == ".mcap":
-        return flight_record(read_log(path, progress))
-    if head.startswith(nanobench.HEAD):
-        return nanobench.read_nanobench(path)
-    if head.startswith(crazyflie_usd.MAGIC):
-        return crazyflie_usd.read_usd(path)
-    for reader in (ulog, dataflash):
-        if head.startswith(reader.MAGIC[: len(head)]) and head:
-            return read_limited(path, reader.FORMAT)
-    if not head:
-        raise WorkbenchError(f"{path}: is empty: name {KNOWN}")
-    beside = path.with_name(stem(path) + BESIDE)
-    if beside.is_file():
-        return read_csv(path, beside)
-    if head.startswith(states_csv.HEAD):
-        return states_csv.read_states(path)
-    if path.name.lower().endswith((".csv", ".csv.gz", ".txt", ".tsv")):
-        raise WorkbenchError(
-            f"{path}: is a CSV file of an unknown kind: describe its columns in a file, --mapping "
-            "FILE"
-        )
-    raise WorkbenchError(f"{path}: is not a known kind of log: name {KNOWN}")
+    found = _read(path, mapping, progress, log_number)
+    return found if isinstance(found, FlightRecord) else flight_record(found)
 
 
 def open_log(
@@ -110,76 +44,27 @@ def open_log(
     Raises:
         WorkbenchError: as `read_flight`.
     """
-    path = Path(path)
-    if mapping is None and (
-        path.suffix == ".mcap" or read_head(path, len(MCAP0_MAGIC)).startswith(MCAP0_MAGIC)
-    ):
-        return read_log(path, progress)
-    return log_of(read_flight(path, mapping, log_number=log_number))
+    found = _read(path, mapping, progress, log_number)
+    return found if isinstance(found, LogRecord) else log_of(found)
 
 
-def read_limited(path: Path, format_: str, log_number: int | None = None) -> FlightRecord:
-    """Read a log of one of the `READERS` in a child process.
+def _read(
+    path: Path | str,
+    mapping: Path | str | None,
+    progress: Callable[[float], None] | None,
+    log_number: int | None,
+) -> LogRecord | FlightRecord:
+    file = Path(path)
 
-    Raises:
-        WorkbenchError: if its package is not there, or the log cannot be read within bounds.
-    """
-    needs, _ = READERS[format_]
-    if find_spec(needs) is None:
-        raise WorkbenchError(
-            f"{path}: a {format_} needs the package {needs}: `pip install {needs}`"
-        )
-    size = path.stat().st_size / 1e6
-    with tempfile.TemporaryDirectory() as folder:
-        request = {
-            "path": str(path),
-            "format": format_,
-            "folder": folder,
-            "log_number": log_number,
-        }
-        try:
-            said = run_limited(
-                __name__,
-                request,
-                seconds=min(SECONDS + SECONDS_A_MEGABYTE * size, MOST_SECONDS),
-                megabytes=round(min(MEGABYTES + MEGABYTES_A_MEGABYTE * size, MOST_MEGABYTES)),
-                reads=[path],
-                writes=[folder],
-            )
-        except LimitedError as error:
-            raise WorkbenchError(f"{path}: cannot be read as a {format_}: {error}") from error
-        times = [_load(folder, f"t{place}") for place in range(said["times"])]
+    def made(said: Any, arrays: ArrayReader) -> LogRecord | FlightRecord:
+        if "log" in said:
+            return LogRecord.from_description(said["log"], file, arrays)
+        names = [each["name"] for each in said["flight"]["signals"]]
         samples = {
-            each["name"]: (times[place], _load(folder, f"v{number}"))
-            for number, (each, place) in enumerate(
-                zip(said["signals"], said["places"], strict=True)
-            )
+            name: (arrays.get(time), arrays.get(values))
+            for name, (time, values) in zip(names, said["samples"], strict=True)
         }
-    return FlightRecord.from_description(said, path, samples)
+        return FlightRecord.from_description(said["flight"], file, samples)
 
-
-def _load(folder: str, name: str) -> np.ndarray:
-    array: np.ndarray = np.load(Path(folder) / f"{name}.npy", allow_pickle=False)
-    return array
-
-
-def _read(request: dict[str, Any]) -> dict[str, Any]:
-    """Read a log here, and return all but the arrays, which become files."""
-    folder = Path(request["folder"])
-    _, read = READERS[request["format"]]
-    number = request["log_number"]
-    flight = read(Path(request["path"]), *([] if number is None else [number]))
-    known: dict[bytes, int] = {}
-    places = []
-    for number, signal in enumerate(flight.signals.values()):
-        key = signal.time.tobytes()
-        if key not in known:
-            known[key] = len(known)
-            np.save(folder / f"t{known[key]}.npy", signal.time)
-        places.append(known[key])
-        np.save(folder / f"v{number}.npy", signal.values)
-    return {**flight.described(), "times": len(known), "places": places}
-
-
-if __name__ == "__main__":
-    serve(_read)
+    described = None if mapping is None else Path(mapping)
+    return read_held(file, made, progress, mapping=described, log_number=log_number)

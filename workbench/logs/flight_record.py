@@ -76,6 +76,27 @@ class Remark(str):
         return remark
 
 
+def spans(said: Iterable[Any]) -> tuple[Span, ...]:
+    """Return spans read from JSON.
+
+    Raises:
+        TypeError, ValueError: if they are no pairs of numbers.
+    """
+    return tuple((float(begin), float(end)) for begin, end in said)
+
+
+def _remark(said: Any) -> str:
+    """Return a remark read from JSON; logs of earlier versions have plain sentences.
+
+    Raises:
+        KeyError, TypeError, ValueError: if it is invalid.
+    """
+    if isinstance(said, str):
+        return said
+    number = said["number"]
+    return Remark(str(said["text"]), None if number is None else int(number), str(said["place"]))
+
+
 def parts(beginning: str, each: Iterable[str] = "xyz") -> tuple[str, ...]:
     """Return the names of the signals of a vector: prefix, and name of the component."""
     return tuple(f"{beginning}{part}" for part in each)
@@ -263,33 +284,31 @@ class FlightRecord:
             samples: time and values of the signals, by name; a signal without samples is left out.
 
         Raises:
-            KeyError, TypeError, ValueError: if the description is invalid.
+            KeyError, TypeError, ValueError, AttributeError: if the description is invalid.
         """
         signals = {
             each["name"]: Signal(
-                each["name"],
-                each["unit"],
+                str(each["name"]),
+                str(each["unit"]),
                 *samples[each["name"]],
                 float(each["rate"]),
-                each["delay"],
-                tuple((float(begin), float(end)) for begin, end in each["gaps"]),
+                None if each["delay"] is None else float(each["delay"]),
+                spans(each["gaps"]),
             )
             for each in said["signals"]
             if each["name"] in samples
         }
         return cls(
-            name=said["name"],
+            name=str(said["name"]),
             source=source,
-            format=said["format"],
+            format=str(said["format"]),
             signals=signals,
-            firmware=said["firmware"],
-            parameters=said["parameters"],
-            remarks=tuple(
-                Remark(each["text"], each["number"], each["place"])
-                for each in said["remark_details"]
-            )
-            if "remark_details" in said  # not in logs of earlier versions
-            else tuple(said["remarks"]),
+            firmware=str(said["firmware"]),
+            parameters={
+                str(name): value if isinstance(value, int | float) else str(value)
+                for name, value in said["parameters"].items()
+            },
+            remarks=tuple(map(_remark, said.get("remark_details", said["remarks"]))),
             end=float(said["end"]),
             logs=tuple(map(float, said.get("logs", ()))),
         )

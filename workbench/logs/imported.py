@@ -9,7 +9,7 @@ import json
 import re
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from mcap.well_known import MessageEncoding, SchemaEncoding
@@ -21,17 +21,26 @@ from workbench.link.topics import PREFIX
 from workbench.logs.contents import IMPORTED, VERSIONS, versions
 from workbench.logs.flight_record import FlightRecord, Signal, make_signal
 from workbench.logs.mcap_writer import McapWriter
+from workbench.logs.readers.packed import stem
 from workbench.logs.readers.rotations import QUATERNION, continuous, in_world
 from workbench.logs.record import LogRecord
-from workbench.logs.series import LoggedTopic
+from workbench.logs.series import Column, LoggedTopic
 
 _PACKAGE = "imported_msgs"
 _PLACE = re.compile(r"\d+")
 
 
+class _Stream(NamedTuple):
+    """A topic of signals, with the definition of its messages and their numbers (n, k)."""
+
+    topic: LoggedTopic
+    schema: str
+    table: np.ndarray
+
+
 def log_of(flight: FlightRecord) -> LogRecord:
     """Return a flight in the form that `read_log` returns."""
-    topics = _topics(flight)
+    topics = [each.topic for each in _streams(flight)]
     return LogRecord(
         path=flight.source,
         vehicle=flight.name,
@@ -40,7 +49,6 @@ def log_of(flight: FlightRecord) -> LogRecord:
         scenario_text="",
         settings={},
         values={},
-        definitions=(),
         topics={topic.short: topic for topic in topics},
         remark="; ".join(flight.remarks),
         imported=_about(flight),
@@ -53,24 +61,23 @@ def write_flight(flight: FlightRecord, path: Path) -> None:
     Raises:
         OSError: if the file cannot be written.
     """
-    topics = _topics(flight)
+    streams = _streams(flight)
     found = versions()
     writer = McapWriter(path, f"workbench {found['workbench']}")
     try:
         writer.add_metadata(VERSIONS, found)
         writer.add_attachment(0, 0, IMPORTED, "application/json", _about(flight).encode())
         channels = []
-        for topic in topics:
-            schema = writer.register_schema(topic.type, SchemaEncoding.ROS2, topic.schema.encode())
-            number = writer.register_channel(topic.name, MessageEncoding.CDR, schema)
-            channels.append((number, topic))
+        for topic, schema, _ in streams:
+            number = writer.register_schema(topic.type, SchemaEncoding.ROS2, schema.encode())
+            channels.append(writer.register_channel(topic.name, MessageEncoding.CDR, number))
         rows = [
-            (t_ns, channel, message)
-            for channel, topic in channels
-            for t_ns, message in zip(topic.t_ns, topic.messages, strict=True)
+            (t_ns, channel, row)
+            for channel, (topic, _, table) in zip(channels, streams, strict=True)
+            for t_ns, row in zip(topic.t_ns.tolist(), table, strict=True)
         ]
-        for t_ns, channel, message in sorted(rows, key=lambda row: row[:2]):
-            writer.message(channel, t_ns, t_ns, message)
+        for t_ns, channel, row in sorted(rows, key=lambda row: row[:2]):
+            writer.message(channel, t_ns, t_ns, ENCAPSULATION + row.tobytes())
         writer.finish()
     except BaseException:
         writer.give_up()
@@ -91,7 +98,7 @@ def flight_of(record: LogRecord) -> FlightRecord:
                 samples[each.name] = each.time[good], each.values[good]
     try:
         return FlightRecord.from_description(json.loads(record.imported), record.path, samples)
-    except (KeyError, TypeError, ValueError) as error:
+    except (KeyError, TypeError, ValueError, AttributeError, RecursionError) as error:
         raise WorkbenchError(
             f"{record.path}: its description of the signals is damaged: {error}"
         ) from error
@@ -102,16 +109,16 @@ def _about(flight: FlightRecord) -> str:
     return json.dumps(flight.described(), indent=1)
 
 
-def _topics(flight: FlightRecord) -> list[LoggedTopic]:
+def _streams(flight: FlightRecord) -> list[_Stream]:
     """Return the topics of the signals of a flight, with one message per sample."""
     grouped: dict[str, list[Signal]] = {}
     for signal in flight.signals.values():
         if len(signal.time):
             grouped.setdefault(signal.name.partition(".")[0], []).append(signal)
-    return [_topic(name, signals) for name, signals in grouped.items()]
+    return [_stream(name, signals) for name, signals in grouped.items()]
 
 
-def _topic(name: str, signals: list[Signal]) -> LoggedTopic:
+def _stream(name: str, signals: list[Signal]) -> _Stream:
     kind = f"{_PACKAGE}/msg/{name.title().replace('_', '')}"
     tree: dict[str, Any] = {}
     for signal in signals:
@@ -121,38 +128,53 @@ def _topic(name: str, signals: list[Signal]) -> LoggedTopic:
             branch = branch.setdefault(part, {})
         branch[last] = signal
     texts: dict[str, str] = {}
-    ordered: list[Signal | None] = []
-    _define(kind, tree, texts, ordered)
+    placed: dict[str, tuple[str, Signal | None]] = {}
+    _define(kind, tree, texts, placed, "")
     head, *rest = texts.items()
     schema = head[1] + "".join(
         f"{SEPARATOR}\nMSG: {each.replace('/msg/', '/')}\n{text}" for each, text in rest
     )
-    t_ns, table = _table(ordered)
-    data = np.ascontiguousarray(table, dtype="<f8").view(np.uint8).reshape(len(t_ns), -1)
-    rows = [ENCAPSULATION + row.tobytes() for row in data]
+    t_ns, table = _table([signal for _, signal in placed.values()])
+    columns = zip(placed.items(), table.T, strict=True)
+    fields = {path: Column(unit, values) for (path, (unit, _)), values in columns}
     gaps = {signal.name: signal.gaps for signal in signals}
-    return LoggedTopic(f"{PREFIX}{name}", name, kind, schema, t_ns.tolist(), rows, gaps)
+    topic = LoggedTopic(f"{PREFIX}{name}", name, kind, t_ns, fields, gaps=gaps)
+    return _Stream(topic, schema, table)
 
 
 def _define(
-    kind: str, tree: Mapping[str, Any], texts: dict[str, str], ordered: list[Signal | None]
+    kind: str,
+    tree: Mapping[str, Any],
+    texts: dict[str, str],
+    placed: dict[str, tuple[str, Signal | None]],
+    before: str,
 ) -> None:
-    """Add the definitions of the message of a tree and of its parts, and its signals in order."""
+    """Add the definitions of the message of a tree and of its parts.
+
+    Args:
+        kind: type of the message.
+        tree: its fields by name: signals, or trees.
+        texts: gets the definitions by type.
+        placed: gets unit and signal by the path of the field, in the order of the message; the
+            signal is None for an element of an array that has none.
+        before: beginning of the paths.
+    """
     lines: list[str] = []
     texts[kind] = ""  # the outermost comes first
     for name, value in tree.items():
+        path = f"{before}{name}"
         if isinstance(value, Signal):
             lines.append(f"float64 {name} # [{value.unit}]")
-            ordered.append(value)
+            placed[path] = (value.unit, value)
         elif all(_PLACE.fullmatch(part) for part in value):
             count = 1 + max(map(int, value))
             unit = next(iter(value.values())).unit
             lines.append(f"float64[{count}] {name} # [{unit}]")
-            ordered += [value.get(str(place)) for place in range(count)]
+            placed |= {f"{path}.{i}": (unit, value.get(str(i))) for i in range(count)}
         else:
             inner = f"{kind}{name.title().replace('_', '')}"
             lines.append(f"{inner.replace('/msg/', '/')} {name}")
-            _define(inner, value, texts, ordered)
+            _define(inner, value, texts, placed, f"{path}.")
     texts[kind] = "".join(f"{line}\n" for line in lines)
 
 
@@ -232,7 +254,7 @@ def _flown(record: LogRecord) -> FlightRecord:
             name = f"setpoint.{axis}"
             signals[name] = make_signal(name, "m", time, values, end=end, delay=0.0)
     return FlightRecord(
-        name=record.path.stem,
+        name=stem(record.path),
         source=record.path,
         format=FORMAT,
         firmware=f"workbench {record.versions.get('workbench', '')}".strip(),

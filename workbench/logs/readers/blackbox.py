@@ -83,6 +83,8 @@ def read_blackbox(path: Path, number: int | None = None) -> FlightRecord:
 
     try:
         count = Reader(str(path)).log_count
+    except MemoryError:
+        raise
     except Exception as error:  # orangebox raises any exception on a damaged file
         raise WorkbenchError(f"{path}: cannot be read as a blackbox log: {error}") from error
     left = MOST_FRAMES
@@ -103,6 +105,8 @@ def _frames(path: Path, number: int, most: int) -> _Frames:
     try:
         # A new parser for each log: it keeps the headers of the log before.
         parser = Parser.load(str(path), number, allow_invalid_header=True)
+    except MemoryError:
+        raise
     except Exception as error:  # orangebox raises any exception on a damaged file
         raise WorkbenchError(f"{path}: cannot be read as a blackbox log: {error}") from error
     frames: list[tuple[float, ...]] = []
@@ -113,6 +117,8 @@ def _frames(path: Path, number: int, most: int) -> _Frames:
                 damage = f"only the first {MOST_FRAMES} frames of the file were read"
                 break
             frames.append(frame.data)
+    except MemoryError:
+        raise
     except Exception as error:
         # At the end of the data it fails, too, if there is no end mark: as when power was lost.
         if parser.reader.tell() < len(parser.reader):

@@ -74,6 +74,8 @@ def read_dataflash(path: Path) -> FlightRecord:
                     row = tuple(getattr(message, each) for each in fields)
                     rows[topic].append(row)
                     places[topic].append(place)
+    except MemoryError:
+        raise
     except Exception as error:  # pymavlink raises any exception on a damaged file
         if not rows:
             raise WorkbenchError(f"{path}: cannot be read as a DataFlash log: {error}") from error

@@ -97,7 +97,7 @@ def read_ulog(path: Path) -> FlightRecord:
     try:
         with _Forward(path) as file:
             log = ULog(file)
-    except WorkbenchError:
+    except (WorkbenchError, MemoryError):
         raise
     except Exception as error:  # pyulog raises any exception on a damaged file
         raise WorkbenchError(f"{path}: cannot be read as a ULog: {error}") from error

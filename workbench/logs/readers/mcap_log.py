@@ -1,0 +1,355 @@
+"""Read our own logs, in MCAP, also files cut short by a crash or a full disk.
+
+The reader of the `mcap` package looks at the summary first, which a truncated file lacks, and stops
+at the first damaged record. Here a file is read record by record, a chunk at a time.
+"""
+
+import json
+import re
+import struct
+import zlib
+from collections import defaultdict
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from io import BytesIO
+from pathlib import Path
+from typing import BinaryIO, NamedTuple
+
+import numpy as np
+import yaml
+import zstandard
+from mcap.data_stream import ReadDataStream
+from mcap.exceptions import McapError
+from mcap.opcode import Opcode
+from mcap.records import Attachment, Channel, Chunk, Metadata, Schema
+from mcap.writer import MCAP0_MAGIC
+
+from workbench.common.errors import WorkbenchError
+from workbench.common.plain_files import open_plain, size_of
+from workbench.common.yaml_files import refuse_bombs
+from workbench.logs.contents import (
+    CONTROLLER,
+    ESTIMATOR,
+    FLIGHT,
+    GAINS,
+    IMPORTED,
+    LAW,
+    LAWS,
+    SCENARIO,
+    SETTINGS,
+    VERSIONS,
+    read_gains,
+)
+from workbench.logs.flight_record import Span, spans
+from workbench.logs.readers.clock import LATEST
+from workbench.logs.readers.messages import Messages, decoded
+from workbench.logs.readers.packed import most_unpacked, too_large
+from workbench.logs.record import LogRecord, short_name
+from workbench.logs.series import LoggedTopic
+
+LARGEST_RECORD = 64 * 1024 * 1024
+"""Largest size of a record, and of an unpacked chunk [bytes]; one that states more is damaged."""
+LATEST_NS = round(LATEST * 1e9)
+_HEAD = struct.Struct("<BQ")
+_CHUNK = struct.Struct("<QQQ")
+"""Beginning of a chunk: times of its first and last message, and its unpacked size."""
+_MESSAGE = struct.Struct("<HIQQ")
+_RECORD = struct.Struct("<BQHIQQ")
+"""Beginning of a message with its head; schemas and channels are longer than that."""
+_TOPIC = re.compile(r"[A-Za-z0-9_/]+")
+_BROKEN = (
+    McapError,
+    ValueError,
+    KeyError,
+    TypeError,
+    OverflowError,
+    struct.error,
+    zstandard.ZstdError,
+)
+"""Errors from reading a damaged record."""
+
+
+@dataclass
+class McapContents:
+    """The contents of a file.
+
+    Attributes:
+        schemas: by their number.
+        channels: by their number.
+        attachments: by their name.
+        metadata: by their name.
+        messages: by the number of their channel, in file order.
+        closed: whether the file is complete.
+        damaged: number of parts that could not be read.
+    """
+
+    schemas: dict[int, Schema] = field(default_factory=dict)
+    channels: dict[int, Channel] = field(default_factory=dict)
+    attachments: dict[str, bytes] = field(default_factory=dict)
+    metadata: dict[str, dict[str, str]] = field(default_factory=dict)
+    messages: dict[int, Messages] = field(default_factory=lambda: defaultdict(Messages))
+    closed: bool = False
+    damaged: int = 0
+
+
+class _Record(NamedTuple):
+    """A record in a file: its kind, and where its content begins and ends."""
+
+    opcode: int
+    begin: int
+    end: int
+
+
+def read_mcap(path: Path, progress: Callable[[float], None] | None = None) -> LogRecord:
+    """Read a log as far as it is readable.
+
+    Args:
+        path: the file.
+        progress: called with the share done, 0 .. 1.
+
+    Raises:
+        WorkbenchError: if it cannot be read, or is not a log of the workbench.
+    """
+    with open_plain(path) as file:
+        magic = file.read(len(MCAP0_MAGIC))
+        if not magic:
+            raise WorkbenchError(f"{path}: is empty: the flight ended before anything was written")
+        if magic != MCAP0_MAGIC:
+            raise WorkbenchError(
+                f"{path}: is not an MCAP file: name a log that the workbench wrote"
+            )
+        _check_unpacked_size(path, file)
+        found = _contents(file, progress)
+    try:
+        return _record(path, found)
+    except (*_BROKEN, yaml.YAMLError, RecursionError) as error:
+        why = (
+            "is an MCAP file, but not a log of the workbench"
+            if found.closed and not found.damaged
+            else "ends or is damaged before the flight begins: nothing can be read"
+        )
+        raise WorkbenchError(f"{path}: {why}") from error
+
+
+def _check_unpacked_size(path: Path, file: BinaryIO) -> None:
+    """Check what the chunks state before anything is unpacked; no chunk may have more than that.
+
+    Raises:
+        WorkbenchError: if it is more than any log of this size has.
+    """
+    total, most = 0, most_unpacked(size_of(file))
+    for record in _records_of(file):
+        if record.opcode == Opcode.CHUNK:
+            file.seek(record.begin)
+            head = file.read(_CHUNK.size)
+            size = _CHUNK.unpack(head)[2] if len(head) == _CHUNK.size else 0
+            total += size if size <= LARGEST_RECORD else 0
+    if total > most:
+        raise WorkbenchError(too_large(path, most, "mcap decompress"))
+
+
+def _records_of(file: BinaryIO) -> Iterator[_Record]:
+    """Yield the complete records of a file; the file may be moved in between."""
+    at, size = len(MCAP0_MAGIC), size_of(file)
+    while at + _HEAD.size <= size:
+        file.seek(at)
+        opcode, length = _HEAD.unpack(file.read(_HEAD.size))
+        begin = at + _HEAD.size
+        at = begin + length
+        if at > size:
+            return
+        yield _Record(opcode, begin, at)
+
+
+def _contents(file: BinaryIO, progress: Callable[[float], None] | None) -> McapContents:
+    """Return the readable contents of a file."""
+    found, size = McapContents(), size_of(file)
+    for opcode, begin, end in _records_of(file):
+        if opcode == Opcode.DATA_END:
+            found.closed = True  # its summary repeats schemas and channels of a damaged chunk
+        try:
+            if end - begin > LARGEST_RECORD:
+                raise ValueError(f"a record of {end - begin} bytes is too large")
+            file.seek(begin)
+            _take(found, opcode, file.read(end - begin))
+        except _BROKEN:
+            found.damaged += 1
+        if progress:
+            progress(end / size)
+    return found
+
+
+def _take(found: McapContents, opcode: int, content: bytes) -> None:
+    """Add a record to the contents."""
+    match opcode:
+        case Opcode.CHUNK:
+            _take_chunk(found, Chunk.read(ReadDataStream(BytesIO(content))))
+        case Opcode.ATTACHMENT:
+            attachment = Attachment.read(ReadDataStream(BytesIO(content)))
+            found.attachments[attachment.name] = attachment.data
+        case Opcode.METADATA:
+            metadata = Metadata.read(ReadDataStream(BytesIO(content)))
+            found.metadata[metadata.name] = dict(metadata.metadata)
+        case _:
+            _take_small(found, opcode, memoryview(content))
+
+
+def _take_small(found: McapContents, opcode: int, content: memoryview) -> None:
+    """Add a record that may be in a chunk."""
+    match opcode:
+        case Opcode.MESSAGE:
+            channel, _, t_ns, _ = _MESSAGE.unpack_from(content)
+            if t_ns > LATEST_NS:
+                raise ValueError("a time is damaged")
+            found.messages[channel].add(t_ns, content[_MESSAGE.size :])
+        case Opcode.SCHEMA:
+            schema = Schema.read(ReadDataStream(BytesIO(content)))
+            found.schemas[schema.id] = schema
+        case Opcode.CHANNEL:
+            channel = Channel.read(ReadDataStream(BytesIO(content)))
+            if not _TOPIC.fullmatch(channel.topic):
+                raise ValueError("a topic's name is damaged")
+            found.channels[channel.id] = channel
+
+
+def _take_chunk(found: McapContents, chunk: Chunk) -> None:
+    """Add the records of a chunk, as far as it is intact."""
+    plain = _unpacked(chunk)
+    if chunk.uncompressed_crc and zlib.crc32(plain) != chunk.uncompressed_crc:
+        raise ValueError("the chunk is damaged")
+    whole, at, size = memoryview(plain), 0, len(plain)
+    unpack, shortest, head, message = _RECORD.unpack_from, _RECORD.size, _HEAD.size, Opcode.MESSAGE
+    while at + shortest <= size:
+        opcode, length, channel, _, t_ns, _ = unpack(plain, at)
+        begin, at = at + head, at + head + length
+        if at > size:
+            return
+        if opcode == message and at >= begin + shortest - head and t_ns <= LATEST_NS:
+            messages = found.messages[channel]  # as `add`, which would take as long again
+            messages.t_ns.append(t_ns)
+            messages.sizes.append(at - begin - shortest + head)
+            messages.data += whole[begin + shortest - head : at]
+            continue
+        try:
+            _take_small(found, opcode, whole[begin:at])
+        except _BROKEN:
+            found.damaged += 1
+
+
+def _unpacked(chunk: Chunk) -> bytes:
+    if not 0 <= chunk.uncompressed_size <= LARGEST_RECORD:
+        raise ValueError(f"a chunk of {chunk.uncompressed_size} bytes is too large")
+    if chunk.compression == "zstd":
+        stated = zstandard.frame_content_size(chunk.data)  # -1 if it states none
+        if stated > chunk.uncompressed_size:  # zstandard would reserve so much
+            raise ValueError("the chunk is damaged")
+        unpacked = zstandard.ZstdDecompressor().decompress(
+            chunk.data, max_output_size=max(chunk.uncompressed_size, 1)
+        )
+    elif chunk.compression == "":
+        unpacked = chunk.data
+    else:
+        raise ValueError(f"chunks packed with {chunk.compression} are not ours")
+    if len(unpacked) != chunk.uncompressed_size:
+        raise ValueError("the chunk is damaged")
+    return unpacked
+
+
+def _record(path: Path, found: McapContents) -> LogRecord:
+    """Return the log with these contents.
+
+    Raises:
+        KeyError, TypeError, ValueError: if it is not a log of the workbench.
+    """
+    remark = _remark(found)
+    if IMPORTED in found.attachments:
+        return _imported(path, found, remark)
+    flight, gains = found.metadata[FLIGHT], found.attachments[GAINS].decode()
+    refuse_bombs(path / GAINS, gains)
+    return LogRecord(
+        path=path,
+        vehicle=flight["vehicle"],
+        physics_step=float(flight["physics_step"]),
+        versions=found.metadata[VERSIONS],
+        scenario_text=found.attachments[SCENARIO].decode(),
+        settings={name: float(value) for name, value in found.metadata[SETTINGS].items()},
+        values=read_gains(gains),
+        topics=_topics(found),
+        remark=remark,
+        controller=found.metadata.get(CONTROLLER, {}),
+        law=found.attachments.get(LAW, b"").decode(),
+        estimator=found.metadata.get(ESTIMATOR, {}),
+        laws={
+            name: data.decode() for name, data in found.attachments.items() if name.startswith(LAWS)
+        },
+    )
+
+
+def _imported(path: Path, found: McapContents, remark: str) -> LogRecord:
+    """Return an imported log, which has neither a scenario nor parameters of the workbench.
+
+    Raises:
+        KeyError, TypeError, ValueError: if it is invalid.
+    """
+    text = found.attachments[IMPORTED].decode()
+    about = json.loads(text)
+    gaps = {str(each["name"]): spans(each["gaps"]) for each in about["signals"]}
+    return LogRecord(
+        path=path,
+        vehicle=str(about["name"]),
+        physics_step=0.0,
+        versions=found.metadata.get(VERSIONS, {}),
+        scenario_text="",
+        settings={},
+        values={},
+        topics=_topics(found, gaps),
+        remark="; ".join(filter(None, [remark, *map(str, about["remarks"])])),
+        imported=text,
+    )
+
+
+def _topics(
+    found: McapContents, gaps: Mapping[str, Sequence[Span]] | None = None
+) -> dict[str, LoggedTopic]:
+    """Return the topics that have messages, by their short names, in the order of the file.
+
+    The bytes of each topic are given up when it is decoded.
+
+    Args:
+        found: the contents of the file.
+        gaps: by signal, for an imported log.
+    """
+    topics = {}
+    for number, channel in found.channels.items():
+        schema = found.schemas.get(channel.schema_id)
+        messages = found.messages.pop(number, None)
+        if messages is None or schema is None:
+            continue
+        short = short_name(channel.topic)
+        text = schema.data.decode("utf-8", "replace")
+        topics[short] = LoggedTopic(
+            channel.topic,
+            short,
+            schema.name,
+            np.array(messages.t_ns, dtype=np.int64),
+            gaps=None if gaps is None else _of_topic(short, gaps),
+            **decoded(schema.name, text, messages)._asdict(),
+        )
+    return topics
+
+
+def _of_topic(short: str, gaps: Mapping[str, Sequence[Span]]) -> dict[str, Sequence[Span]]:
+    return {name: each for name, each in gaps.items() if name.startswith(f"{short}.")}
+
+
+def _remark(found: McapContents) -> str:
+    """Return a sentence on what is missing."""
+    parts = []
+    if not found.closed:
+        last = max((max(each.t_ns) for each in found.messages.values()), default=0) * 1e-9
+        parts.append(
+            f"the log was not closed and ends at {last:.3f} s: up to a chunk after that is missing"
+        )
+    if found.damaged:
+        parts.append(f"{found.damaged} damaged parts were left out")
+    return "; ".join(parts)
