@@ -135,13 +135,13 @@ def ulog(
     return data
 
 
-Message = tuple[str, str, Sequence[str], Sequence[int], Sequence[Sequence[float]]]
+Message = tuple[str, str, Sequence[str], Sequence[int], Sequence[Sequence[float | str]]]
 """Name, format of the columns behind TimeUS, their names, stamps [us], and rows."""
 
 
 def dataflash(messages: Sequence[Message]) -> bytes:
     """Return a log of ArduPilot. Messages come in the order of their rows, of each kind in turn."""
-    codes = {"f": "f", "B": "B", "h": "h", "i": "i"}
+    codes = {"f": "f", "B": "B", "h": "h", "i": "i", "N": "16s", "Z": "64s"}
 
     def definition(number: int, length: int, name: str, form: str, columns: str) -> bytes:
         body = struct.pack(
@@ -162,7 +162,10 @@ def dataflash(messages: Sequence[Message]) -> bytes:
     ]
     for _, number, i in sorted(rows):
         _, form, _, stamps, values = messages[number - 130]
-        row = [v if f == "f" else int(v) for f, v in zip(form, values[i], strict=True)]
+        row = [
+            value.encode() if isinstance(value, str) else value if code == "f" else int(value)
+            for code, value in zip(form, values[i], strict=True)
+        ]
         data += bytes([0xA3, 0x95, number]) + struct.pack(shape[number], int(stamps[i]), *row)
     return data
 

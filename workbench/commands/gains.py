@@ -3,6 +3,7 @@
 import argparse
 import dataclasses
 import math
+import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -18,6 +19,7 @@ from workbench.commands.options import (
     flown_with,
 )
 from workbench.commands.printing import pick, print_result, print_table, say, say_written
+from workbench.commands.progress import progress_bar
 from workbench.common.errors import WorkbenchError
 from workbench.scenario.parameters import parameter_table
 
@@ -543,7 +545,9 @@ def _import(args: argparse.Namespace) -> int:
 
     _check_suffix(args.save)
     law = load_controller(args.controller) if args.controller else None
-    found = import_gains(args.file, args.firmware, args.version, args.profile, law)
+    found = _from_log(args, law) or import_gains(
+        args.file, args.firmware, args.version, args.profile, law
+    )
     scenario, vehicle, present = _flown(args, found.law)
     flown = found.flown(present)
     changes = diff_gains({name: present[name] for name in flown}, flown, present, found.law)
@@ -571,6 +575,34 @@ def _import(args: argparse.Namespace) -> int:
         written.append(args.save)
     _print_exchange(args, about, changes, margins, remarks, found, written)
     return ExitCode.DONE
+
+
+def _from_log(args: argparse.Namespace, law: "Controller | None") -> "Imported | None":
+    """Return the gains in the parameters of a log of PX4 or ArduPilot; None for any other file."""
+    from workbench.gains.autopilots.exchange import imported
+    from workbench.gains.autopilots.firmware import file_of, find_firmware
+    from workbench.logs.flight_reader import read_flight
+    from workbench.logs.readers import dataflash, ulog
+    from workbench.logs.readers.packed import read_head
+
+    firmwares = {ulog.MAGIC: "px4", dataflash.MAGIC: "ardupilot"}
+    head = read_head(args.file, len(ulog.MAGIC))
+    name = next((each for magic, each in firmwares.items() if head.startswith(magic)), "")
+    if not name:
+        return None
+    if args.firmware not in ("", name) or args.profile is not None:
+        raise WorkbenchError(f"{args.file}: is a log of {name}: leave out --for and --profile")
+    with progress_bar(f"reading {args.file.name}") as progress:
+        flight = read_flight(args.file, None, progress)
+    if name == "ardupilot" and not flight.firmware.startswith(("ArduCopter", "APM:Copter")):
+        raise WorkbenchError(f"{args.file}: is a log of {flight.firmware or name}, not of a copter")
+    for remark in flight.remarks:
+        if "parameters changed" in remark:
+            say(f"{args.file}: {remark}")
+    values = {key: value for key, value in flight.parameters.items() if isinstance(value, float)}
+    stated = re.search(r"\d+\.\d+(\.\d+)?", flight.firmware)
+    version = args.version or (stated[0] if stated else "")
+    return imported(file_of(args.file, values, version), find_firmware(name), version, law)
 
 
 def _export(args: argparse.Namespace) -> int:

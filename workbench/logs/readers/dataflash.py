@@ -53,6 +53,7 @@ def read_dataflash(path: Path) -> FlightRecord:
     places: dict[str, list[int]] = defaultdict(list)
     columns: dict[str, list[str]] = {}
     parameters: dict[str, float | str] = {}
+    changed: dict[str, None] = {}
     firmware, damage = "", ""
     try:
         with closing(DFReader_binary(str(path))) as log:
@@ -62,7 +63,10 @@ def read_dataflash(path: Path) -> FlightRecord:
                     break
                 name = message.get_type()
                 if name == "PARM":
-                    parameters[str(message.Name)] = float(message.Value)
+                    name, value = str(message.Name), float(message.Value)
+                    if parameters.get(name, value) != value:
+                        changed[name] = None
+                    parameters[name] = value
                 elif name == "MSG" and not firmware and str(message.Message).startswith("Ardu"):
                     firmware = str(message.Message)
                 elif name not in _UNWANTED and "TimeUS" in message.fmt.columns:
@@ -98,8 +102,17 @@ def read_dataflash(path: Path) -> FlightRecord:
         tick=1e-6,
         firmware=firmware,
         parameters=parameters,
-        remarks=(damage, several, remark),
+        remarks=(damage, several, remark, _changed(list(changed))),
     )
+
+
+def _changed(names: Sequence[str]) -> str:
+    """Return the remark on parameters that changed."""
+    if not names:
+        return ""
+    listed = f"{', '.join(names[:8])}{' ...' if len(names) > 8 else ''}"
+    text = f"{len(names)} parameters changed in the log; the last values count: {listed}"
+    return Remark(text, len(names), names[0])
 
 
 def _topic(message: Any) -> str:

@@ -114,6 +114,17 @@ def read_ulog(path: Path) -> FlightRecord:
         *_battery(tables, remarks),
         *_motors(tables, log.initial_parameters, remarks),
     ]
+    if log.changed_parameters:
+        names = list(dict.fromkeys(str(name) for _, name, _ in log.changed_parameters))
+        first = 1e-6 * (log.changed_parameters[0][0] - log.start_timestamp)
+        remarks.append(
+            Remark(
+                f"{len(names)} parameters changed in flight, the first one at {first:.3f} s; those "
+                f"of the start count: {', '.join(names[:8])}{' ...' if len(names) > 8 else ''}",
+                len(names),
+                f"{first:.3f} s",
+            )
+        )
     if log.dropouts:
         lost = 1e-3 * sum(dropout.duration for dropout in log.dropouts)
         remarks.append(
