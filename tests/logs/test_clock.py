@@ -264,6 +264,28 @@ def test_few_samples_make_neither_a_restart_nor_an_end(case):
     assert len(clock.breaks) == 1 and clock.end == pytest.approx(398 * 2e-3 + PAUSE)
 
 
+def test_samples_out_of_order_lose_few_others(case):
+    """Of two samples that came the other way round one is left out, whatever their number."""
+    for seed in range(5):
+        with case(seed):
+            random = np.random.default_rng(seed)
+            stamps = 2000.0 * np.arange(4000)
+            first = 2 * random.choice(2000, 200, replace=False)
+            stamps[first], stamps[first + 1] = stamps[first + 1].copy(), stamps[first].copy()
+            clock = read_clock({"a": stamps_of(stamps)}, 1e-6)
+            lost = np.flatnonzero(np.isnan(clock.times["a"]))
+            assert len(lost) == 200 == clock.remarks[0].number and len(clock.remarks) == 1
+            assert set(lost // 2) == set(first // 2)
+
+
+def test_a_clock_without_any_order_is_read_in_bounded_time():
+    random = np.random.default_rng(1)
+    clock = read_clock({"a": stamps_of(random.uniform(0.0, 1e9, 20_000))}, 1e-6)
+    time = clock.times["a"][np.isfinite(clock.times["a"])]
+    lost = sum(each.number for each in clock.remarks if "goes back" not in each)
+    assert (np.diff(time) > 0.0).all() and lost == 20_000 - len(time)
+
+
 def test_faults_together(case):
     """Several faults in one log: nothing is silently lost or doubled."""
     for seed in range(40):

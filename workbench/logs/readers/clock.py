@@ -32,6 +32,8 @@ FEW = 0.1
 ISOLATED, LONGEST_PAUSE = 10.0, 60.0
 """`SHORT` samples at an end of a log are damaged if they are so many durations of the rest, and so
 many seconds more, away from it."""
+MOST_RESTARTS = 100
+"""Largest number of restarts of a stream; what follows more of them is left out."""
 PAUSE = 1.0
 """Gap at a restart of the clock, whose length the log does not state [s]."""
 LATEST = 1e7
@@ -105,7 +107,7 @@ class _Stream:
         places: (n) of the samples in the file.
         ticks: (n), without overflows and shared stamps; NaN for samples that are left out.
         period: usual step between two samples [ticks].
-        restarts: samples (index) that follow a step back of the clock.
+        restarts: samples (index) before and after a step back of the clock.
         doubtful: likewise, with the few samples that are damaged unless other streams step back
             at the same place in the file.
         part: (n) number of restarts of the log before a sample.
@@ -115,18 +117,14 @@ class _Stream:
     places: np.ndarray
     ticks: np.ndarray
     period: float
-    restarts: list[int] = field(default_factory=list)
-    doubtful: list[tuple[int, np.ndarray]] = field(default_factory=list)
+    restarts: list[tuple[int, int]] = field(default_factory=list)
+    doubtful: list[tuple[int, int, np.ndarray]] = field(default_factory=list)
     part: np.ndarray = field(default_factory=lambda: np.empty(0))
 
     @property
     def rows(self) -> np.ndarray:
         """Samples with a time."""
         return np.flatnonzero(np.isfinite(self.ticks))
-
-    def before(self, index: int) -> int:
-        """Return the last sample with a time before another one."""
-        return int(np.flatnonzero(np.isfinite(self.ticks[:index]))[-1])
 
 
 class _Restart(NamedTuple):
@@ -233,8 +231,7 @@ def read_clock(
         )
         what = f"a gap of unknown length that counts as {PAUSE:g} s"
         stepped.append((*restart.seen[0], rest, back, what))
-    for stream, index in own:
-        before = stream.before(index)
+    for stream, before, index in own:
         back = float(stream.ticks[before] - stream.ticks[index])
         stream.ticks[index:] += back + stream.period
         rest = faults.count([(stream.name, stream.rows[stream.rows >= index])])
@@ -355,11 +352,14 @@ def _follow(stream: _Stream, rows: np.ndarray, tick: float, counter: bool) -> np
     for block, following in zip(blocks, [*blocks[1:], None], strict=True):
         while True:
             run = runs[-1]
-            first, last = ticks[block[[0, -1]]] + offset
+            first = ticks[block[0]] + offset
             before = float(ticks[run[-1][-1]]) if run else -np.inf
-            if following is not None and run and len(block) <= max(SHORT, FEW * len(rows)):
+            tail = np.concatenate([block[:0], *run[-SHORT - 1 :]])
+            tail = tail[ticks[tail] >= first]
+            few = len(block) <= max(SHORT, FEW * len(rows)) and not 0 < len(tail) < len(block)
+            if following is not None and run and few:
                 pause = ticks[following[0]] + offset - before
-                between = before < first and last < before + pause
+                between = before < first < before + pause
                 if not between and 0.0 < pause <= near + len(block) * period:
                     damaged.append(block)
                     break
@@ -367,69 +367,74 @@ def _follow(stream: _Stream, rows: np.ndarray, tick: float, counter: bool) -> np
                 ticks[block] += offset
                 run.append(block)
                 break
-            back, size = before - first, sum(map(len, run))
+            back, size = before - first, sum(map(len, run[: SHORT + 1]))
             alone = following is None and len(block) <= SHORT
             wraps = [each for each in counters if 0.0 < each - back <= WRAPPED * period]
             if counter and not alone and 0.0 < _COUNTER - back <= LONGEST_PAUSE / tick:
                 wraps = [_COUNTER]
-            tail = np.concatenate(run[-SHORT - 1 :])
-            tail = tail[ticks[tail] >= first]
             if wraps:
                 offset += wraps[0]
             elif len(tail) <= SHORT < size:
-                stream.doubtful.append((int(block[0]), tail))
-                runs[-1] = [rest for each in run if len(rest := each[ticks[each] < first])]
+                stream.doubtful.append((int(run[-1][-1]), int(block[0]), tail))
+                while ticks[run[-1][-1]] >= first:
+                    last_block = run.pop()
+                    earlier = last_block[ticks[last_block] < first]
+                    run += [earlier] if len(earlier) else []
             elif size <= SHORT and stream.restarts:
                 damaged += run
                 runs.pop()
                 stream.restarts.pop()
             elif size <= SHORT or alone:
-                few = np.concatenate(run) if size <= SHORT else block
-                stream.doubtful.append((int(block[0]), few))
+                lost = np.concatenate(run) if size <= SHORT else block
+                stream.doubtful.append((int(run[-1][-1]), int(block[0]), lost))
                 runs.append([])
+            elif len(stream.restarts) == MOST_RESTARTS:
+                damaged.append(block)
+                break
             else:
-                stream.restarts.append(int(block[0]))
+                stream.restarts.append((int(run[-1][-1]), int(block[0])))
                 runs.append([])
     return np.sort(np.concatenate(damaged))
 
 
 def _restarts(
     streams: Sequence[_Stream], faults: _Faults
-) -> tuple[list[_Restart], list[tuple[_Stream, int]]]:
+) -> tuple[list[_Restart], list[tuple[_Stream, int, int]]]:
     """Return the restarts of the common clock, and those of single streams."""
-    events = [(stream, index) for stream in streams for index in stream.restarts]
+    events = [(stream, *indices) for stream in streams for indices in stream.restarts]
     common: list[_Restart] = []
-    own: list[tuple[_Stream, int]] = []
-    for stream, index in sorted(events, key=lambda event: event[0].places[event[1]]):
-        after, place = stream.places[[stream.before(index), index]]
+    own: list[tuple[_Stream, int, int]] = []
+    for stream, before, index in sorted(events, key=lambda event: event[0].places[event[2]]):
+        after, place = stream.places[[before, index]]
         if common and after < common[-1].place and stream not in dict(common[-1].seen):
             same = common[-1]
             common[-1] = _Restart(
                 max(same.after, after), min(same.place, place), (*same.seen, (stream, index))
             )
-        elif _is_common(streams, stream, index):
+        elif _is_common(streams, stream, before, index):
             common.append(_Restart(after, place, ((stream, index),)))
         else:
-            own.append((stream, index))
+            own.append((stream, before, index))
     for stream in streams:
-        for index, few in stream.doubtful:
-            after, place = stream.places[[stream.before(index), index]]
+        for before, index, few in stream.doubtful:
+            after, place = stream.places[[before, index]]
             if not any(each.place > after and each.after < place for each in common):
                 stream.ticks[few] = np.nan
                 faults.add(DAMAGED, stream.name, few)
     return common, own
 
 
-def _is_common(streams: Sequence[_Stream], stream: _Stream, index: int) -> bool:
+def _is_common(streams: Sequence[_Stream], stream: _Stream, before: int, index: int) -> bool:
     """Return whether most streams that can show a step back of a stream step back, too."""
-    before = stream.before(index)
     back = stream.ticks[before] - stream.ticks[index]
     votes = 0
     for other in streams:
+        if other is stream or back <= 2.0 * other.period:
+            continue
         rows = other.rows
         earlier = rows[other.places[rows] <= stream.places[before]]
         later = rows[other.places[rows] >= stream.places[index]]
-        if other is not stream and len(earlier) and len(later) and back > 2.0 * other.period:
+        if len(earlier) and len(later):
             votes += 1 if other.ticks[later[0]] < other.ticks[earlier[-1]] else -1
     return votes >= 0
 
