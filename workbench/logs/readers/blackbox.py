@@ -122,7 +122,9 @@ def _frames(path: Path, number: int, most: int) -> _Frames:
     except Exception as error:
         # At the end of the data it fails, too, if there is no end mark: as when power was lost.
         if parser.reader.tell() < len(parser.reader):
-            damage = f"the log is damaged, and was read up to frame {len(frames)}: {error}"
+            place = f"frame {len(frames)}"
+            text = f"the log is damaged, and was read up to {place}: {error}"
+            damage = Remark(text, len(frames), place)
     return _Frames(dict(parser.headers), list(parser.field_names), frames, damage)
 
 

@@ -22,7 +22,7 @@ from typing import NamedTuple
 import numpy as np
 
 from workbench.common.errors import WorkbenchError
-from workbench.logs.flight_record import FlightRecord, Signal, make_signal
+from workbench.logs.flight_record import FlightRecord, Remark, Signal, make_signal
 from workbench.logs.readers.clock import Clock, read_clock, stamps_of
 from workbench.logs.readers.packed import read_packed, stem
 from workbench.logs.readers.rotations import without_jumps
@@ -222,7 +222,8 @@ def _checked(data: bytes, rest: int) -> str:
         return "the log's checksum does not match its content: it is damaged"
     if left == 0:
         return "the log has no checksum at its end: it was cut, or the Crazyflie lost power"
-    return f"the last {left} bytes of the log are not samples and were left out: the log is damaged"
+    text = f"the last {left} bytes of the log are not samples and were left out: the log is damaged"
+    return Remark(text, left, f"byte {rest}")
 
 
 def _signals(

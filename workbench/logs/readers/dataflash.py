@@ -83,7 +83,9 @@ def read_dataflash(path: Path) -> FlightRecord:
     except Exception as error:  # pymavlink raises any exception on a damaged file
         if not rows:
             raise WorkbenchError(f"{path}: cannot be read as a DataFlash log: {error}") from error
-        damage = f"the file is damaged, and was read up to there: {error}"
+        count = sum(map(len, rows.values()))
+        text = f"the file is damaged, and was read up to there, {count} messages: {error}"
+        damage = Remark(text, count, f"message {count}")
     found = {topic: _columns(columns[topic], each) for topic, each in rows.items()}
     found = {topic: table for topic, table in found.items() if len(table.get("TimeUS", ())) > 0}
     if not found:

@@ -127,8 +127,10 @@ def read_ulog(path: Path) -> FlightRecord:
         )
     if log.dropouts:
         lost = 1e-3 * sum(dropout.duration for dropout in log.dropouts)
+        first = 1e-6 * (log.dropouts[0].timestamp - log.start_timestamp)
+        text = f"the logger dropped data {len(log.dropouts)} times, {lost:.2f} s in all"
         remarks.append(
-            f"the logger dropped data {len(log.dropouts)} times, {lost:.2f} s in all",
+            Remark(f"{text}, first at {first:.3f} s", len(log.dropouts), f"{first:.3f} s")
         )
     if log.file_corruption:
         remarks.append("the file is damaged: parts of it were left out")
