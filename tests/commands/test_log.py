@@ -60,7 +60,7 @@ def test_remarks_have_number_and_place(run, tmp_path):
     for words in (["log", path], ["import", path, "--output", copy], ["log", copy]):
         found = json.loads(run(*words, "--json").out)
         (detail,) = found["remark_details"]
-        assert (detail["number"], detail["place"]) == (80, place)
+        assert (detail["count"], detail["place"]) == (80, place)
         assert found["remarks"] == [detail["text"]] and place in detail["text"]
     pictured = run("plot", path, "imu.angular_velocity.x", "--output", tmp_path / "a.png", "--json")
     assert place in json.loads(pictured.out)["remark"] and place in pictured.err

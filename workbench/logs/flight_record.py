@@ -263,7 +263,7 @@ class FlightRecord:
     def remark_details(self) -> list[dict[str, Any]]:
         """Return the remarks with number and place, in JSON types."""
         return [
-            {"text": str(each), "number": each.number, "place": each.place}
+            {"text": str(each), "count": each.number, "place": each.place}
             for each in (
                 each if isinstance(each, Remark) else Remark(each) for each in self.remarks
             )
