@@ -264,6 +264,22 @@ def test_few_samples_make_neither_a_restart_nor_an_end(case):
     assert len(clock.breaks) == 1 and clock.end == pytest.approx(398 * 2e-3 + PAUSE)
 
 
+def test_counters_of_all_units_overflow(case):
+    """Unsigned and signed ones of 32 bits, in their own unit or in seconds."""
+    even = np.arange(500)
+    for tick, stamps in (
+        (1e-6, (2000.0 * even - 3e5) % 2**32),
+        (1e-6, (2000.0 * even - 3e5 + 2**31) % 2**32 - 2**31),
+        (1e-3, (2.0 * even - 300.0 + 2**31 + 2**31) % 2**32 - 2**31),
+        (1.0, (2e-3 * even - 0.3) % (2**32 * 1e-6)),
+        (1.0, (2e-3 * even - 0.3) % (2**32 * 1e-3)),
+    ):
+        with case(tick, stamps[0]):
+            clock = read_clock({"a": stamps_of(stamps)}, tick)
+            np.testing.assert_allclose(clock.times["a"], 2e-3 * even, atol=1e-6)
+            assert clock.remarks == () and clock.breaks == ()
+
+
 def test_samples_out_of_order_lose_few_others(case):
     """Of two samples that came the other way round one is left out, whatever their number."""
     for seed in range(5):

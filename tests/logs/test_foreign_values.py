@@ -68,6 +68,8 @@ BLACKBOX = (
         "imu.angular_velocity.x",
         np.pi / 2,
     ),
+    ({"gyro_scale": "1"}, "gyroADC[0]", 90, "imu.angular_velocity.x", np.pi / 2),
+    ({"gyro_scale": "0.0625"}, "gyroADC[0]", 1440, "imu.angular_velocity.x", np.pi / 2),
     ({"gyro_scale": None}, "gyroADC[0]", 90, "imu.angular_velocity.x", np.pi / 2),
     ({"acc_1G": "512"}, "accSmooth[2]", 512, "imu.linear_acceleration.z", 9.81),
     ({"acc_1G": "4096"}, "accSmooth[0]", -2048, "imu.linear_acceleration.x", -4.905),
@@ -198,6 +200,7 @@ def test_of_several_logs_the_longest_is_read_or_the_wanted_one(tmp_path, capsys,
     path.write_bytes(several(5, 50, 20))
     for number in (1, 2, 3):
         flight = read_flight(str(path), log_number=number)
+        assert f"this is log {number} of the 3" in flight.remarks[0]
         assert np.rint(np.degrees(flight["imu.angular_velocity.x"].values[0])) == number
     for number in (0, 4, -1):
         with pytest.raises(WorkbenchError, match=f"3 logs: --log-number {number}"):

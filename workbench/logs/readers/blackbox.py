@@ -44,6 +44,8 @@ FINER = re.compile(r"(gyroADC|gyroUnfilt|rcCommand)\[\d\]|setpoint\[[012]\]")
 FEATURE_3D = 1 << 12
 LEAST_DEGREES = 1e-5
 """A smaller `gyro_scale` is in radians per microsecond; the finest gyros have 4e-3 degrees."""
+LEAST_BITS = 1 << 23
+"""A smaller whole number has the bits of no float, and is itself the scale."""
 USUAL_POLES = 14.0
 _REVISION = re.compile(r"(\w+)\s+v?(\d+)\.(\d+)(?:\.(\d+))?")
 _DEG = np.pi / 180.0
@@ -204,12 +206,12 @@ def _revision(headers: Mapping[str, object]) -> tuple[str, tuple[int, int, int]]
 def _gyro_scale(headers: Mapping[str, object]) -> float:
     """Return the angular velocity of a count of the gyro [rad/s], 0 if it is not stated."""
     value = next((headers[each] for each in ("gyro_scale", "gyro.scale") if each in headers), None)
-    if isinstance(value, int) and 0 <= value < 2**32:
+    if isinstance(value, int) and LEAST_BITS <= value < 2**32:
         (value,) = struct.unpack("<f", struct.pack("<I", value))
     firmware, version = _revision(headers)
     if value is None and firmware == "betaflight" and version >= (3, 1, 0):
         value = 1.0
-    if not isinstance(value, float) or not np.isfinite(value) or value <= 0.0:
+    if not isinstance(value, int | float) or not 0.0 < value < LEAST_BITS:
         return 0.0
     return value * 1e6 if value < LEAST_DEGREES else value * _DEG
 

@@ -27,7 +27,11 @@ def longest(path: Path, count: int, number: int | None, read: ReadLog) -> Flight
         if not 1 <= number <= count:
             has = f"{count} logs" if count != 1 else "one log"
             raise WorkbenchError(f"{path}: has {has}: --log-number {number} is not one of them")
-        return read(number)
+        flight = read(number)
+        if count == 1:
+            return flight
+        remark = Remark(f"this is log {number} of the {count} in the file", count, f"log {number}")
+        return replace(flight, remarks=(remark, *flight.remarks))
     best: FlightRecord | None = None
     chosen, failure = 0, None
     lengths: list[float] = []
