@@ -105,8 +105,9 @@ def test_verdicts_go_by_the_validation(case) -> None:
     better, worse, damaged = (0.5, 1.0), (5.0, 1.0), (float("nan"), 1.0)
     for force, level, turn, expected in (
         (better, better, better, [WELL, WELL, WELL, WELL, NOT]),
-        (worse, better, better, [REFUTED, REFUTED, WELL, WELL, REFUTED]),
-        (better, better, worse, [REFUTED, WELL, REFUTED, WELL, REFUTED]),
+        (worse, better, better, [ROUGHLY, REFUTED, WELL, WELL, NOT]),
+        (better, better, worse, [ROUGHLY, WELL, REFUTED, WELL, NOT]),
+        (worse, worse, worse, [REFUTED, REFUTED, REFUTED, REFUTED, REFUTED]),
         (better, damaged, better, [WELL, WELL, WELL, REFUTED, NOT]),
     ):
         with case(force, level, turn):
@@ -116,3 +117,5 @@ def test_verdicts_go_by_the_validation(case) -> None:
     slow = [row for row in rows if not row.name.startswith("inertia")]  # turning is not judged
     found = validated(slow, Prediction(*better, *better, *worse, 0.2))
     assert [row.verdict for row in found] == [WELL, WELL, WELL, NOT]
+    found = validated(slow, Prediction(*worse, *better, *worse, 0.2))
+    assert [row.verdict for row in found] == [REFUTED, REFUTED, WELL, REFUTED]

@@ -192,11 +192,27 @@ def validated(rows: Sequence[Row], held_back: Prediction | None) -> list[Row]:
             replace(row, verdict=ROUGHLY, flight=LONGER) if row.verdict == WELL else row
             for row in rows
         ]
-    judged = held_back.refuted
-    if not any(row.name.startswith("inertia") for row in rows):
-        judged -= {"turn"}
-    refuted = {name for part in judged for name in _SHOWN_BY[part]}
-    return [replace(row, verdict=REFUTED) if row.name in refuted else row for row in rows]
+    found = []
+    refuted, judged = refuted_parts(rows, held_back), judged_parts(rows)
+    for row in rows:
+        parts = {part for part in judged if row.name in _SHOWN_BY[part]}
+        if parts and parts <= refuted:
+            row = replace(row, verdict=REFUTED)
+        elif parts & refuted and row.verdict == WELL:  # the lag, of which the other part is right
+            row = replace(row, verdict=ROUGHLY)
+        found.append(row)
+    return found
+
+
+def judged_parts(rows: Sequence[Row]) -> frozenset[str]:
+    """Return the parts of the validation that count: rotation only with inertias."""
+    turns = any(row.name.startswith("inertia") for row in rows)
+    return frozenset(part for part in _SHOWN_BY if turns or part != "turn")
+
+
+def refuted_parts(rows: Sequence[Row], held_back: Prediction) -> frozenset[str]:
+    """Return the refuted parts among those that count."""
+    return held_back.refuted & judged_parts(rows)
 
 
 def _verdict(width: float, limit: float) -> str:
@@ -508,12 +524,14 @@ class Report:
                     else ""
                 )
             )
-        if any(row.verdict == REFUTED for row in self.rows):
-            said.append(
-                "the model predicts the part held back no better than a constant does: do not use "
-                "the refuted numbers; check units, axes and the order of the motors, and whether "
-                "the commands are those of the rotors"
-            )
+            if refuted := refuted_parts(self.rows, of):
+                names = {"force": "thrust", "level": "level force", "turn": "rotation"}
+                said.append(
+                    f"the model predicts {' and '.join(names[each] for each in sorted(refuted))} "
+                    "of the part held back no better than a constant does: do not use the refuted "
+                    "numbers; check units, axes and the order of the motors, and whether the "
+                    "commands are those of the rotors"
+                )
         if not self.found.fit.complete:
             said.append("the search did not finish: use the numbers as a first guess")
         return said
