@@ -13,7 +13,8 @@ from tests.logs.foreign_files import blackbox, dataflash, read_here, ulog
 from workbench.commands.cli import main
 from workbench.common.errors import WorkbenchError
 from workbench.logs.flight_reader import read_flight
-from workbench.logs.flight_record import FlightRecord, standard_unit
+from workbench.logs.flight_record import FlightRecord, make_signal, standard_unit
+from workbench.logs.imported import write_flight
 from workbench.logs.readers import crazyflie_usd
 from workbench.logs.readers import dataflash as dataflash_reader
 from workbench.logs.readers import ulog as ulog_reader
@@ -492,6 +493,20 @@ def test_angles_pass_half_a_turn_without_a_jump(tmp_path, case, kind):
             if "estimate.q_w" in flight:
                 turn = np.column_stack([flight[f"estimate.q_{part}"].values for part in "wxyz"])
                 assert (np.sum(turn[1:] * turn[:-1], axis=1) > 0.9).all()
+
+
+def test_a_log_that_an_earlier_version_imported_loses_its_jumps(tmp_path):
+    yaw, wanted = turning(np.pi)
+    signals = {
+        name: make_signal(name, "rad", 0.01 * np.arange(400), wrap(values), end=4.0)
+        for name, values in (("estimate.yaw", yaw), ("setpoint.yaw", wanted))
+    }
+    path = tmp_path / "a.mcap"
+    write_flight(FlightRecord("a", tmp_path / "a", "made up", signals, end=4.0), path)
+    flight = read_flight(path)
+    found = flight["estimate.yaw"].values
+    np.testing.assert_allclose(np.diff(found), np.diff(yaw), atol=1e-9)
+    np.testing.assert_allclose(flight["setpoint.yaw"].values - found, 0.3, atol=1e-9)
 
 
 @shared

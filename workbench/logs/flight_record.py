@@ -93,7 +93,7 @@ def _remark(said: Any) -> str:
     """
     if isinstance(said, str):
         return said
-    number = said["number"]
+    number = said["count"]
     return Remark(str(said["text"]), None if number is None else int(number), str(said["place"]))
 
 

@@ -8,6 +8,7 @@ so that no curve is drawn across it.
 import json
 import re
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -22,7 +23,7 @@ from workbench.logs.contents import IMPORTED, VERSIONS, versions
 from workbench.logs.flight_record import FlightRecord, Signal, make_signal
 from workbench.logs.mcap_writer import McapWriter
 from workbench.logs.readers.packed import stem
-from workbench.logs.readers.rotations import QUATERNION, continuous, in_world
+from workbench.logs.readers.rotations import QUATERNION, continuous, in_world, without_jumps
 from workbench.logs.record import LogRecord
 from workbench.logs.series import Column, LoggedTopic
 
@@ -97,11 +98,12 @@ def flight_of(record: LogRecord) -> FlightRecord:
                 good = np.isfinite(each.values)
                 samples[each.name] = each.time[good], each.values[good]
     try:
-        return FlightRecord.from_description(json.loads(record.imported), record.path, samples)
+        flight = FlightRecord.from_description(json.loads(record.imported), record.path, samples)
     except (KeyError, TypeError, ValueError, AttributeError, RecursionError) as error:
         raise WorkbenchError(
             f"{record.path}: its description of the signals is damaged: {error}"
         ) from error
+    return replace(flight, signals=without_jumps(flight.signals))  # earlier versions left jumps
 
 
 def _about(flight: FlightRecord) -> str:
