@@ -260,13 +260,15 @@ def test_the_connected_battery_counts(tmp_path, case):
             assert any("batteries are connected" in each for each in flight.remarks) == told
     path.write_bytes(ulog([battery(0, 0, 0.0, -1.0)]))  # 0 V and -1 A stand for unknown
     assert "battery.voltage" not in read_ulog(path)
-    messages = [
-        (name, "Bff", ("Instance", "Volt", "Curr"), TIMES_US, [(i, volts, 1.0)] * 50)
-        for name, i, volts in (("BAT", 0, 0.0), ("BAT2", 1, 12.6))
-    ]
+    stamps = np.repeat(TIMES_US, 2).tolist()  # two batteries, at the same times
+    rows = [(i % 2, 12.6 if i % 2 else 0.0, 1.0 + i % 2) for i in range(100)]
     path = tmp_path / "a.bin"
-    path.write_bytes(dataflash(messages))
-    assert "battery.voltage" in read_dataflash(path)
+    path.write_bytes(dataflash([("BAT", "Bff", ("I", "Volt", "Curr"), stamps, rows)]))
+    flight = read_dataflash(path)
+    np.testing.assert_allclose(flight["battery.voltage"].values, 12.6, rtol=1e-6)
+    np.testing.assert_allclose(flight["battery.current"].values, 2.0)
+    assert len(flight["battery.voltage"].time) == 50
+    assert not any("share the time" in each for each in flight.remarks)
 
 
 def test_all_subscriptions_of_a_topic_are_read(tmp_path):

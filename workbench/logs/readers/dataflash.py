@@ -31,6 +31,8 @@ FORMAT = "ArduPilot DataFlash log"
 MAGIC = b"\xa3\x95"
 NEEDS = "pymavlink"
 MOST_MESSAGES = 20_000_000
+INSTANCES = ("I", "C", "Instance")
+"""Names of the second column of a message that has instances, in logs that do not mark it."""
 BATTERIES = 16
 LEAST_VOLTAGE = 1.0
 """Voltage above which a battery is connected [V]."""
@@ -120,7 +122,10 @@ def _changed(names: Sequence[str]) -> str:
 def _topic(message: Any) -> str:
     """Return the name of a message, followed by its instance if that is not the first one."""
     name: str = message.get_type()
-    field = getattr(message.fmt, "instance_field", None)
+    second = message.fmt.columns[1:2]
+    field = getattr(message.fmt, "instance_field", None) or next(
+        (each for each in second if each in INSTANCES), None
+    )
     instance = getattr(message, field) if field else 0
     return name if not isinstance(instance, int) or instance == 0 else f"{name}_{instance}"
 
