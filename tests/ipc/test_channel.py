@@ -59,6 +59,17 @@ def test_what_nobody_reads_is_bounded_and_never_waits(pipe, channel):
     assert pipe[1].recv() == "and on it goes"
 
 
+def test_nothing_waits_for_a_process_that_is_gone(pipe, channel):
+    """Whoever ends it waits until all is sent, and would wait for ever."""
+    while not channel.unsent:
+        channel.offer(bytes(10_000), MOST)
+    pipe[1].close()
+    channel.flush()
+    assert channel.unsent == 0
+    assert channel.offer(bytes(10_000), MOST)
+    assert channel.unsent == 0
+
+
 def test_a_record_in_pieces_is_seen_when_it_is_whole(pipe, channel):
     """A process that is stopped in the middle of a record stops nobody else."""
     there = socket.socket(fileno=socket.dup(pipe[1].fileno()))

@@ -209,9 +209,13 @@ def test_a_server_that_is_killed_is_started_again_at_the_same_address(flight, tm
     assert flight.latest().network.said == ""
 
 
-def test_a_server_that_cannot_be_started_again_is_given_up_with_a_sentence():
-    """Without a process: the pauses grow, and an order to stop or to serve ends them."""
-    now, begun, ways = [0.0], [], []
+@pytest.fixture
+def dying(monkeypatch):
+    """Return a supervisor of servers that are no processes, the times of their starts and a clock.
+
+    Each of them ends after a time that the test gives, or before it listens for None.
+    """
+    now, begun, lasts = [0.0], [], []
 
     class Dying:
         wait_time = math.inf
@@ -219,14 +223,19 @@ def test_a_server_that_cannot_be_started_again_is_given_up_with_a_sentence():
         def __init__(self, config, flight):
             begun.append((now[0], config.port, config.web_port))
             self.connection, self._far = Pipe(duplex=False)
-            ways.append([ServerStatus("here:7", "http://here:8/", (), {}, ())])
+            self._lasts = lasts.pop(0)
+            self._due = now[0] + (self._lasts or 0.0)
+            self._told = self._lasts is None
 
         def flush(self):
             pass
 
         def received(self, most):
-            yield from ways.pop() if ways else ()
-            raise EOFError
+            if not self._told:
+                self._told = True
+                yield ServerStatus("here:7", "http://here:8/", (), {}, ())
+            if now[0] >= self._due:
+                raise EOFError
 
         def cause(self):
             return "the server's process was killed"
@@ -243,25 +252,56 @@ def test_a_server_that_cannot_be_started_again_is_given_up_with_a_sentence():
                 supervisor._ending._thread.join()
             now[0] += 0.01
 
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("workbench.live.network.ServerProcess", Dying)
-        supervisor = ServerSupervisor(lambda: None, lambda: 0.0, lambda: now[0])
-        supervisor.serve(1, ServerConfig(port=0, web=True))
-        live(20.0)
-        assert [round(after - before, 1) for (before, *_), (after, *_) in pairwise(begun)] == [
-            0.1, 0.5, 1.0, 2.0, 4.0,
-        ]  # fmt: skip
-        assert {(port, page) for _, port, page in begun[1:]} == {(7, 8)}
-        assert "was killed; 5 restarts have failed" in supervisor.said
-        assert not supervisor.starts_again and not supervisor.serves
-        assert supervisor.answers == [Answer(1, "here:7")]
-        supervisor.serve(2, ServerConfig(port=0))
-        live(0.05)
-        assert supervisor.starts_again
-        supervisor.stop(3)
-        live(20.0)
-        assert len(begun) == 7
-        assert (supervisor.starts_again, supervisor.said) == (False, "")
+    monkeypatch.setattr("workbench.live.network.ServerProcess", Dying)
+    supervisor = ServerSupervisor(lambda: None, lambda: 0.0, lambda: now[0])
+    return supervisor, begun, lasts, live
+
+
+@pytest.mark.parametrize(
+    ("lasts", "pauses"),
+    [
+        ([3.0] * 8, [0.1] * 8),  # killed again and again: each restart serves
+        ([0.0] * 8, [1.0] * 8),  # each serves for a moment
+        ([3.0, None, None, 3.0, None, None], [0.1, 0.5, 1.0, 0.1, 0.5, 1.0]),
+    ],
+    ids=["killed", "unstable", "late"],
+)
+def test_a_server_that_has_served_is_always_started_again(dying, lasts, pauses):
+    supervisor, begun, left, live = dying
+    left += [*lasts, 1e9]
+    supervisor.serve(1, ServerConfig(port=0, web=True))
+    while left:
+        assert supervisor.serves or supervisor.starts_again or supervisor._ending
+        live(0.1)
+    live(0.1)
+    assert [
+        round(after - before - (lasted or 0.0), 1)
+        for ((before, *_), (after, *_)), lasted in zip(pairwise(begun), lasts, strict=True)
+    ] == pauses
+    assert {(port, page) for _, port, page in begun[1:]} == {(7, 8)}
+    assert supervisor.status and not supervisor.starts_again and supervisor.said == ""
+
+
+def test_a_server_that_cannot_be_started_again_is_given_up_with_a_sentence(dying):
+    """The pauses grow, and an order to stop or to serve ends them."""
+    supervisor, begun, lasts, live = dying
+    lasts += [3.0, *[None] * 5]
+    supervisor.serve(1, ServerConfig(port=0, web=True))
+    live(15.0)
+    assert [round(after - before, 1) for (before, *_), (after, *_) in pairwise(begun)] == [
+        3.1, 0.5, 1.0, 2.0, 4.0,
+    ]  # fmt: skip
+    assert "was killed; 5 restarts have failed" in supervisor.said
+    assert not supervisor.starts_again and not supervisor.serves
+    assert supervisor.answers == [Answer(1, "here:7")]
+    lasts += [0.0]
+    supervisor.serve(2, ServerConfig(port=0))
+    live(0.05)
+    assert supervisor.starts_again
+    supervisor.stop(3)
+    live(5.0)
+    assert len(begun) == 7
+    assert (supervisor.starts_again, supervisor.said) == (False, "")
 
 
 def test_a_log_that_loses_its_file_is_said_and_is_no_success(flight, tmp_path):

@@ -8,7 +8,6 @@ import pickle
 import socket
 import struct
 from collections.abc import Iterator
-from contextlib import suppress
 from multiprocessing.connection import Connection
 
 LENGTH = struct.Struct("!i")
@@ -57,10 +56,17 @@ class Channel:
         return True
 
     def flush(self) -> None:
-        """Send as many waiting bytes as possible without blocking."""
-        with suppress(OSError):  # would block, or nobody is there, which `received` reports
+        """Send as many waiting bytes as possible without blocking.
+
+        If the other side is gone, they are lost; `received` reports that.
+        """
+        try:
             while self._unsent:
                 del self._unsent[: self._socket.send(self._unsent)]
+        except BlockingIOError:
+            pass  # the rest is sent with the next call
+        except OSError:
+            self._unsent.clear()
 
     def received(self, most: int) -> Iterator[object]:
         """Yield at most this many received records.

@@ -224,9 +224,12 @@ def effect_action(effect: Effect, at: float = 0.0) -> Action:
 STOPPED = "the server was stopped"
 STOOD_STILL = "the server stopped reading, and was ended"
 PAUSES = (0.1, 0.5, 1.0, 2.0, 4.0)
-"""Pauses before successive restarts of a server [s]; after the last one it is not restarted."""
-STABLE = 60.0
-"""After listening for this long a server has all its restarts again [s]."""
+"""Pauses before restarts of a server that has not listened since the first of them [s]; after the
+last one it is not restarted."""
+STABLE = 2.0
+"""A server that listened for less than this is restarted after `PAUSE_OF_UNSTABLE` [s]."""
+PAUSE_OF_UNSTABLE = 1.0
+"""Pause that keeps a server that ends at once from taking a processor for itself [s]."""
 MOST_TOPICS = 1_000_000
 """Limit of waiting bytes for the server, a second of topics or more; further topics are left
 out."""
@@ -381,9 +384,9 @@ class ServerSupervisor:
         self._next: tuple[int, ServerConfig] | None = None
         self._config = ServerConfig()
         self._again_due: float | None = None
-        self._restarts = 0
+        self._restarts = 0  # since a server has listened
         self._since = math.inf
-        self._was_ready = False
+        self._was_ready = self._was_unstable = False
 
     @property
     def starts_again(self) -> bool:
@@ -482,7 +485,7 @@ class ServerSupervisor:
 
     def _take(self, status: ServerStatus) -> None:
         if self.status is None:
-            self._since = self._now()
+            self._since, self._restarts = self._now(), 0
             self._config = _at_the_same_ports(self._config, status)
         self.status, self.said = status, ""
         if self._starting is not None:
@@ -492,9 +495,8 @@ class ServerSupervisor:
     def _end(self, process: ServerProcess, said: str | None) -> None:
         """End the server for a reason; None if the reason is still unknown."""
         self._ending, self._process = Ending(process, said), None
-        if self.status is not None and self._now() - self._since > STABLE:
-            self._restarts = 0
         self._was_ready = self.status is not None or self._restarts > 0
+        self._was_unstable = self.status is not None and self._now() - self._since < STABLE
         self.status, self.said = None, said or ""
 
     def _ended(self, ending: Ending) -> None:
@@ -516,12 +518,13 @@ class ServerSupervisor:
                 self.answers.append(Refusal(number, str(error)))
 
     def _plan_again(self, cause: str) -> None:
-        """Restart a server that ended by itself, a limited number of times."""
+        """Restart a server that ended by itself; give up after some that do not even listen."""
         if self._restarts == len(PAUSES):
             self._restarts = 0
             self.said = f"{cause}; {len(PAUSES)} restarts have failed: start it yourself"
             return
-        self._again_due = self._now() + PAUSES[self._restarts]
+        pause = PAUSE_OF_UNSTABLE if self._was_unstable else PAUSES[self._restarts]
+        self._again_due = self._now() + pause
         self._restarts += 1
         self.said = f"{cause}; the server is started again"
 
