@@ -14,9 +14,8 @@ import pytest
 
 from workbench.common.errors import WorkbenchError
 from workbench.link.backplane import Published
-from workbench.link.server import tcp, web
+from workbench.link.server import acceptor, web
 from workbench.link.server.config import ServerConfig
-from workbench.link.server.tcp import MOST_OF_A_NETWORK
 from workbench.link.server.web import LARGEST_MESSAGE
 from workbench.link.wire import Decoder, Frame
 
@@ -123,26 +122,34 @@ def test_a_foreign_host_is_refused_and_counted(path):
 
 
 @pytest.mark.parametrize("tls", [False, True], ids=["http", "https"])
-def test_connections_of_one_address_are_bounded(tls, request):
+def test_who_only_knocks_makes_room_for_others(tls, request, monkeypatch):
+    """The page is answered and a client stays in, however many connections ask for nothing."""
+    monkeypatch.setattr(acceptor, "MOST", 8)
+    monkeypatch.setattr(acceptor, "HANDSHAKE_TIME", served.LIMIT)
+    monkeypatch.setattr(web, "IDLE_TIME", served.LIMIT)
     config = request.getfixturevalue("over_tls") if tls else None
+    trusted = ssl.create_default_context(cafile=config.tls_cert) if tls else None
 
     async def scenario(hub, page, client):
         knocking = []
         try:
-            for _ in range(MOST_OF_A_NETWORK + 5):
-                knocking.append(await asyncio.open_connection("127.0.0.1", page.port))
-            # Who comes too late is cut off; the others stay, and keep no other address out.
-            for reader, _ in knocking[-5:]:
-                with contextlib.suppress(ConnectionResetError):
-                    assert await reader.read() == b""
-            assert not knocking[0][0].at_eof()
-            assert hub.refusals.counts == {"too_many": 5}
-            local = aiohttp.TCPConnector(local_addr=("127.0.0.2", 0), ssl=False)
-            async with (
-                aiohttp.ClientSession(connector=local) as other,
-                other.get(page.address) as answer,
-            ):
-                assert answer.status == 200
+            async with client.ws_connect(
+                page.address + "ws", origin=page.address.rstrip("/"), ssl=trusted or True
+            ) as link:
+                await served.operations(link, Decoder(), 1)
+                for _ in range(8 + 5):
+                    knocking.append(await asyncio.open_connection("127.0.0.1", page.port))
+                # The oldest are cut off; the newest stay.
+                for reader, _ in knocking[:5]:
+                    with contextlib.suppress(ConnectionResetError):
+                        assert await reader.read() == b""
+                await served.until(lambda: hub.refusals.counts.get("too_many", 0) >= 6)
+                assert not knocking[-1][0].at_eof()
+                async with client.get(page.address, ssl=trusted or True) as answer:
+                    assert answer.status == 200
+                await link.send_bytes(served.said("ping", 1, id=7))
+                [pong] = await served.operations(link, Decoder(), 1)
+                assert pong["id"] == 7
         finally:
             for _, writer in knocking:
                 writer.transport.abort()
@@ -151,7 +158,7 @@ def test_connections_of_one_address_are_bounded(tls, request):
 
 
 def test_who_never_shakes_hands_is_cut_off(over_tls, monkeypatch):
-    monkeypatch.setattr(tcp, "HANDSHAKE_TIME", 0.2)
+    monkeypatch.setattr(acceptor, "HANDSHAKE_TIME", 0.2)
 
     async def scenario(hub, page, client):
         reader, writer = await asyncio.open_connection("127.0.0.1", page.port)
@@ -308,11 +315,12 @@ def test_a_websocket_is_read_as_the_standard_says():
 
     async def scenario(hub, page, client):
         for broken, code in [
-            (masked(b"", 0x88), 1000),  # the client ends it
+            (masked(b"\x03\xe8", 0x88), 1000),  # the client ends it
+            (b"\x82\x01x", 1002),  # without a mask
             (masked(b"x", 0xC2), 1002),  # a bit of an extension
             (masked(b"x", 0x83), 1002),  # no opcode
             (masked(b"x", 0x80), 1002),  # goes on with nothing
-            (masked(b"x", 0x02) + masked(b"x", 0x82), 1002),  # within another
+            (masked(ping[:9], 0x02) + masked(b"x", 0x82), 1002),  # within another
             (masked(bytes(126), 0x89), 1002),  # too long a ping
             (masked(b"", 0x09), 1002),  # a ping in parts
             (masked(served.said("ping", 1) * 1000, 0x02) + masked(bytes(60000), 0x80), 1009),
@@ -375,6 +383,10 @@ def test_requests_that_two_readers_could_take_differently_are_refused():
             ((*join, host, origin, origin), 403),
             ((*join, host), 403),
             ((*join[:1], *join[2:], host, origin), 400),
+            ((*join[:3], "Sec-WebSocket-Version: 8", join[4], host, origin), 400),
+            ((*join[:3], *join[4:], host, origin), 400),
+            (("GET / HTTP/1.1", f"Host: 127.0.0.1%00:{page.port}"), 403),
+            (("GET / HTTP/1.1", f"Host: [127.0.0.1]:{page.port}"), 403),
         ]:
             answer = await asyncio.to_thread(ask, page, *lines)
             assert answer.split()[1] == str(status), lines
@@ -420,7 +432,42 @@ def test_a_ping_of_the_browser_is_answered():
     served.run(scenario)
 
 
-@pytest.mark.parametrize("what", ["empty", "ping", "pong"])
+def test_a_connection_gets_one_answer():
+    """However many requests come at once: each takes time from the clients that fly."""
+
+    async def scenario(hub, page, client):
+        reader, writer = await asyncio.open_connection("127.0.0.1", page.port)
+        request = f"GET /icon.svg HTTP/1.1\r\nHost: 127.0.0.1:{page.port}\r\n\r\n"
+        writer.write(request.encode() * 100)
+        received = await reader.read()
+        assert received.count(b"HTTP/1.1 200 OK\r\n") == received.count(b"HTTP/1.1") == 1
+        assert b"\r\nConnection: close\r\n" in received
+        assert received.endswith(web.page_files()["icon.svg"])
+        writer.close()
+
+    served.run(scenario)
+
+
+@pytest.mark.parametrize("size", [1, web.LONGEST_REQUEST])
+def test_a_request_that_never_ends_is_cut_off(size):
+    """In whatever pieces it comes: each read takes time."""
+
+    async def scenario(hub, page, client):
+        reader, writer = await asyncio.open_connection("127.0.0.1", page.port)
+        writer.write(b"GET / HTTP/1.1\r\nX: ")
+        answer = asyncio.create_task(reader.read())
+        with contextlib.suppress(ConnectionError):
+            while not answer.done():
+                writer.write(b"x" * size)
+                await asyncio.sleep(0)
+        with contextlib.suppress(ConnectionError):
+            assert (await answer).startswith(b"HTTP/1.1 431 ")
+        writer.close()
+
+    served.run(scenario)
+
+
+@pytest.mark.parametrize("what", ["empty", "ping", "pong", "continuation"])
 def test_what_carries_nothing_counts_as_well(what, monkeypatch):
     """Whoever sends it without end must be read as slowly as who sends frames without end."""
 
@@ -434,11 +481,14 @@ def test_what_carries_nothing_counts_as_well(what, monkeypatch):
             return receive(session, size)
 
         monkeypatch.setattr(hub, "receive", note)
-        async with served.join(page, client) as link:
-            send = {"empty": link.send_bytes, "ping": link.ping, "pong": link.pong}[what]
-            for _ in range(300):
-                await send(b"")
-            await served.until(lambda: paused)
+        first = {"empty": 0x82, "ping": 0x89, "pong": 0x8A, "continuation": 0x00}[what]
+        reader, writer = await asyncio.open_connection("127.0.0.1", page.port)
+        writer.write("\r\n".join((*joining(page), "", "")).encode())
+        await reader.readuntil(b"\r\n\r\n")
+        writer.write(masked(b"", 0x02) + masked(b"", 0x80) + masked(b"", 0x02) * (not first))
+        writer.write(masked(b"", first) * 300)
+        await served.until(lambda: paused)
+        writer.close()
 
     served.run(scenario)
 

@@ -5,6 +5,8 @@ import math
 import struct
 
 import pytest
+from websockets.protocol import OPEN
+from websockets.server import ServerProtocol
 
 from workbench.link.backplane import (
     Command,
@@ -30,11 +32,19 @@ from workbench.link.messages import (
     SetParameters,
     Stage,
 )
-from workbench.link.server.client_session import OPERATION_BURST, OPERATIONS
-from workbench.link.server.hub import TURN
+from workbench.link.server.client_session import (
+    FRAME_BURST,
+    FRAME_WORK,
+    LEAST_PAUSE,
+    OPERATION_BURST,
+    OPERATIONS,
+)
+from workbench.link.server.hub import TURN, TURN_OF_STRANGERS
+from workbench.link.server.web_socket import WebSocket
 from workbench.link.wire import LARGEST_OPERATION, Flag, Kind
 from workbench.scenario.parameters import parameter_table
 
+MASK = b"\x11\x22\x33\x44"
 HELD = ControlState(Hand.CLIENT, 3, "phone", Stage.LIVE, 0.1, "it asked")
 
 
@@ -455,3 +465,46 @@ def test_who_is_silent_is_asked_and_gives_its_place_to_others_unless_it_answers(
     assert silent.answer("error")["code"] == "slow"
     assert reading.is_in and pinging.is_in
     assert room.hub.status().clients[0].rate == 0.0, "a question is no data"
+
+
+def test_strangers_have_a_part_of_a_turn_and_the_newest_is_first(parts):
+    """Each answer of the page costs time, so only some are given in a turn of the loop."""
+    turns, answered = [], []
+    room = parts.Room(call_soon=turns.append)
+
+    def stranger(number, work):
+        def answer():
+            answered.append(number)
+            return work
+
+        return answer
+
+    for number in range(6):
+        room.hub.later(stranger(number, TURN_OF_STRANGERS // 2))
+    room.hub.later(stranger("gone", 0))
+    assert answered == [0, 1]
+    for expected in ([0, 1, "gone", 5, 4], [0, 1, "gone", 5, 4, 3, 2]):
+        [turn] = turns
+        turns.clear()
+        turn()
+        assert answered == expected
+
+
+def test_the_pieces_of_a_web_socket_share_the_turns_of_the_loop(parts):
+    """Empty ones, which carry no frame, as any: else four viewers take the loop for themselves."""
+    turns = []
+    room = parts.Room(call_soon=turns.append)
+    protocol = ServerProtocol(state=OPEN)
+    viewer = room.connect()
+    socket = WebSocket(protocol, lambda data: None, lambda: None)
+    viewer.session._decoder = socket
+    socket.keep(bytes([0x02, 0x80, *MASK]) + bytes([0x00, 0x80, *MASK]) * 1000)
+    pause = room.hub.receive(viewer.session, 6006)
+    assert room.hub._worked == TURN and 0.0 < pause < 1e-3, "the others have their turn"
+    done = TURN // FRAME_WORK
+    while room.hub.receive(viewer.session) < LEAST_PAUSE:
+        done += TURN // FRAME_WORK
+        [turn] = turns
+        turns.clear()
+        turn()
+    assert done <= FRAME_BURST + TURN // FRAME_WORK, "and so many come in a second at most"

@@ -4,21 +4,23 @@ import socket
 
 import pytest
 
-from workbench.link.server import tcp
-from workbench.link.server.tcp import listen
+from workbench.link.server import acceptor
+from workbench.link.server.acceptor import listen
 
 
 def test_an_address_of_a_link_is_listened_at_with_its_number(monkeypatch):
     found = ("fe80::1", 7733, 0, 3)
     family = socket.AF_INET6
     bound = []
-    monkeypatch.setattr(tcp.socket, "getaddrinfo", lambda *_, **__: [(family, 1, 6, "", found)])
+    monkeypatch.setattr(
+        acceptor.socket, "getaddrinfo", lambda *_, **__: [(family, 1, 6, "", found)]
+    )
 
     def create(address, **_):
         bound.append(address)
         return socket.socket()
 
-    monkeypatch.setattr(tcp.socket, "create_server", create)
+    monkeypatch.setattr(acceptor.socket, "create_server", create)
     listen("fe80::1%eth0", 7733).close()
     assert bound == [found]
 

@@ -33,6 +33,8 @@ MOST_FAULTS = 10
 TURN = 4096
 """Work for all clients except the holder of control in a turn of the loop, about a millisecond; the
 last frame may increase it to three times as much [bytes of operations]."""
+TURN_OF_STRANGERS = TURN // 2
+"""Part of that for connections that are no clients yet; the last work may exceed it."""
 SHARE = 1024
 """Work for one client in a turn while others wait [bytes of operations]."""
 NEXT_TURN = 1e-6
@@ -78,6 +80,7 @@ class Hub:
         self._clock = clock
         self._call_soon = call_soon
         self._worked = 0  # in this turn of the loop
+        self._strangers: list[Callable[[], int]] = []
         self._queue: dict[int, None] = {}  # numbers of clients that wait for the next turn
         self._sessions: dict[int, ClientSession] = {}
         self._count = 0
@@ -160,6 +163,17 @@ class Hub:
             return 0.0
         pause = session.pause(now)
         return max(pause, NEXT_TURN) if session.number in self._queue else pause
+
+    def later(self, call: Callable[[], int]) -> None:
+        """Call for a connection that is no client yet, as soon as a turn of the loop has time.
+
+        The newest call is the first: those for which the others are too late have given up.
+
+        Args:
+            call: does the work, and returns its cost [bytes of operations].
+        """
+        self._strangers.append(call)
+        self._work_for_strangers()
 
     def lost(self, session: ClientSession) -> None:
         """Note that a connection has ended."""
@@ -279,6 +293,12 @@ class Hub:
 
     def _begin_turn(self) -> None:
         self._worked = 0
+        self._work_for_strangers()
+
+    def _work_for_strangers(self) -> None:
+        while self._strangers and self._worked < TURN_OF_STRANGERS:
+            if work := self._strangers.pop()():
+                self._count_work(work)
 
     def _tell_control(self, session: ClientSession) -> None:
         """Send the control state to a client that may watch."""

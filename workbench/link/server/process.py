@@ -25,7 +25,7 @@ from workbench.link.server.admission import Admission
 from workbench.link.server.config import ServerConfig
 from workbench.link.server.hub import TICK_PERIOD, Hub
 from workbench.link.server.policy import Policy
-from workbench.link.server.tcp import TcpListener
+from workbench.link.server.tcp import listen_tcp
 
 MOST_RECEIVED = 64
 """Largest number of records of the flight processed in a turn of the loop."""
@@ -233,9 +233,9 @@ async def _open(stack: contextlib.AsyncExitStack, hub: Hub, config: ServerConfig
     Raises:
         WorkbenchError: if it is not possible to listen there.
     """
-    listener = TcpListener(config.host, config.port, hub, config.tls())
-    stack.push_async_callback(listener.close)
-    hub.address = listener.address
+    acceptor = listen_tcp(config.host, config.port, hub, config.tls())
+    stack.push_async_callback(acceptor.close)
+    hub.address = str(acceptor.address)
     if config.web:
         from workbench.link.server import web  # loads packages that only the page needs
 

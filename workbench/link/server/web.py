@@ -6,21 +6,25 @@ attacker can let a name of his own resolve to this machine, so Host is checked.
 
 import asyncio
 import ipaddress
+import ssl
 from collections.abc import Mapping
-from contextlib import suppress
+from email.utils import formatdate
+from http import HTTPStatus
 from importlib import resources
 
-from aiohttp import HttpVersion11, WSCloseCode, WSMessage, WSMsgType, web
+from websockets.datastructures import Headers
+from websockets.http11 import Request, Response
+from websockets.server import ServerProtocol
 
 from workbench.common.errors import WorkbenchError
 from workbench.link.address import Address, is_loopback
-from workbench.link.codes import ErrorCode
 from workbench.link.page_address import page_address
-from workbench.link.server.client_session import ClientSession
+from workbench.link.server.acceptor import Acceptor, listen
 from workbench.link.server.config import ServerConfig
 from workbench.link.server.hub import Hub
-from workbench.link.server.tcp import LINGER, Acceptor, listen
-from workbench.link.wire import HEADER, LARGEST, Decoder
+from workbench.link.server.tcp import TcpConnection
+from workbench.link.server.web_socket import WebSocket
+from workbench.link.wire import HEADER, LARGEST
 
 LARGEST_MESSAGE = HEADER.size + LARGEST
 """Size limit of a client's message [bytes]; it may have several frames, or a part of one."""
@@ -31,14 +35,20 @@ TYPES = {
     ".svg": "image/svg+xml",
 }
 IDLE_TIME = 10.0
-"""Time without a complete request after which a connection is closed [s]."""
-LONGEST_LINE = 2048
-"""Size limit of the first line of a request [bytes]."""
-LONGEST_HEADER = 8192
-"""Size limit of a header [bytes]; other programs of this machine may have set cookies."""
+"""Time without a complete request, or with an answer that is not read, after which a connection is
+closed [s]."""
+LONGEST_REQUEST = 16 * 1024
+"""Size limit of a request [bytes]; other programs of this machine may have set cookies."""
+LONGEST_PATH = 2048
 MOST_HEADERS = 64
+MOST_READS = 64
+"""Largest number of reads until a request is complete, as tiny pieces cost time, too."""
+ANSWER_WORK = 1024
+"""Cost of an answer, see `Hub.later`."""
+END = b"\r\n\r\n"
 STRICT = {
     "Cache-Control": "no-store",
+    "Connection": "close",
     "Cross-Origin-Opener-Policy": "same-origin",
     "Cross-Origin-Resource-Policy": "same-origin",
     "Permissions-Policy": "camera=(), microphone=(), geolocation=()",
@@ -53,84 +63,76 @@ POLICY = (
 )
 
 
-class WebSocketConnection:
-    """One connection: a transport for the hub, whose frames aiohttp carries in messages."""
+class WebConnection(TcpConnection):
+    """A connection to the page: one request, then its answer or a WebSocket.
 
-    def __init__(self, hub: Hub, request: web.BaseRequest, socket: web.WebSocketResponse) -> None:
-        assert request.transport is not None
-        self._hub = hub
-        self._socket = socket
-        self._transport = request.transport
-        self._unsent: asyncio.Queue[bytes | None] = asyncio.Queue()
-        self._waiting = 0
-        self._closing = False
-        self._code = WSCloseCode.OK
+    After an answer the connection ends. So it takes no further requests, each of which would take
+    time from the clients that fly.
 
-    @property
-    def unsent(self) -> int:
-        return self._waiting + self._transport.get_write_buffer_size()
+    Args:
+        hub: handles the client.
+        page: answers the request.
+        address: of the client, "HOST:PORT".
+    """
+
+    def __init__(self, hub: Hub, page: "Page", address: str) -> None:
+        super().__init__(hub, address, "websocket")
+        self._page = page
+        self._request = b""
+        self._reads = 0
+        self._socket: WebSocket | None = None
+
+    def _begin(self) -> None:
+        self._set_timer(asyncio.get_running_loop().call_later(IDLE_TIME, self.abort))
+
+    def data_received(self, data: bytes) -> None:
+        if self._socket is not None or self._closing:
+            super().data_received(data)
+            return
+        assert self._transport
+        self._reads += 1
+        self._request += data
+        if END in self._request[: LONGEST_REQUEST + len(END)]:
+            self._transport.pause_reading()
+            self._set_timer(None)
+            self._hub.later(self._answer)
+        elif len(self._request) > LONGEST_REQUEST or self._reads > MOST_READS:
+            self._end_with(plain(431, f"A request has {LONGEST_REQUEST} bytes at most here."))
 
     def write(self, data: bytes) -> None:
-        if not self._closing:
-            self._waiting += len(data)
-            self._unsent.put_nowait(data)
+        if self._socket is not None:
+            self._socket.say(data)
 
     def close(self) -> None:
-        if not self._closing:
-            self._closing = True
-            self._unsent.put_nowait(None)
-            asyncio.get_running_loop().call_later(LINGER, self.abort)
+        if self._socket is not None:
+            self._socket.close()
+        super().close()
 
-    def abort(self) -> None:
-        self._closing = True
-        self._transport.abort()
+    def _answer(self) -> int:
+        """Answer the request, and return the cost of it."""
+        own = self._transport.get_extra_info("sockname") if self._transport else None
+        if self._closing or not self._transport or not own:
+            return 0
+        end = self._request.index(END) + len(END)
+        head, rest = self._request[:end], self._request[end:]
+        protocol = ServerProtocol(max_size=LARGEST_MESSAGE)
+        protocol.receive_data(head)
+        answer = self._page.answer(protocol, self._address, own[0])
+        if answer.status_code != HTTPStatus.SWITCHING_PROTOCOLS:
+            self._end_with(answer)
+            return ANSWER_WORK
+        super().write(answer.serialize())
+        self._socket = WebSocket(protocol, super().write, super().close)
+        self._decoder = self._socket
+        self._greet()
+        self._transport.resume_reading()
+        if rest:
+            self.data_received(rest)
+        return ANSWER_WORK
 
-    async def run(self, address: str) -> None:
-        """Pass on what is received and sent, until the connection ends."""
-        decoder = Decoder()
-        session = self._hub.open(self, address, "websocket", decoder)
-        sending = asyncio.create_task(self._send())
-        try:
-            with suppress(ConnectionError):  # a pong to a client that is gone
-                async for message in self._socket:
-                    if message.type is WSMsgType.ERROR:  # aiohttp has ended the connection
-                        self._hub.refusals.add(_fault(message.data), f"{address}: {message.data}")
-                    elif session is not None and not self._closing:
-                        await self._take(message, session, decoder)
-        finally:
-            if session is not None:
-                self._hub.lost(session)
-            sending.cancel()
-
-    async def _take(self, message: WSMessage, session: ClientSession, decoder: Decoder) -> None:
-        """Take a message, and read no further while its client is ahead of what it may send.
-
-        A message that completes no frame counts as one: pings, pongs and empty ones take as much
-        time.
-        """
-        if message.type is WSMsgType.BINARY:
-            decoder.keep(message.data)
-        elif message.type is WSMsgType.PING:
-            await self._socket.pong(message.data)
-        elif message.type is WSMsgType.TEXT:
-            self._code = WSCloseCode.UNSUPPORTED_DATA
-            session.end(ErrorCode.KIND, "a text came, where frames go in binary messages")
-        pause = self._hub.receive(session, len(message.data))
-        while pause > 0.0 and not self._closing:
-            await asyncio.sleep(pause)
-            pause = self._hub.receive(session)
-
-    async def _send(self) -> None:
-        with suppress(ConnectionError):  # the client is gone, which `run` notices
-            while (data := await self._unsent.get()) is not None:
-                self._waiting -= len(data)
-                await self._socket.send_bytes(data)
-            await self._socket.close(code=self._code)
-
-
-def _fault(error: Exception) -> ErrorCode:
-    too_long = getattr(error, "code", None) == WSCloseCode.MESSAGE_TOO_BIG
-    return ErrorCode.LENGTH if too_long else ErrorCode.KIND
+    def _end_with(self, answer: Response) -> None:
+        super().write(answer.serialize())
+        self._close(IDLE_TIME)
 
 
 class Page:
@@ -151,11 +153,10 @@ class Page:
         self._hub = hub
         self._host = config.host
         self._port = config.web_port
-        self._tls = config.tls()
+        self._tls: ssl.SSLContext | None = config.tls()
         self._scheme = "https" if self._tls else "http"
         self._files = page_files()
         self._acceptor: Acceptor | None = None
-        self._server: web.Server | None = None
 
     async def open(self) -> None:
         """Listen.
@@ -168,71 +169,77 @@ class Page:
         except WorkbenchError as error:
             where = Address(self._host, self._port)
             raise WorkbenchError(f"the page cannot listen at {where}: {error}") from error
-        self._server = server = web.Server(
-            self._answer,
-            access_log=None,
-            keepalive_timeout=IDLE_TIME,
-            lingering_time=1.0,
-            max_line_size=LONGEST_LINE,
-            max_field_size=LONGEST_HEADER,
-            max_headers=MOST_HEADERS,
+        hub = self._hub
+        self._acceptor = Acceptor(
+            listener,
+            lambda address: WebConnection(hub, self, address),
+            hub.refusals.add,
+            self._tls,
+            hub.later,
         )
-        self._acceptor = Acceptor(listener, lambda _: server(), self._hub.refusals.add, self._tls)
         self.port = self._acceptor.address.port
         self.address = page_address(self._host, self.port, self._scheme).url
 
     async def close(self) -> None:
         """Stop listening, and end all connections."""
-        if self._acceptor is None or self._server is None:
-            return
-        await self._acceptor.close()
-        self._server.pre_shutdown()
-        await self._server.shutdown(timeout=2.0)
+        if self._acceptor is not None:
+            await self._acceptor.close()
 
-    async def _answer(self, request: web.BaseRequest) -> web.StreamResponse:
-        """Answer a request."""
-        host, port, *_ = request.get_extra_info("peername") or ("unknown", 0)
-        address = str(Address(host, port))
-        local = (request.get_extra_info("sockname") or ("",))[0]
-        if request.version < HttpVersion11 or len(request.headers.getall("Host", ())) != 1:
-            return plain(400, "A request of HTTP/1.1 with one Host is answered here.")
-        if not is_own_host(request.host, local, self._host):
-            said = f"{request.host!r} is not where this page is: open it by the machine's address"
+    def answer(self, protocol: ServerProtocol, address: str, local: str) -> Response:
+        """Return the answer to a request; that of a WebSocket also opens the protocol.
+
+        Args:
+            protocol: has received the request.
+            address: of the client, "HOST:PORT".
+            local: address of this machine in the connection.
+        """
+        request = next(iter(protocol.events_received()), None)
+        if not isinstance(request, Request) or request.protocol != "HTTP/1.1":
+            return plain(400, "A request of HTTP/1.1 without a body is answered here.")
+        hosts = request.headers.get_all("Host")
+        if (
+            len(hosts) != 1
+            or len(request.path) > LONGEST_PATH
+            or len(request.headers) > MOST_HEADERS
+        ):
+            return plain(400, "A request with one Host is answered here.")
+        [host] = hosts
+        if not is_own_host(host, local, self._host):
+            said = f"{host!r} is not where this page is: open it by the machine's address"
             return self._forbid("host", address, said)
-        if request.path == "/ws":
-            return await self._join(request, address)
-        name = request.path.removeprefix("/") or "index.html"
+        path = request.path.partition("?")[0]
+        if path == "/ws":
+            return self._join(protocol, request, host, address)
         if request.method not in ("GET", "HEAD"):
             return plain(405, "Only GET is answered here.", {"Allow": "GET, HEAD"})
+        name = path.removeprefix("/") or "index.html"
         if name not in self._files:
             return plain(404, "There is nothing here: the page is at /.")
-        socket = f"{self._scheme.replace('http', 'ws')}://{request.host}"
+        socket = f"{self._scheme.replace('http', 'ws')}://{host}"
         policy = {"Content-Security-Policy": POLICY.format(socket=socket)}
-        return web.Response(
-            body=self._files[name],
-            content_type=TYPES[_suffix(name)],
-            charset="utf-8",
-            headers=STRICT | policy,
-        )
+        file = answer(200, self._files[name], TYPES[_suffix(name)], policy)
+        if request.method == "HEAD":
+            file.body = b""
+        return file
 
-    async def _join(self, request: web.BaseRequest, address: str) -> web.StreamResponse:
+    def _join(
+        self, protocol: ServerProtocol, request: Request, host: str, address: str
+    ) -> Response:
         """Open the WebSocket, if the page is ours."""
-        origins = request.headers.getall("Origin", ())
+        origins = request.headers.get_all("Origin")
         origin = ", ".join(origins)
-        if len(origins) != 1 or not is_own_origin(origin, request.host, self._scheme):
+        if len(origins) != 1 or not is_own_origin(origin, host, self._scheme):
             said = f"{origin or 'no page'!r} is not the page of this server: programs use TCP"
             return self._forbid("origin", address, said)
-        socket = web.WebSocketResponse(
-            autoping=False, compress=False, max_msg_size=LARGEST_MESSAGE + 1, timeout=LINGER
-        )
-        if not socket.can_prepare(request):
-            return plain(400, "A WebSocket is to be opened here.")
-        await socket.prepare(request)
-        if request.transport is not None:  # the client is still there
-            await WebSocketConnection(self._hub, request, socket).run(address)
-        return socket
+        accepted = protocol.accept(request)
+        if accepted.status_code != HTTPStatus.SWITCHING_PROTOCOLS:
+            version = {"Sec-WebSocket-Version": "13"}
+            return plain(400, "A WebSocket of version 13 is to be opened here.", version)
+        protocol.send_response(accepted)
+        protocol.data_to_send()  # the answer, which the caller sends
+        return accepted
 
-    def _forbid(self, code: str, address: str, said: str) -> web.Response:
+    def _forbid(self, code: str, address: str, said: str) -> Response:
         self._hub.refusals.add(code, f"{address}: {code}: {said}")
         return plain(403, f"Refused: {said}.")
 
@@ -249,9 +256,26 @@ def _suffix(name: str) -> str:
     return "." + name.rpartition(".")[2]
 
 
-def plain(status: int, said: str, more: Mapping[str, str] | None = None) -> web.Response:
+def plain(status: int, said: str, more: Mapping[str, str] | None = None) -> Response:
     """Return an answer with a sentence."""
-    return web.Response(status=status, text=said + "\n", headers=STRICT | dict(more or {}))
+    return answer(status, f"{said}\n".encode(), "text/plain", more or {})
+
+
+def answer(status: int, body: bytes, kind: str, more: Mapping[str, str]) -> Response:
+    """Return an answer.
+
+    Args:
+        status: number of HTTP.
+        body: content.
+        kind: type of the content, a text in UTF-8.
+        more: headers.
+    """
+    headers = {
+        "Content-Length": str(len(body)),
+        "Content-Type": f"{kind}; charset=utf-8",
+        "Date": formatdate(usegmt=True),
+    }
+    return Response(status, HTTPStatus(status).phrase, Headers(STRICT | headers | dict(more)), body)
 
 
 def is_own_host(asked: str, local: str, named: str) -> bool:
@@ -262,13 +286,16 @@ def is_own_host(asked: str, local: str, named: str) -> bool:
         local: address of this machine in the connection.
         named: the host that the server listens at.
     """
-    host = _host_in(asked).lower()
-    if not host:
+    host, is_ipv6 = _host_in(asked.lower())
+    if not host or "%" in host:  # a zone has a meaning on its own machine only
         return False
     try:
-        return _plain(host) == _plain(local)
+        address = ipaddress.ip_address(host)
     except ValueError:
-        return host == named.lower() or (host == "localhost" and is_loopback(local))
+        is_named = host == named.lower() or (host == "localhost" and is_loopback(local))
+        return is_named and not is_ipv6
+    own = ipaddress.ip_address(local.partition("%")[0])
+    return is_ipv6 is (address.version == 6) and _as_ipv4(address) == _as_ipv4(own)
 
 
 def is_own_origin(origin: str, asked: str, scheme: str) -> bool:
@@ -282,9 +309,10 @@ def is_own_origin(origin: str, asked: str, scheme: str) -> bool:
     return origin.lower() == f"{scheme}://{asked.lower()}"
 
 
-def _host_in(asked: str) -> str:
-    """Return the name or address in a Host without port and brackets; "" if it is invalid."""
-    if asked.startswith("["):
+def _host_in(asked: str) -> tuple[str, bool]:
+    """Return the name or address in a Host, "" if it is invalid, and whether it has brackets."""
+    is_ipv6 = asked.startswith("[")
+    if is_ipv6:
         name, bracket, rest = asked[1:].partition("]")
         understood = bool(bracket) and (not rest or rest.startswith(":"))
         port = rest[1:]
@@ -292,15 +320,12 @@ def _host_in(asked: str) -> str:
         name, colon, port = asked.partition(":")
         understood = not colon or bool(port)
     if not understood or (port and not (port.isascii() and port.isdigit())):
-        return ""
-    return name
+        return "", is_ipv6
+    return name, is_ipv6
 
 
-def _plain(text: str) -> ipaddress.IPv4Address | ipaddress.IPv6Address:
-    """Return an address; an IPv4 address mapped to IPv6 as IPv4.
-
-    Raises:
-        ValueError: if the text is a name.
-    """
-    address = ipaddress.ip_address(text.partition("%")[0])
+def _as_ipv4(
+    address: ipaddress.IPv4Address | ipaddress.IPv6Address,
+) -> ipaddress.IPv4Address | ipaddress.IPv6Address:
+    """Return an IPv4 address mapped to IPv6 as IPv4, and any other unchanged."""
     return getattr(address, "ipv4_mapped", None) or address
