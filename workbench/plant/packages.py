@@ -11,6 +11,7 @@ import os
 import shlex
 from collections import deque
 from collections.abc import Iterator, Mapping
+from functools import cached_property
 from itertools import islice
 from pathlib import Path
 from urllib.parse import unquote
@@ -61,10 +62,11 @@ class PackageFinder:
         """
         self.source = source.absolute()
         self.packages = {name: _given(name, folder) for name, folder in (packages or {}).items()}
+        self._shallow = _shallow()
         above = [*self.source.parents, *_resolved(self.source).parents]
         self._above = tuple(dict.fromkeys(above))
         tops = (_resolved(self.source.parent), _resolved(self.source).parent)
-        self._own = tuple(dict.fromkeys(map(_own_folder, tops)))
+        self._own = tuple(dict.fromkeys(_own_folder(top, self._shallow) for top in tops))
         self._found: dict[str, tuple[Path, ...]] = {}
         self._crawled: dict[tuple[Path, int], dict[str, list[Path]]] = {}
 
@@ -72,13 +74,13 @@ class PackageFinder:
         """Return the folder of a ROS package or Gazebo model, None if not found."""
         return next(iter(self._folders(name)), None)
 
-    def readable(self) -> list[Path]:
-        """Return the files and folders that the description may read before it names a package."""
-        shallow = _shallow()
-        found = [folder for folder in self._roots() if folder not in shallow]
-        for folder in shallow.intersection(self._own):  # not all of a user, but files beside it
+    @cached_property
+    def readable(self) -> tuple[Path, ...]:
+        """The files and folders that the description may read before it names a package."""
+        found = [folder for folder in self._roots() if folder not in self._shallow]
+        for folder in self._shallow.intersection(self._own):  # of a user, only files beside it
             found += [each for each in _files(folder) if not each.name.startswith(".")]
-        return [*found, *self.packages.values()]
+        return (*found, *self.packages.values())
 
     def reach(self, path: Path) -> Path | None:
         """Return the file or folder for which the description may read a file, or None.
@@ -89,12 +91,12 @@ class PackageFinder:
         Args:
             path: links are followed before it is decided.
         """
-        real, shallow = _resolved(path), _shallow()
-        for folder in self.readable():
+        real = _resolved(path)
+        for folder in self.readable:
             if real.is_relative_to(folder):
                 return folder
         for folder in real.parents:
-            if folder in shallow:
+            if folder in self._shallow:
                 break
             if any(self._folders(name) for name in _names(folder)):
                 return folder
@@ -211,9 +213,8 @@ class PackageFinder:
         for level, folder in enumerate(self._above):
             yield from self._crawl(folder, 1 if level < _NEAR else 0).get(name, ())
             yield from self._crawl(folder / name, 0).get(name, ())
-        shallow = _shallow()
         for folder in self._above:
-            if folder not in shallow:  # /etc is no package, nor is each folder of a user
+            if folder not in self._shallow:  # /etc is no package, nor is each folder of a user
                 if folder.name == name:
                     yield folder
                 yield folder / name
@@ -232,7 +233,7 @@ class PackageFinder:
     def _crawl(self, top: Path, depth: int) -> Mapping[str, list[Path]]:
         """Return the packages and models at and below a folder, by all their names."""
         if (top, depth) not in self._crawled:
-            deepest = 1 if top in _shallow() else depth
+            deepest = 1 if top in self._shallow else depth
             self._crawled[top, depth] = _crawl(top, min(depth, deepest))
         return self._crawled[top, depth]
 
@@ -286,9 +287,8 @@ def _model_folders() -> list[Path]:
     return [folder for variable in _MODEL_PATHS for folder in _folders_in(variable)]
 
 
-def _own_folder(folder: Path) -> Path:
+def _own_folder(folder: Path, shallow: set[Path]) -> Path:
     """Return the repository, else the package, else the folder of the drone around a folder."""
-    shallow = _shallow()
     above = [each for each in (folder, *folder.parents) if each not in shallow]
     for marks in ((".git",), _MARKERS):
         for each in above:

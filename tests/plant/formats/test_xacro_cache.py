@@ -20,10 +20,10 @@ def started(monkeypatch, tmp_path):
 
     def noted(module, request, **limits):
         requests.append(request)
-        return run_trusted(module, request, **limits)
+        return run_limited(module, request, **limits)
 
-    run_trusted = expander.run_trusted
-    monkeypatch.setattr(expander, "run_trusted", noted)
+    run_limited = expander.run_limited
+    monkeypatch.setattr(expander, "run_limited", noted)
     return requests
 
 

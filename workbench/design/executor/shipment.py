@@ -37,8 +37,7 @@ from workbench.control.schedule import split_label
 from workbench.gains.gains import flight_gains
 from workbench.ipc.limited import LimitedError, run_trusted, serve
 from workbench.plant.formats.model_folder import description_file
-from workbench.plant.formats.xacro import is_xacro
-from workbench.plant.formats.xacro_child import expand
+from workbench.plant.formats.xacro import files_of_xacro, is_xacro
 from workbench.plant.formats.xml import read_xml
 from workbench.plant.meshes.side_files import side_files
 from workbench.plant.packages import PackageFinder
@@ -204,8 +203,8 @@ def read_files(request: dict[str, str]) -> list[str]:
     vehicle = configured_vehicle(scenario.vehicle)
     flight_gains(vehicle, scenario.vehicle.gains, controller=flown_controller(scenario))
     world = read_configured_world(scenario)
-    _expand(scenario.vehicle)
-    found = [path for path in map(Path, opened) if _is_input(path)]
+    parts = _parts(scenario.vehicle)
+    found = [path for path in (*map(Path, opened), *parts) if _is_input(path)]
     found += _meshes(world)
     found += map(Path, _own_code(scenario))
     found += [side for path in found for side in side_files(path, path.read_bytes())]
@@ -214,13 +213,12 @@ def read_files(request: dict[str, str]) -> list[str]:
     return sorted({str(path) for path in found if path.is_file()})
 
 
-def _expand(config: VehicleConfig) -> None:
-    """Expand a xacro file in this process; otherwise a separate process does it, unobserved."""
+def _parts(config: VehicleConfig) -> list[Path]:
+    """Return the files of a xacro description, which another process reads, unobserved."""
     path = description_file(find_model(config.model))
     if path.suffix == ".xacro" or (path.suffix != ".sdf" and is_xacro(read_xml(path))):
-        finder = PackageFinder(path, config.packages)
-        folders = {name: str(folder) for name, folder in finder.packages.items()}
-        expand({"path": str(path), "args": config.args, "source": str(path), "packages": folders})
+        return files_of_xacro(path, config.args, PackageFinder(path, config.packages))
+    return []
 
 
 def _is_input(path: Path) -> bool:

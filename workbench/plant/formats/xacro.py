@@ -1,20 +1,30 @@
-"""Expand a xacro file in a separate process, as xacro evaluates expressions in the file."""
+"""Expand a xacro file in a separate process, which reads no other files than those allowed.
+
+The file may name packages and files that are known only while it is expanded. The process then
+returns these names, this one decides about them, and another process begins anew.
+"""
 
 import hashlib
 import json
-from collections.abc import Mapping, Sequence
+import re
+import time
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from workbench.common.cache import cache_folder, release
 from workbench.common.errors import WorkbenchError
-from workbench.common.plain_files import write_atomically
-from workbench.ipc.limited import LimitedError, run_trusted
-from workbench.plant.formats.xml import Element
+from workbench.common.plain_files import read_plain, write_atomically
+from workbench.ipc.limited import LimitedError, run_limited
+from workbench.plant.formats.xml import MOST_BYTES, Element
 from workbench.plant.packages import PackageFinder
 
-_SECONDS = 20.0
-_MEGABYTES = 2000
+_SECONDS, _MEGABYTES = 3.0, 400
+"""Limits of an expansion; a drone with four sensors takes 0.2 s and 40 MB."""
+_MOST_PASSES = 20
+_CHILD = "workbench.plant.formats.xacro_child"
+_FIND = re.compile(r"\$\(find\s+([^\s()${}]+)\s*\)(?:/([^\s\"'<>$]+))?")
 MOST_KEPT = 200
 """Largest number of cached expansions; the oldest are deleted first."""
 _MOST_NAMED = 40
@@ -52,24 +62,83 @@ def expand_xacro(path: Path, args: Mapping[str, str], finder: PackageFinder) -> 
     kept = kept_expansion(request)
     if kept is not None:
         return kept
-    try:
-        answer = run_trusted(
-            "workbench.plant.formats.xacro_child",
-            request,
-            seconds=_SECONDS,
-            megabytes=_MEGABYTES,
-        )
-    except LimitedError as error:
-        raise WorkbenchError(
-            f"{path}: cannot be expanded: {error}: simplify its expressions and macros"
-        ) from error
-    if "needed" in answer:
-        needed = tuple(XacroArgument(name, default) for name, default in answer["needed"])
-        raise MissingArgumentsError(str(path), needed)
+    answer = _expanded(path, args, finder)
     text = str(answer["text"])
-    if answer["read"]:
+    if answer["lasting"]:
         keep_expansion(request, text, answer["read"])
     return text
+
+
+def files_of_xacro(path: Path, args: Mapping[str, str], finder: PackageFinder) -> list[Path]:
+    """Return the files that the expansion of a xacro file reads, itself among them.
+
+    Raises:
+        WorkbenchError: as `expand_xacro`.
+    """
+    return [Path(file) for file in _expanded(path, args, finder)["read"]]
+
+
+def packages_in(text: str) -> list[tuple[str, str]]:
+    """Return the packages of all `$(find PACKAGE)` in a text, each with the file named in it."""
+    return [(match[1], match[2] or "") for match in _FIND.finditer(text)]
+
+
+def _expanded(path: Path, args: Mapping[str, str], finder: PackageFinder) -> Any:
+    """Return the answer of a process that was given all packages and files that it needs."""
+    packages: dict[str, str | None] = {
+        name: str(folder) for name, folder in finder.packages.items()
+    }
+    roots = dict.fromkeys(map(str, finder.readable))
+    text = read_plain(path, MOST_BYTES).decode(errors="replace")
+    wanted = [(name, rest, str(path)) for name, rest in packages_in(text) if name not in packages]
+    until = time.monotonic() + _SECONDS
+    for _ in range(_MOST_PASSES):
+        for name, folder in _folders(wanted, finder).items():
+            packages[name] = str(folder) if folder else None
+            if folder and folder == finder.folder(name):
+                roots[str(folder.resolve())] = None
+        try:
+            answer = run_limited(
+                _CHILD,
+                {"path": str(path), "args": dict(args), "packages": packages, "roots": [*roots]},
+                seconds=max(1.0, until - time.monotonic()),
+                megabytes=_MEGABYTES,
+                reads=roots,
+            )
+        except LimitedError as error:
+            raise WorkbenchError(
+                f"{path}: cannot be expanded: {error}: simplify its expressions and macros"
+            ) from error
+        if "needed" in answer:
+            needed = tuple(XacroArgument(name, default) for name, default in answer["needed"])
+            raise MissingArgumentsError(str(path), needed)
+        if "text" in answer:
+            return answer
+        wanted = answer["wanted"]
+        for file in answer["outside"]:
+            roots[str(finder.allowed(Path(file), answer["in"]))] = None
+    raise WorkbenchError(
+        f"{path}: names packages in more than {_MOST_PASSES} steps, each in a file of the one "
+        "before: give them with --package NAME=DIR"
+    )
+
+
+def _folders(
+    wanted: Iterable[tuple[str, str, str]], finder: PackageFinder
+) -> dict[str, Path | None]:
+    """Return the folders of packages, each with a file in it, and the file that names it.
+
+    A description copied out of its package may still have the folders around it.
+    """
+    found: dict[str, Path | None] = {}
+    for name, rest, file in wanted:
+        if not found.get(name):
+            found[name] = finder.folder(name)
+        if not found[name] and rest:
+            part = finder.resolve(f"package://{name}/{rest}", Path(file))
+            if part and part.is_file():
+                found[name] = part.parents[len(Path(rest).parts) - 1]
+    return found
 
 
 def kept_expansion(request: dict[str, object]) -> str | None:

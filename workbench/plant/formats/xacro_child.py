@@ -1,18 +1,24 @@
 """The process that expands one xacro file: run by `expand_xacro` through `run_limited`."""
 
+import glob
+import io
 import os
 import re
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from types import ModuleType
-from typing import Any
+from types import ModuleType, SimpleNamespace
+from typing import IO, Any
 from xml.dom import minidom
 
 import xacro
+from xacro import substitution_args
 
 from workbench.common.errors import WorkbenchError, unknown_name
+from workbench.common.plain_files import read_plain
 from workbench.ipc.limited import one_line, serve
+from workbench.plant.formats.xacro import packages_in
+from workbench.plant.formats.xacro_expressions import evaluate, type_of
 from workbench.plant.formats.xml import MOST_BYTES, read_xml
 from workbench.plant.packages import PackageFinder
 
@@ -26,10 +32,7 @@ _USED = re.compile(
 )
 _AROUND = re.compile(r"\$\(\s*(?:find|env|optenv)\b|xacro\.find")
 """Pattern of accesses to packages or the environment."""
-_CODE = (".py", ".pyc", ".so")
-_WRITES = os.O_WRONLY | os.O_RDWR | os.O_CREAT | os.O_TRUNC | os.O_APPEND
-_EFFECTS = frozenset({"os", "subprocess", "socket", "shutil", "ctypes", "fcntl", "pty", "resource"})
-_READS = frozenset({"os.listdir", "os.scandir", "os.walk", "os.fwalk"})
+_MAGIC = re.compile(r"[*?\[]")
 
 
 class _Args(dict[str, str]):
@@ -50,21 +53,50 @@ class _Args(dict[str, str]):
         return _STAND_IN
 
 
-class _Reading:
-    """Files and packages that xacro reads while it expands one file."""
+class _EvalNames(dict[str, Any]):
+    """The names in `$(eval ...)`; those that are not in it are arguments, or Python's functions.
 
-    def __init__(self, finder: PackageFinder) -> None:
-        self._finder = finder
+    Args:
+        args: texts by name; they become numbers and truth values if they look like them.
+    """
+
+    def __init__(self, args: Mapping[str, str]) -> None:
+        super().__init__(arg=self._converted)
+        self._args = args
+
+    def __missing__(self, name: str) -> Any:
+        offered = xacro._global_symbols["python"]
+        if name in offered and name not in self._args:
+            return offered[name]
+        return self._converted(name)
+
+    def _converted(self, name: str) -> Any:
+        return substitution_args.convert_value(self._args[name], "auto")
+
+
+class _Reading:
+    """The files that xacro reads while it expands one file, and the packages that it names.
+
+    Args:
+        roots: real paths of files and folders that it may read.
+        packages: folders by name, None for one that does not exist; others are `wanted`.
+    """
+
+    def __init__(self, roots: Sequence[str], packages: Mapping[str, str | None]) -> None:
         self._parse = xacro.parse
+        self._roots = [Path(root) for root in roots]
+        self._packages = packages
         self._texts: dict[str, str] = {}
         self.declared: dict[str, str] = {}
         self.used: dict[str, None] = {}
         self.read: dict[str, None] = {}
+        self.wanted: list[tuple[str, str, str]] = []
+        self.outside: list[str] = []
         self.looked_around = False
 
     def parse(self, inp: Any, filename: str | None = None) -> Any:
         """Replace `xacro.parse`: reject files that are too large, and note arguments."""
-        if inp is not None or filename is None:
+        if filename is None:
             return self._parse(inp, filename)
         path = Path(filename)
         if len(xacro.filestack) > _DEEPEST_INCLUDE:
@@ -76,6 +108,7 @@ class _Reading:
         if len(xacro.filestack) > 1 and not _is_there(path):
             self.looked_around = True
             return self._parse(inp, filename)  # raises xacro's error
+        self._note(filename)
         read_xml(path)
         data = path.read_bytes()
         if filename not in self._texts:
@@ -94,55 +127,64 @@ class _Reading:
                 parent.removeChild(argument)
         return document
 
+    def open(self, filename: str) -> IO[str]:
+        """Replace `open`, which xacro calls for YAML files."""
+        Path(filename).stat()  # raises what xacro expects for a missing file
+        self._note(filename)
+        return io.StringIO(read_plain(filename, MOST_BYTES).decode())
+
     def find(self, name: str) -> str:
         """Return the folder for `$(find NAME)`."""
-        folder = self._finder.folder(name) or self._guess(name)
+        if name not in self._packages:
+            self.wanted = [
+                (known, rest, filename)
+                for filename, text in self._texts.items()
+                for known, rest in packages_in(text)
+                if known not in self._packages
+            ]
+            self.wanted.append((name, "", ""))
+            raise LookupError(f"the folder of package '{name}'")
+        folder = self._packages[name]
         if folder is None:
             raise LookupError(
                 f"package '{name}' is not found above or beside the file, nor through the "
-                f"environment: {self._finder.hint(name)}"
+                f"environment: {PackageFinder.hint(name)}"
             )
-        return str(folder)
+        return folder
 
-    def note(self, event: str, args: tuple[Any, ...]) -> None:
-        """Act as an audit hook: reject side effects, and note the files that were read."""
-        _forbid_effects(event, args)
-        if event == "open" and isinstance(args[0], str) and not args[0].endswith(_CODE):
-            self.read[os.path.abspath(args[0])] = None  # noqa: PTH100 - resolve() would open it
-        elif event in _READS:
-            self.looked_around = True
+    def glob(self, pattern: str) -> list[str]:
+        """Replace `glob.glob` for the names of included files."""
+        self.looked_around = True
+        self._note(_MAGIC.split(pattern)[0].rpartition("/")[0])
+        return glob.glob(pattern)  # noqa: PTH207 - a pattern, as xacro has it
 
-    def _guess(self, name: str) -> Path | None:
-        """Return a folder with the files that are expected in an unknown package, or None.
-
-        A description copied out of its package may still have the folders around it.
-        """
-        wanted = re.compile(rf"\$\(find\s+{re.escape(name)}\s*\)/([^\s\"'<>$]+)")
-        for filename in reversed(xacro.filestack):
-            for rest in dict.fromkeys(wanted.findall(self._texts.get(filename, ""))):
-                found = self._finder.resolve(f"package://{name}/{rest}", Path(filename))
-                if found is not None and found.is_file():
-                    return found.parents[len(Path(rest).parts) - 1]
-        return None
+    def _note(self, filename: str) -> None:
+        """Note a file or folder that is read, and refuse one outside of the roots."""
+        real = Path(filename).resolve()
+        if not any(real.is_relative_to(root) for root in self._roots):
+            self.outside.append(str(real))
+            raise WorkbenchError(f"'{filename[:300]}' is outside of what may be read")
+        self.read[os.path.abspath(filename)] = None  # noqa: PTH100 - links may change
 
 
 def expand(request: dict[str, Any]) -> dict[str, Any]:
     """Return the text for a request of `expand_xacro`, and the files that were read for it.
 
-    The list of files is empty if the text also depends on the contents of folders, on missing
-    files, or on the environment. If arguments need a value, return all that are not given instead.
+    It is `lasting` if it depends on these alone, and not on contents of folders, missing files or
+    the environment. If arguments need a value, return all that are not given instead; if the file
+    names packages or files that are not in the request, return these.
     """
     path, given = Path(request["path"]), request["args"]
-    reading = _Reading(PackageFinder(Path(request["source"]), request["packages"]))
-    xacro.parse = reading.parse  # the one place where xacro opens XML
-    _answer_find(reading.find)
-    sys.addaudithook(reading.note)
+    reading = _Reading(request["roots"], request["packages"])
     args = _Args(given)
+    _prepare_xacro(reading)
     try:
         text = str(xacro.process_file(str(path), mappings=args).toxml())
-    except WorkbenchError:
-        raise
     except (Exception, SystemExit) as error:  # expressions in the file may raise any exception
+        if reading.wanted or reading.outside:
+            return {"wanted": reading.wanted, "outside": reading.outside, "in": _being_read(path)}
+        if isinstance(error, WorkbenchError):
+            raise
         if not args.missing:  # a missing value may be the cause
             raise WorkbenchError(f"{_being_read(path)}: xacro stopped: {_reason(error)}") from error
     _check_args(path, given, args, reading)
@@ -150,7 +192,35 @@ def expand(request: dict[str, Any]) -> dict[str, Any]:
         return {"needed": _arguments(given, args, reading)}
     if len(text.encode(errors="replace")) > MOST_BYTES:
         raise WorkbenchError(f"{path}: becomes more than {MOST_BYTES // 1_000_000} MB of URDF")
-    return {"text": text, "read": [] if reading.looked_around else list(reading.read)}
+    return {"text": text, "read": list(reading.read), "lasting": not reading.looked_around}
+
+
+def _prepare_xacro(reading: _Reading) -> None:
+    """Let xacro read through `reading`, and evaluate expressions without Python."""
+    replaced = {
+        "parse": reading.parse,  # the one place where xacro opens XML
+        "open": reading.open,
+        "glob": SimpleNamespace(glob=reading.glob),
+        "safe_eval": evaluate,
+    }
+    vars(xacro).update(replaced)
+    vars(substitution_args)["_eval"] = _evaluated
+    offered = xacro._global_symbols["python"]
+    offered["type"] = type_of
+    del offered["vars"]  # names the insides of objects
+    _answer_find(reading.find)
+
+
+def _evaluated(text: str, context: dict[str, Any]) -> str:
+    """Return the value of `$(eval ...)`; it has the arguments of the file among its names."""
+    args = context.setdefault("arg", {})
+    names = _EvalNames(args)
+    names |= {
+        name: value
+        for name, value in substitution_args._eval_dict.items()
+        if not name.startswith("__")
+    }
+    return str(evaluate(text, names))
 
 
 def _check_args(path: Path, given: dict[str, str], args: _Args, reading: _Reading) -> None:
@@ -179,13 +249,6 @@ def _answer_find(find: Callable[[str], str]) -> None:
     vars(packages)["get_package_share_directory"] = find
     sys.modules["ament_index_python"] = ModuleType("ament_index_python")
     sys.modules["ament_index_python.packages"] = packages
-
-
-def _forbid_effects(event: str, args: tuple[Any, ...]) -> None:
-    """Reject writing files, processes and networks; expressions can escape xacro's sandbox."""
-    opened_to_write = event == "open" and bool(args[2] & _WRITES)
-    if opened_to_write or (event.partition(".")[0] in _EFFECTS and event not in _READS):
-        raise PermissionError(f"a description may only read files ({event})")
 
 
 def _being_read(path: Path) -> str:
