@@ -13,6 +13,7 @@ import pytest
 
 from workbench.common.errors import WorkbenchError
 from workbench.common.plain_files import write_atomically
+from workbench.common.plain_text import visible
 
 if TYPE_CHECKING:
     from workbench.design.step_response import StepResponse
@@ -87,7 +88,7 @@ class SpecItem(pytest.Item):
     def repr_failure(self, excinfo: pytest.ExceptionInfo[BaseException], style: Any = None) -> Any:
         """Return sentences where that says all, and a traceback only for what is unforeseen."""
         if isinstance(excinfo.value, RegressionError | WorkbenchError):
-            return str(excinfo.value)
+            return visible(str(excinfo.value))
         return super().repr_failure(excinfo, style)
 
     def reportinfo(self) -> tuple[Path, None, str]:

@@ -1,8 +1,10 @@
 """`workbench gui`: what it refuses, before Qt is loaded."""
 
 import socket
+import struct
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
@@ -51,10 +53,59 @@ def test_a_display_that_does_not_answer_is_refused(tmp_path):
         check_display({"WAYLAND_DISPLAY": "wayland-9", "XDG_RUNTIME_DIR": str(tmp_path)})
 
 
-def test_a_platform_of_the_user_s_is_trusted(tmp_path):
+def test_a_platform_of_the_user_s_is_trusted():
     check_display({"QT_QPA_PLATFORM": "offscreen"})
-    (tmp_path / "wayland-0").touch()
-    check_display({"WAYLAND_DISPLAY": "wayland-0", "XDG_RUNTIME_DIR": str(tmp_path)})
+    check_display({"QT_QPA_PLATFORM": "wayland;offscreen"})
+    check_display({"QT_QPA_PLATFORM": "vnc:size=800x600", "DISPLAY": ":417"})
+    check_display({"QT_QPA_PLATFORM": "wayland-egl", "WAYLAND_SOCKET": "7"})
+
+
+@pytest.fixture
+def compositor(tmp_path):
+    """Let somebody listen at a socket, who answers with some bytes, and return the environment."""
+    with socket.socket(socket.AF_UNIX) as listener, ThreadPoolExecutor(1) as threads:
+        listener.bind(str(tmp_path / "wayland-0"))
+        listener.listen()
+
+        def answer(data):
+            with listener.accept()[0] as end:
+                if data:
+                    assert end.recv(12) == struct.pack("=IHHI", 1, 0, 12, 2)
+                end.sendall(data)
+
+        def start(data):
+            threads.submit(answer, data)
+            return {"XDG_RUNTIME_DIR": str(tmp_path)}
+
+        yield start
+
+
+DONE = struct.pack("=IHHI", 2, 0, 12, 0)
+"""The event `wl_callback.done`."""
+
+
+@pytest.mark.parametrize("more", [{"WAYLAND_DISPLAY": "wayland-0"}, {"QT_QPA_PLATFORM": "wayland"}])
+def test_a_compositor_that_answers_is_used(compositor, more):
+    check_display({**compositor(DONE), **more})
+
+
+@pytest.mark.parametrize("more", [{"WAYLAND_DISPLAY": "wayland-0"}, {"QT_QPA_PLATFORM": "wayland"}])
+def test_wayland_without_a_compositor_is_a_sentence(compositor, tmp_path, more):
+    """Qt would end the process with SIGABRT."""
+    with pytest.raises(WorkbenchError, match="'wayland-0' does not answer"):
+        check_display({**compositor(b""), **more})
+    (tmp_path / "dead").mkdir()
+    with socket.socket(socket.AF_UNIX) as left:
+        left.bind(str(tmp_path / "dead" / "wayland-0"))  # the file stays when it is closed
+    with pytest.raises(WorkbenchError, match="does not answer"):
+        check_display({"XDG_RUNTIME_DIR": str(tmp_path / "dead"), **more})
+
+
+def test_an_unknown_platform_is_a_sentence(refused, monkeypatch):
+    monkeypatch.setenv("QT_QPA_PLATFORM", "ofscreen")
+    said = refused("gui")
+    assert "unknown platform of Qt 'ofscreen': did you mean 'offscreen'?" in said
+    assert "QT_QPA_PLATFORM" in said
 
 
 def test_an_x_server_on_the_network_is_reached():

@@ -149,9 +149,15 @@ def test_the_readers_own_style_is_left_alone(recording):
     assert dict(matplotlib.rcParams) == before
 
 
-def test_a_picture_has_the_pixels_that_savefig_would_write(tmp_path):
-    figure, (upper, _) = styled(stacked)("a ramp", 2)
+@styled
+def ramp():
+    figure, (upper, _) = stacked("a ramp", 2)
     upper.plot([0.0, 1.0], [2.0, 3.0])
+    return figure
+
+
+def test_a_picture_has_the_pixels_that_savefig_would_write(tmp_path):
+    figure = ramp()
     write_png(figure, tmp_path / "ours.png")
     figure.savefig(tmp_path / "theirs.png")
     ours, theirs = (np.asarray(Image.open(tmp_path / f"{name}.png")) for name in ("ours", "theirs"))

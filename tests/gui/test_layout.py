@@ -41,7 +41,8 @@ from workbench.common.errors import WorkbenchError
 from workbench.gui.charts.canvas import Canvas
 from workbench.gui.gains.gain_panel import GainGroup
 from workbench.gui.help import about_page, keys_page
-from workbench.gui.layout import ElidedLabel, hbox
+from workbench.gui.labels import ElidedLabel
+from workbench.gui.layout import hbox
 from workbench.gui.screen_table import SCREENS
 from workbench.gui.view3d.view3d_panel import View3d
 

@@ -5,7 +5,6 @@ Imports here are light, so that `--help` is fast; a command imports its dependen
 
 import argparse
 import contextlib
-import io
 import os
 import signal
 import sys
@@ -15,7 +14,9 @@ from types import FrameType
 from typing import TYPE_CHECKING, NoReturn
 
 from workbench.commands import ExitCode
+from workbench.commands.printing import plain_output
 from workbench.common.errors import WorkbenchError
+from workbench.common.plain_text import plain_text
 
 if TYPE_CHECKING:
     import logging
@@ -92,6 +93,7 @@ class Parser(argparse.ArgumentParser):
         raise WorkbenchError(f"{message} (see `{self.prog} --help`)")
 
 
+@plain_output()
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command.
 
@@ -102,14 +104,11 @@ def main(argv: Sequence[str] | None = None) -> int:
         0 done, 1 demands not met, 2 bad input, 130 interrupted, 143 terminated (128 plus the number
         of the signal).
     """
-    for stream in (sys.stdout, sys.stderr):
-        if isinstance(stream, io.TextIOWrapper):
-            stream.reconfigure(errors="replace")  # m/s² on a terminal limited to ASCII
     try:
         with _endings_as_exceptions():
             return _run(argv)
     except WorkbenchError as error:
-        print(f"workbench: {' '.join(str(error).split())}", file=sys.stderr)
+        print(f"workbench: {plain_text(' '.join(str(error).split()))}", file=sys.stderr)
         return BAD_INPUT
     except (KeyboardInterrupt, ImportError) as error:
         interrupt = _interrupt(error)

@@ -16,6 +16,7 @@ from workbench.commands.options import (
 from workbench.commands.outputs import Outputs
 from workbench.commands.printing import pick, print_result, print_table
 from workbench.commands.progress import progress_bar
+from workbench.common.plain_text import html_text
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -170,16 +171,14 @@ def _print(found: "Comparison") -> None:
 
 def _page(found: "Comparison", figure: "Figure") -> str:
     """Return the page."""
-    from html import escape
-
     from workbench.design.plots import inline_svg
 
     def line(cells: list[str], tag: str) -> str:
-        return f"<tr>{''.join(f'<{tag}>{escape(cell)}</{tag}>' for cell in cells)}</tr>"
+        return f"<tr>{''.join(f'<{tag}>{html_text(cell)}</{tag}>' for cell in cells)}</tr>"
 
     head, *rows = _texts(found)
-    title = escape(f"{found.vehicle}: {', '.join(each.name for each in found.controllers)}")
-    remarks = "".join(f"<li>{escape(remark)}</li>\n" for remark in _remarks(found))
+    title = html_text(f"{found.vehicle}: {', '.join(each.name for each in found.controllers)}")
+    remarks = "".join(f"<li>{html_text(remark)}</li>\n" for remark in _remarks(found))
     body = "\n".join([line(head, "th"), *(line(row, "td") for row in rows)])
     return f"""<!DOCTYPE html>
 <html lang="en">

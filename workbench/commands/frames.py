@@ -14,6 +14,7 @@ from workbench.commands.options import (
 from workbench.commands.printing import print_result, print_table
 from workbench.commands.progress import progress_bar
 from workbench.common.errors import WorkbenchError
+from workbench.common.plain_text import plain_name
 
 if TYPE_CHECKING:
     from pydrake.math import RigidTransform
@@ -142,7 +143,7 @@ def _print_transform(
 
     def show() -> None:
         when = f"at {time:g} s of {args.scenario}" if args.scenario else "with the drone standing"
-        print(f"{b} in {a}, {when}")
+        print(f"{plain_name(b)} in {plain_name(a)}, {when}")
         print_table(rows, left=(0, 5))
 
     print_result(args, result, show)

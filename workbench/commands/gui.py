@@ -2,6 +2,7 @@
 
 import argparse
 import os
+import struct
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,8 +14,14 @@ from workbench.commands.options import (
     add_description_options,
     add_estimator_option,
 )
-from workbench.common.errors import WorkbenchError
-from workbench.common.system_libraries import missing_libraries, platform_plugins, remedy
+from workbench.common.errors import WorkbenchError, unknown_name
+from workbench.common.system_libraries import (
+    known_platforms,
+    missing_libraries,
+    platform_names,
+    platform_plugins,
+    remedy,
+)
 from workbench.gui.first_flight import DEFAULT_SCENARIO
 
 if TYPE_CHECKING:
@@ -27,6 +34,12 @@ PATIENCE = 2.0
 """Time limit for the answer of a display [s]."""
 FIRST_PORT = 6000
 """First port of X servers on the network."""
+X11, WAYLAND = "xcb", "wayland"
+"""Platforms of Qt that need somebody to answer."""
+FIRST_DISPLAY, FIRST_COMPOSITOR = ":0", "wayland-0"
+"""Displays of X11 and Wayland unless DISPLAY or WAYLAND_DISPLAY name others."""
+SYNC = struct.pack("=III", 1, 12 << 16, 2)
+"""Wayland's request `wl_display.sync`: object, length and opcode, number of the answer."""
 
 
 def add_parser(commands: Any) -> None:
@@ -142,21 +155,30 @@ def _choice(args: argparse.Namespace) -> "Choice":
 
 
 def check_display(environment: Mapping[str, str]) -> None:
-    """Check that a window can be shown.
+    """Check that a window can be shown; Qt would end the process.
 
     Raises:
         WorkbenchError: that says what to set.
     """
-    if environment.get("QT_QPA_PLATFORM"):
-        return
+    asked = environment.get("QT_QPA_PLATFORM", "")
     display, wayland = environment.get("DISPLAY", ""), environment.get("WAYLAND_DISPLAY", "")
-    if not display and not wayland:
+    if not asked and not display and not wayland:
         raise WorkbenchError(f"there is no display (DISPLAY is not set): {REMEDY}")
-    folder = Path(environment.get("XDG_RUNTIME_DIR", ""))
-    if wayland and (folder / wayland).exists():
-        return
-    if not display or not answers(display):
-        raise WorkbenchError(f"the display '{display or wayland}' does not answer: {REMEDY}")
+    screens = [name.partition("-")[0] for name in platform_names(environment)]
+    known = known_platforms()
+    for name in screens if known else ():
+        if name not in known:
+            raise WorkbenchError(
+                f"QT_QPA_PLATFORM: {unknown_name('platform of Qt', name, known)}; {REMEDY}"
+            )
+    for name in screens:
+        if name not in (X11, WAYLAND):
+            return
+        if answers(display) if name == X11 else composes(environment):
+            return
+    where = {X11: display or FIRST_DISPLAY, WAYLAND: wayland or FIRST_COMPOSITOR}
+    tried = " or ".join(f"'{where[name]}'" for name in dict.fromkeys(screens))
+    raise WorkbenchError(f"the display {tried} does not answer: {REMEDY}")
 
 
 def check_libraries(environment: Mapping[str, str]) -> None:
@@ -188,6 +210,24 @@ def answers(display: str) -> bool:
     except OSError:
         return False
     return True
+
+
+def composes(environment: Mapping[str, str]) -> bool:
+    """Return whether a Wayland compositor answers."""
+    import socket
+
+    if environment.get("WAYLAND_SOCKET"):  # it has started this program
+        return True
+    name = environment.get("WAYLAND_DISPLAY") or FIRST_COMPOSITOR
+    path = Path(environment.get("XDG_RUNTIME_DIR", "")) / name
+    try:
+        with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as end:
+            end.settimeout(PATIENCE)
+            end.connect(str(path))
+            end.sendall(SYNC)
+            return bool(end.recv(1))
+    except OSError:
+        return False
 
 
 def _reaches(path: str) -> bool:

@@ -18,6 +18,7 @@ from workbench.commands.options import (
 from workbench.commands.outputs import Outputs
 from workbench.commands.printing import pick, print_result, print_table
 from workbench.common.errors import WorkbenchError
+from workbench.common.plain_text import plain_name
 from workbench.plant.remarks import HEADINGS, Remark
 
 if TYPE_CHECKING:
@@ -245,10 +246,10 @@ def _tree(description: "Description", name: str, first: str, rest: str) -> Itera
     model = description.model
     link, base, joint = model.link(name), model.link(description.base_link), model.joint_of(name)
     assert link and base
-    hung = f" by {joint.name}" if joint and name != description.base_link else ""
+    hung = f" by {plain_name(joint.name)}" if joint and name != description.base_link else ""
     mass = f", {link.inertial.mass:.4g} kg" if link.inertial else ""
     place = _vector((base.X_ML.inverse() @ link.X_ML).translation())
-    yield f"{first}{name}{hung} ({place}{mass})"
+    yield f"{first}{plain_name(name)}{hung} ({place}{mass})"
     children = [each.child for each in model.joints if each.parent == name]
     for child in children:
         last = child == children[-1]

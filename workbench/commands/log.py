@@ -22,6 +22,7 @@ from workbench.commands.outputs import Outputs
 from workbench.commands.printing import pick, print_remarks, print_result, print_table, say
 from workbench.commands.progress import progress_bar
 from workbench.common.errors import WorkbenchError
+from workbench.common.plain_text import plain_name, plain_text
 
 if TYPE_CHECKING:
     from workbench.logs.flight_contents import FlightContents
@@ -109,7 +110,8 @@ def _said(flight: "FlightRecord", contents: "FlightContents") -> dict[str, Any]:
 
 
 def _print(flight: "FlightRecord", contents: "FlightContents", everything: bool) -> None:
-    print(f"{flight.name}: {flight.format}, {flight.firmware or 'firmware not known'}")
+    firmware = plain_name(flight.firmware) or "firmware not known"
+    print(f"{plain_name(flight.name)}: {flight.format}, {firmware}")
     print(f"{flight.end:.2f} s, {len(flight.signals)} signals, {len(flight.parameters)} parameters")
     if contents.turning == contents.turning:  # there are commands
         limit = ""
@@ -117,21 +119,21 @@ def _print(flight: "FlightRecord", contents: "FlightContents", everything: bool)
             limit = f", one of them at its limit in {100.0 * contents.saturated:.0f} % of it"
         print(f"motors turn for {contents.turning:.1f} s{limit}")
     for remark in flight.remarks:
-        print(f"- {remark}")
+        print(f"- {plain_text(remark)}")
     shown = [each for each in flight.signals.values() if each.unit or everything]
     streams: dict[tuple[str, ...], list[str]] = {}
     for signal in shown:
         topic, _, field = signal.name.partition(".")
         row = (
-            topic,
-            signal.unit,
+            plain_name(topic),
+            plain_name(signal.unit),
             f"{signal.rate:.1f}",
             f"{signal.time[0]:.2f}" if len(signal.time) else "",
             f"{signal.time[-1]:.2f}" if len(signal.time) else "",
             str(len(signal.gaps)),
             f"{max((end - begin for begin, end in signal.gaps), default=0.0):.2f}",
         )
-        streams.setdefault(row, []).append(field)
+        streams.setdefault(row, []).append(plain_name(field))
     rows = [(row[0], " ".join(fields), *row[1:]) for row, fields in streams.items()]
     print()
     heads = ("topic", "fields", "unit", "rate [Hz]", "from [s]", "to [s]", "gaps", "longest [s]")
@@ -150,7 +152,7 @@ def _print(flight: "FlightRecord", contents: "FlightContents", everything: bool)
     found = [(each.what, "yes" if each.can else "no", each.why) for each in contents.findable]
     print_table([("can be identified", "", "because of"), *found], left=(0, 1, 2))
     if contents.loops:
-        print(f"step responses: {', '.join(contents.loops)}")
+        print(f"step responses: {', '.join(map(plain_name, contents.loops))}")
 
 
 def add_import(commands: Any) -> None:
@@ -436,5 +438,5 @@ def _list(args: argparse.Namespace, record: "LogRecord") -> None:
         for series in topic.columns.values()
     ]
     found = {"fields": [dict(zip(_COLUMNS, row, strict=True)) for row in rows]}
-    texts = [_COLUMNS, *((*row[:2], str(row[2])) for row in rows)]
+    texts = [_COLUMNS, *(tuple(plain_name(str(each)) for each in row) for row in rows)]
     print_result(args, found, partial(print_table, texts, left=(0, 1)))

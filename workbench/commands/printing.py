@@ -1,22 +1,62 @@
 """Output of commands: results on stdout, everything else on stderr."""
 
 import argparse
+import contextlib
 import dataclasses
+import io
 import math
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TextIO, cast
 
 from workbench.commands import ExitCode
+from workbench.common.plain_text import escaped_json, plain_name, plain_text, visible
 
 if TYPE_CHECKING:
     from workbench.logs.flight_record import FlightRecord
 
+LONGEST_CELL = 10_000
+"""Largest number of characters that are shown in a message or a cell of a table."""
+
+
+class PlainOutput:
+    """An output stream that shows control characters as escapes, whoever prints them.
+
+    Args:
+        stream: the stream itself.
+    """
+
+    def __init__(self, stream: TextIO) -> None:
+        self.stream = stream
+
+    def write(self, text: str) -> int:
+        """Write a text."""
+        return self.stream.write(visible(text))
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self.stream, name)
+
+
+@contextlib.contextmanager
+def plain_output() -> Iterator[None]:
+    """Let nothing that is printed control the terminal: names and messages come from outside."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")  # m/s² on a terminal limited to ASCII
+    out, err = (cast(TextIO, PlainOutput(stream)) for stream in (sys.stdout, sys.stderr))
+    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+        yield
+
+
+def terminal() -> TextIO:
+    """Return stderr for what controls the terminal on purpose, as a progress bar does."""
+    return sys.stderr.stream if isinstance(sys.stderr, PlainOutput) else sys.stderr
+
 
 def say(sentence: str) -> None:
     """Print a message for the person at the terminal."""
-    print(f"workbench: {sentence}", file=sys.stderr)
+    print(f"workbench: {plain_text(sentence, LONGEST_CELL)}", file=sys.stderr)
 
 
 def say_written(files: Sequence[Path]) -> None:
@@ -113,7 +153,8 @@ def to_json(data: Any, indent: int | None = 2) -> str:
     """Return data as JSON text, see `print_json`."""
     import json
 
-    return json.dumps(_plain(data), indent=indent, allow_nan=False, ensure_ascii=False)
+    text = json.dumps(_plain(data), indent=indent, allow_nan=False, ensure_ascii=False)
+    return escaped_json(text)
 
 
 def print_table(rows: Sequence[Sequence[str]], *, left: Sequence[int] = (0,)) -> None:
@@ -123,6 +164,7 @@ def print_table(rows: Sequence[Sequence[str]], *, left: Sequence[int] = (0,)) ->
         rows: all of one length.
         left: columns to align left; the others align right.
     """
+    rows = [[plain_name(text, LONGEST_CELL) for text in row] for row in rows]
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     for row in rows:
         cells = [

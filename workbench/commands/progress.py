@@ -5,7 +5,8 @@ import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-from workbench.commands.printing import say
+from workbench.commands.printing import say, terminal
+from workbench.common.plain_text import plain_name
 
 SOON, SELDOM = 1.0, 4.0
 """Time to the first line without a terminal, and between lines [s]."""
@@ -25,8 +26,8 @@ def progress_bar(what: str) -> Iterator[Callable[[float], None]]:
 
     with tqdm(
         total=100,
-        desc=what,
-        file=sys.stderr,
+        desc=plain_name(what),
+        file=terminal(),
         bar_format="{desc} {percentage:3.0f} %|{bar}| {elapsed}, {remaining} left",
         leave=False,
     ) as bar:
@@ -72,5 +73,5 @@ def above_bars() -> Iterator[None]:
         return
     from tqdm import tqdm
 
-    with tqdm.external_write_mode(file=sys.stderr):
+    with tqdm.external_write_mode(file=terminal()):
         yield

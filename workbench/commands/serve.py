@@ -16,7 +16,7 @@ from workbench.commands.options import (
     with_vehicle,
 )
 from workbench.commands.outputs import make_folder_of
-from workbench.commands.printing import print_json, print_json_line, say
+from workbench.commands.printing import print_json, print_json_line, say, terminal
 from workbench.commands.stopping import told_to_stop
 from workbench.common.errors import WorkbenchError
 from workbench.link.address import DEFAULT_PORT, LOOPBACK
@@ -181,7 +181,7 @@ def _say_page(flight: "LiveFlight") -> None:
     assert server
     say(f"page for phones and browsers: {PageAddress(server.page).said}")
     if sys.stderr.isatty():
-        print(terminal_code(server.page), file=sys.stderr)
+        print(terminal_code(server.page), file=terminal())
 
 
 def _watch(flight: "LiveFlight", duration: float | None, stopped: threading.Event) -> int:

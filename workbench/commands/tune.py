@@ -16,9 +16,10 @@ from workbench.commands.options import (
     chosen_scenario,
 )
 from workbench.commands.outputs import Outputs, check_writable, make_folder_of
-from workbench.commands.printing import pick, print_result, print_table, say
+from workbench.commands.printing import pick, print_result, print_table, say, terminal
 from workbench.commands.stopping import stop_on_interrupt
 from workbench.common.errors import WorkbenchError
+from workbench.common.plain_text import plain_name
 
 if TYPE_CHECKING:
     from workbench.control.controller import Controller
@@ -177,14 +178,14 @@ def _bar() -> Iterator[Any]:
 
     with tqdm(
         total=100,
-        file=sys.stderr,
+        file=terminal(),
         disable=not sys.stderr.isatty(),
         bar_format="{percentage:3.0f} %|{bar:20}| {elapsed} {desc}",
         leave=False,
     ) as bar:
 
         def show(share: float, text: str) -> None:
-            bar.set_description_str(text, refresh=False)
+            bar.set_description_str(plain_name(text), refresh=False)
             bar.n = 100.0 * share
             bar.refresh()  # update() does not show a new text for an unchanged share
 

@@ -4,6 +4,8 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from typing import Protocol, TypeVar
 
+from workbench.common.plain_text import plain_name
+
 LONGEST_ECHO = 60
 """Largest number of characters of the user's input repeated in a message."""
 LONGEST_LIST = 800
@@ -22,9 +24,8 @@ def unknown_name(kind: str, name: str, known: Iterable[str]) -> WorkbenchError:
     """Return the error for a `name` that is not one of the `known` ones, with the nearest one."""
     from difflib import get_close_matches
 
-    names = sorted(map(str, known))
-    asked = str(name)
-    asked = asked if len(asked) <= LONGEST_ECHO else f"{asked[:LONGEST_ECHO]}..."
+    names = sorted(plain_name(str(each)) for each in known)
+    asked = plain_name(str(name), LONGEST_ECHO)
     plain = {each.casefold(): each for each in reversed(names)}
     near = [plain[each] for each in get_close_matches(asked.casefold(), plain, n=1)]
     hint = f"did you mean '{near[0]}'? " if near else ""

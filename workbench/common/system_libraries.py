@@ -110,9 +110,17 @@ def platform_names(environment: Mapping[str, str] = os.environ) -> list[str]:
 
 def platform_plugins(environment: Mapping[str, str] = os.environ) -> list[Path]:
     """Return the existing files of the Qt platforms that may be used."""
-    folder = package_folder("PyQt6") / "Qt6" / "plugins" / "platforms"
-    chosen = [folder / f"libq{platform}.so" for platform in platform_names(environment)]
+    chosen = [_platforms() / f"libq{platform}.so" for platform in platform_names(environment)]
     return [plugin for plugin in chosen if plugin.exists()]
+
+
+def known_platforms() -> list[str]:
+    """Return the names of Qt's platforms, none if its plugins are elsewhere."""
+    return sorted(path.stem.removeprefix("libq") for path in _platforms().glob("libq*.so"))
+
+
+def _platforms() -> Path:
+    return package_folder("PyQt6") / "Qt6" / "plugins" / "platforms"
 
 
 def package_folder(package: str) -> Path:

@@ -4,7 +4,6 @@ import re
 import shutil
 import subprocess
 from dataclasses import dataclass
-from html import escape
 from itertools import zip_longest
 from pathlib import Path
 
@@ -20,6 +19,7 @@ from pydrake.systems.primitives import Multiplexer, VectorLogSink
 from pydrake.systems.rendering import MultibodyPositionToGeometryPose
 
 from workbench.common.errors import WorkbenchError
+from workbench.common.plain_text import LONGEST_TEXT, html_text, plain_name
 
 RECORDER = "recorder"
 OUTPUTS = "outputs"
@@ -245,13 +245,13 @@ def block_dot(graph: BlockGraph) -> str:
 def _table(block: Block) -> str:
     """Return a block as Graphviz's table: name and kind, then inputs at the left, outputs right."""
     rows = [
-        f'<tr><td colspan="2"><b>{escape(block.name)}</b><br/>'
-        f'<font point-size="9" color="#555555">{escape(block.kind)}</font></td></tr>'
+        f'<tr><td colspan="2"><b>{_shown(block.name)}</b><br/>'
+        f'<font point-size="9" color="#555555">{_shown(block.kind)}</font></td></tr>'
     ]
     ports = zip_longest(_unique(block.inputs), _unique(block.outputs))
     for place, (one, other) in enumerate(ports):
-        left = f'<td port="i{place}" align="left">{escape(one)}</td>' if one else "<td></td>"
-        right = f'<td port="o{place}" align="right">{escape(other)}</td>' if other else "<td></td>"
+        left = f'<td port="i{place}" align="left">{_shown(one)}</td>' if one else "<td></td>"
+        right = f'<td port="o{place}" align="right">{_shown(other)}</td>' if other else "<td></td>"
         rows.append(f"<tr>{left}{right}</tr>")
     head = '<table border="1" cellborder="0" cellspacing="0" cellpadding="3" color="#4A5568">'
     return head + "".join(rows) + "</table>"
@@ -281,6 +281,12 @@ def _place(port: str, ports: tuple[str, ...]) -> int:
     return _unique(ports).index(port)
 
 
+def _shown(name: str) -> str:
+    """Return a name as HTML."""
+    return html_text(plain_name(name))
+
+
 def _quoted(name: str) -> str:
     """Return a name as DOT has it."""
+    name = plain_name(name, LONGEST_TEXT)
     return '"' + name.replace("\\", "\\\\").replace('"', '\\"') + '"'

@@ -1,16 +1,24 @@
 """The common parts of figures: style, titles, labels with units, and legends outside the data."""
 
 import io
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import wraps
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any, BinaryIO, ParamSpec
 
 import numpy as np
 from matplotlib import rc_context
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.text import Text
 
+from workbench.common.plain_text import plain_name, plain_text
+
+P = ParamSpec("P")
 STYLE: Any = {
     "axes.axisbelow": True,
     "axes.grid": True,
@@ -30,6 +38,11 @@ STYLE: Any = {
     "xtick.labelsize": 8.5,
     "ytick.labelsize": 8.5,
 }
+
+LONGEST_TICK = 40
+"""Largest number of characters that are shown of a name at a tick."""
+LONGEST_LABEL = 300
+"""Largest number of characters in a text of a figure."""
 
 _SVG: Any = {"svg.fonttype": "none", "svg.hashsalt": "workbench", "path.simplify": True}
 
@@ -66,8 +79,55 @@ NAMED = 0.3
 measures the numbers of each axis, for each of its neighbours."""
 
 PALETTE = Palette()
-styled = rc_context(STYLE)
-"""Decorate a function that makes a figure, without changing the user's own style."""
+
+
+def styled(make: Callable[P, Figure]) -> Callable[P, Figure]:
+    """Decorate a function that makes a figure: our style, and names as they are.
+
+    The user's own style does not change.
+    """
+
+    @wraps(make)
+    def made(*args: P.args, **options: P.kwargs) -> Figure:
+        with rc_context(STYLE):
+            return as_text(make(*args, **options))
+
+    return made
+
+
+def as_text(figure: Figure) -> Figure:
+    """Let all texts of a figure but the numbers at axes be shown as they are, and return it.
+
+    Names come from files, and matplotlib would typeset what stands between two dollar signs.
+    """
+    for text in _texts(figure):
+        text.set_parse_math(False)
+        shown = plain_text(text.get_text(), LONGEST_LABEL).replace("\t", " ")
+        if shown != text.get_text():
+            text.set_text(shown)
+    return figure
+
+
+def _texts(artist: Artist) -> Iterator[Text]:
+    """Yield the texts below an artist but those at ticks, which each drawing makes again."""
+    for child in artist.get_children():
+        if isinstance(child, Text):
+            yield child
+        elif isinstance(child, Axis):
+            yield child.label
+        else:
+            yield from _texts(child)
+
+
+def tick_name(name: str) -> str:
+    """Return a name from outside for a tick, where matplotlib typesets the numbers."""
+    return plain_name(name, LONGEST_TICK).replace("$", r"\$")
+
+
+def curve_name(name: str) -> str:
+    """Return a name from outside for a legend, from which matplotlib omits those with a first _."""
+    shown = plain_name(name)
+    return f"\N{HAIR SPACE}{shown}" if shown.startswith("_") else shown
 
 
 def stacked(

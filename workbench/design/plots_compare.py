@@ -3,7 +3,7 @@
 from matplotlib.figure import Figure
 
 from workbench.design.compare import PANELS, Comparison
-from workbench.design.plots import label, series_look, styled, widen
+from workbench.design.plots import curve_name, label, series_look, styled, widen
 
 _TITLES = {
     "x": ("step along x", "share of the command [1]"),
@@ -34,7 +34,7 @@ def plot_comparison(found: Comparison) -> Figure:
         for number, each in enumerate(found.controllers):
             if panel in each.curves:
                 across, along = each.curves[panel]
-                axes.plot(across, along, label=each.name, **series_look(number))
+                axes.plot(across, along, label=curve_name(each.name), **series_look(number))
         if panel == "path":
             axes.set_aspect("equal", adjustable="datalim")
         elif panel in PANELS[:4]:

@@ -16,7 +16,7 @@ from pydrake.perception import BaseField, Fields, PointCloud
 from workbench.design.flight_page import quiet_meshcat
 from workbench.design.lidar_trial import TrialReport, fly_trial, slowest_detection
 from workbench.design.obstacles import Obstacle
-from workbench.design.plots import PALETTE, label, note, styled, titled
+from workbench.design.plots import PALETTE, label, note, styled, tick_name, titled
 from workbench.design.plots_flight import draw_silhouette, obstacle_times
 from workbench.plant.worlds.world import GROUND
 from workbench.scenario.scenario import Scenario
@@ -290,7 +290,7 @@ def draw_delays(axes: Axes, report: TrialReport) -> None:
     axes.barh(places, [1000.0 * each.delay for each in found], color=PALETTE.ours, height=0.65)
     limit = 1000.0 * slowest_detection(report.flight)
     axes.axvline(limit, color=PALETTE.limit, lw=1.2, label=f"limit {limit:.0f} ms")
-    axes.set_yticks(places, [each.obstacle for each in found], fontsize=7.5)
+    axes.set_yticks(places, [tick_name(each.obstacle) for each in found], fontsize=7.5)
     axes.invert_yaxis()
     axes.set_xlim(0.0, 1.18 * max([limit, *(1000.0 * each.delay for each in found)]))
     axes.grid(axis="y", visible=False)

@@ -13,6 +13,7 @@ from PyQt6.QtGui import QAction, QKeySequence
 from PyQt6.QtWidgets import QMenu, QMenuBar, QWidget
 
 from workbench.control.controller import PROGRAMS, SHIPPED
+from workbench.gui.labels import set_tip
 from workbench.gui.screen_table import SCREENS
 
 RECENT = "Recent &files"
@@ -317,7 +318,7 @@ def make_actions(
         action.setObjectName(row.name)
         action.setIconText(row.button or row.label)
         action.setCheckable(row.checkable)
-        action.setToolTip(tip(row))
+        set_tip(action, tip(row))
         action.setStatusTip(row.help)
         if row.shortcut:
             action.setShortcut(QKeySequence(row.shortcut))

@@ -9,7 +9,6 @@ from PyQt6.QtCore import QSettings, Qt, QTimer
 from PyQt6.QtGui import QAction
 from PyQt6.QtWidgets import (
     QFrame,
-    QLabel,
     QPushButton,
     QSizePolicy,
     QWidget,
@@ -19,6 +18,7 @@ from workbench.control.mode import FlightMode
 from workbench.gui.file_dialogs import clipboard
 from workbench.gui.flight_model import FlightModel
 from workbench.gui.icons import icon, picture
+from workbench.gui.labels import Label
 from workbench.gui.layout import button, hbox, label, named, tool_button, vbox
 from workbench.gui.notices import Notice, Notices, Severity
 from workbench.gui.style import set_class
@@ -67,7 +67,7 @@ class Banner(QFrame):
         self._look = workspace.look
         self._actions = actions
         self._told: list[tuple[Notice, int, float]] = []  # how often, and until when [s]
-        self._shape = QLabel()
+        self._shape = Label()
         self._word = label(kind="heading")
         self._what = label(wraps=True)
         self._what.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)

@@ -33,6 +33,7 @@ def open_file(
     """
     dialog = QFileDialog(parent, title, at, kinds)
     dialog.setFileMode(QFileDialog.FileMode.ExistingFile)
+    dialog.setOption(QFileDialog.Option.ReadOnly)  # Qt's questions would render a file's name
     show_file_dialog(dialog, lambda path: chosen(Path(path)))
     return dialog
 

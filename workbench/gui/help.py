@@ -2,7 +2,6 @@
 
 import re
 from collections.abc import Iterable
-from html import escape
 from pathlib import Path
 from typing import Any
 
@@ -13,12 +12,12 @@ from PyQt6.QtWidgets import (
     QDialogButtonBox,
     QFrame,
     QGridLayout,
-    QLabel,
     QScrollArea,
     QTextBrowser,
     QWidget,
 )
 
+from workbench.common.plain_text import html_text
 from workbench.common.resources import docs_dir
 from workbench.gui.actions import MENUS, rows_of
 from workbench.gui.gains.gain_bar import GAIN_ACTIONS
@@ -129,7 +128,7 @@ def card_text(title: str) -> str:
     """Return the complete help about a card as rich text; a KeyError is a programming error."""
     means, read, page = CARDS[title]
     return (
-        f"<b>{escape(title)}</b><p>{escape(means)} {escape(read)}</p>"
+        f"<b>{html_text(title)}</b><p>{html_text(means)} {html_text(read)}</p>"
         f'<p><a href="{page}">More in the docs: {page.partition("#")[0]}</a></p>'
     )
 
@@ -180,9 +179,9 @@ TUNING_KEYS = (
     ("Esc", "Discard proposed gains that do not fly."),
 )
 ABOUT = (
-    "<b>Drake drone workbench</b><br>Design a multirotor and its controller on Drake: fly it, "
-    "watch it, and tune it while it flies.<br><br>Free software under the GNU General Public "
-    "License, version 3 or later, without any warranty."
+    "Design a multirotor and its controller on Drake: fly it, watch it, and tune it while it "
+    "flies.\n\nFree software under the GNU General Public License, version 3 or later, without any "
+    "warranty."
 )
 
 
@@ -231,9 +230,9 @@ def about_page(parent: QWidget | None = None) -> QDialog:
     dialog = QDialog(parent)
     dialog.setWindowTitle("About")
     words = label(ABOUT, wraps=True)
-    words.setTextFormat(Qt.TextFormat.RichText)
     words.setMinimumWidth(380)
-    vbox(words, _close_button(dialog), of=dialog, margins=(22, 18, 22, 14))
+    heading = label("Drake drone workbench", "heading")
+    vbox(heading, words, _close_button(dialog), of=dialog, margins=(22, 18, 22, 14))
     return dialog
 
 
@@ -242,12 +241,12 @@ def _table(heading: str, keys: Iterable[tuple[str, str]]) -> QGridLayout:
     made = grid(spacing=(16, 3), stretches=(0, 1))
     made.addWidget(label(heading, "heading"), 0, 0, 1, 2)
     for at, (shortcut, help) in enumerate(keys, start=1):
-        made.addWidget(_key(shortcut), at, 0, Qt.AlignmentFlag.AlignTop)
+        made.addWidget(label(shortcut, "heading"), at, 0, Qt.AlignmentFlag.AlignTop)
         words = label(help, wraps=True)
         words.setFixedWidth(WORDS)
         words.setMinimumHeight(words.heightForWidth(WORDS))
         made.addWidget(words, at, 1)
-    made.setColumnMinimumWidth(0, QLabel(LONGEST_KEY).sizeHint().width())
+    made.setColumnMinimumWidth(0, label(LONGEST_KEY, "heading").sizeHint().width())
     return made
 
 
@@ -257,12 +256,6 @@ def _keys_of(menu: str) -> list[tuple[str, str]]:
 
 def _tuning_keys() -> list[tuple[str, str]]:
     return [(row.shortcut, row.help) for row in GAIN_ACTIONS] + list(TUNING_KEYS)
-
-
-def _key(shortcut: str) -> QLabel:
-    key = QLabel(f"<b>{escape(shortcut)}</b>")
-    key.setTextFormat(Qt.TextFormat.RichText)
-    return key
 
 
 def _close_button(dialog: QDialog) -> QDialogButtonBox:

@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterable, Sequence
 from typing import TypeVar
 
 from PyQt6.QtCore import QEvent, QObject, QPoint, QRect, QSize, Qt
-from PyQt6.QtGui import QPainter, QPaintEvent, QResizeEvent
+from PyQt6.QtGui import QResizeEvent
 from PyQt6.QtWidgets import (
     QAbstractButton,
     QBoxLayout,
@@ -12,7 +12,6 @@ from PyQt6.QtWidgets import (
     QFrame,
     QGridLayout,
     QHBoxLayout,
-    QLabel,
     QLayout,
     QLayoutItem,
     QMenu,
@@ -23,6 +22,7 @@ from PyQt6.QtWidgets import (
     QWidget,
 )
 
+from workbench.gui.labels import Label, set_tip
 from workbench.gui.style import Widget, dressed
 
 Box = TypeVar("Box", bound=QBoxLayout)
@@ -171,27 +171,27 @@ def menu_button(text: str, help: str, fill: Callable[[QMenu], None]) -> QToolBut
 
 
 def _ready(made: Button, pressed: Callable[[], object] | None, kind: str, help: str) -> Button:
-    made.setToolTip(help)
+    set_tip(made, help)
     if pressed is not None:
         made.clicked.connect(lambda: pressed())  # without the state that Qt tells
     return dressed(made, kind)
 
 
-def label(text: str = "", kind: str = "", *, wraps: bool = False) -> QLabel:
+def label(text: str = "", kind: str = "", *, wraps: bool = False) -> Label:
     """Return a label of a class, see `style`."""
-    made = dressed(QLabel(text), kind)
+    made = dressed(Label(text), kind)
     made.setWordWrap(wraps)
     return made
 
 
-def buddy(text: str, widget: QWidget, help: str = "", kind: str = "muted") -> QLabel:
+def buddy(text: str, widget: QWidget, help: str = "", kind: str = "muted") -> Label:
     """Return a label with a mnemonic for a widget; name the widget if it has no name."""
     made = label(text, kind)
     made.setBuddy(widget)
     if not widget.accessibleName():
         widget.setAccessibleName(text.replace("&", ""))
     if help:
-        widget.setToolTip(help)
+        set_tip(widget, help)
         widget.setAccessibleDescription(help)
     return made
 
@@ -207,7 +207,7 @@ def named(widget: Widget, name: str, help: str = "") -> Widget:
     """Name a new widget for screen readers, give it a tool tip, and return it."""
     widget.setAccessibleName(name)
     if help:
-        widget.setToolTip(help)
+        set_tip(widget, help)
     return widget
 
 
@@ -415,24 +415,3 @@ class FlowLayout(QLayout):
             x, high = x + size.width() + self.spacing(), max(high, size.height())
         end_line()
         return y + high - rect.top() + self.contentsMargins().bottom()
-
-
-class ElidedLabel(QLabel):
-    """A label that needs no width: long text is elided."""
-
-    def setText(self, text: str | None) -> None:
-        """Show another text."""
-        super().setText(text)
-        self.setToolTip(text)
-
-    def minimumSizeHint(self) -> QSize:
-        """Return almost no width."""
-        return QSize(24, super().minimumSizeHint().height())
-
-    def paintEvent(self, event: QPaintEvent | None) -> None:
-        """Paint the text that fits."""
-        painter = QPainter(self)
-        painter.setPen(self.palette().color(self.foregroundRole()))
-        room = self.contentsRect()
-        text = self.fontMetrics().elidedText(self.text(), Qt.TextElideMode.ElideRight, room.width())
-        painter.drawText(room, Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter, text)

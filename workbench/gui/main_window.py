@@ -37,11 +37,13 @@ from PyQt6.QtWidgets import (
 )
 
 from workbench.common.errors import WorkbenchError
+from workbench.common.plain_text import plain_name, plain_text
 from workbench.control.controller import PROGRAMS, SHIPPED
 from workbench.gui.actions import RECENT, SPEEDS, THEMES, fill_menus, make_actions
 from workbench.gui.banner import Banner, Guide
 from workbench.gui.flight_control import FlightControl, possible
 from workbench.gui.help import about_page, keys_page
+from workbench.gui.labels import set_tip
 from workbench.gui.layout import NO_MARGINS, hbox, label, scroll_area, vbox
 from workbench.gui.opener import FileKind, Opener, RecentFiles, fill_recent
 from workbench.gui.recorder import Camera, Recorder
@@ -110,6 +112,7 @@ class ArgumentsDialog(QDialog):
         parent: QWidget | None = None,
     ) -> None:
         super().__init__(parent)
+        file = plain_name(file)
         self.setWindowTitle(f"Arguments of {file}")
         self.setModal(False)
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
@@ -148,7 +151,8 @@ class ArgumentsDialog(QDialog):
         line.setAccessibleName(f"{argument.name}, {NEEDED}" if needed else argument.name)
         line.textChanged.connect(self._look)
         self.lines[argument.name] = line
-        name = label(f"{argument.name} ✱") if needed else label(argument.name, "muted")
+        shown = plain_name(argument.name)
+        name = label(f"{shown} ✱") if needed else label(shown, "muted")
         self._form.addRow(name, line)
 
     def _look(self) -> None:
@@ -161,7 +165,7 @@ class ArgumentsDialog(QDialog):
         button = self.buttons.button(QDialogButtonBox.StandardButton.Open)
         assert button is not None
         button.setEnabled(not missing)
-        button.setToolTip(f"These need a value: {', '.join(missing)}" if missing else "")
+        set_tip(button, f"These need a value: {', '.join(missing)}" if missing else "")
 
 
 class FocusGuard(QObject):
@@ -395,7 +399,8 @@ class MainWindow(QMainWindow):
     def _show_title(self, view: LiveView) -> None:
         title = view.scenario.title if view.scenario else ""
         vehicle = view.vehicle.name if view.vehicle else ""
-        self.setWindowTitle(" \N{EM DASH} ".join(filter(None, (title, vehicle, TITLE))))
+        parts = (plain_name(title), plain_name(vehicle), TITLE)
+        self.setWindowTitle(" \N{EM DASH} ".join(filter(None, parts)))
 
     def _pause(self) -> None:
         self._show_possible(self.workspace.flight.view)  # the mark follows the flight, not the key
@@ -495,10 +500,11 @@ class MainWindow(QMainWindow):
         box = QMessageBox(
             QMessageBox.Icon.Question,
             "Unsaved gains",
-            screen.unsaved(),
+            plain_text(screen.unsaved()),
             kinds.Save | kinds.Discard | kinds.Cancel,
             self,
         )
+        box.setTextFormat(Qt.TextFormat.PlainText)
         box.setModal(False)
         save, discard = box.button(kinds.Save), box.button(kinds.Discard)
         assert save is not None and discard is not None

@@ -11,6 +11,7 @@ from PyQt6.QtGui import QKeyEvent, QValidator, QWheelEvent
 from PyQt6.QtWidgets import QDoubleSpinBox, QToolTip, QWidget
 
 from workbench.common.errors import LONGEST_ECHO, WorkbenchError
+from workbench.gui.labels import set_tip, tip_text
 from workbench.gui.style import set_class
 from workbench.gui.units import Unit
 
@@ -152,7 +153,7 @@ class NumberField(QDoubleSpinBox):
         name = f"{self._label}, {self._limits()}"
         if name != self.accessibleName():
             self.setAccessibleName(name)
-            self.setToolTip(name)
+            set_tip(self, name)
 
     def show_decimals(self, decimals: int) -> None:
         """Set the number of shown decimals."""
@@ -234,9 +235,10 @@ class NumberField(QDoubleSpinBox):
 
     def tell(self, said: str) -> None:
         """Show why the typed text is refused; "" for no reason."""
-        super().setToolTip(said or self._tip)
+        super().setToolTip(tip_text(said) or self._tip)
         if said and self.isVisible():
-            QToolTip.showText(self.mapToGlobal(QPoint(0, self.height())), said, self)
+            place = self.mapToGlobal(QPoint(0, self.height()))
+            QToolTip.showText(place, tip_text(said), self)
         elif not said:
             QToolTip.hideText()
 

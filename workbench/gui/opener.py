@@ -14,6 +14,7 @@ from workbench.common.resources import controllers_dir, models_dir, worlds_dir
 from workbench.control.controller import load_controller
 from workbench.gui.file_dialogs import LOG_FILES, open_file
 from workbench.gui.flight_control import FlightControl
+from workbench.gui.labels import LONGEST_PATH, menu_text
 from workbench.gui.notices import Notices
 from workbench.logs.flight_record import LOG_ENDINGS
 
@@ -151,7 +152,7 @@ def fill_recent(menu: QMenu, files: RecentFiles, opens: Callable[[FileKind, Path
     present = files.files()
     menu.setEnabled(bool(present))
     for number, (kind, path) in enumerate(present, start=1):
-        action = QAction(f"&{number}  {path.replace('&', '&&')}  ({kind.value})", menu)
+        action = QAction(f"&{number}  {menu_text(path, LONGEST_PATH)}  ({kind.value})", menu)
         action.triggered.connect(lambda _checked, kind=kind, path=path: opens(kind, Path(path)))
         menu.addAction(action)
 

@@ -13,7 +13,6 @@ from PyQt6.QtCore import QSize, Qt, QTimer, pyqtSignal
 from PyQt6.QtGui import QAction
 from PyQt6.QtWidgets import (
     QFrame,
-    QLabel,
     QSizePolicy,
     QStackedWidget,
     QToolButton,
@@ -22,6 +21,7 @@ from PyQt6.QtWidgets import (
 
 from workbench.gui.errands import Answers
 from workbench.gui.icons import icon
+from workbench.gui.labels import Label
 from workbench.gui.layout import vbox
 from workbench.gui.screen_table import SCREENS, ScreenRow, find_screen
 from workbench.gui.style import dressed
@@ -135,9 +135,9 @@ def missing_page(title: str, said: str, parent: QWidget) -> QWidget:
     """
     page = QWidget(parent)
     layout = vbox(1, of=page)
-    words = dressed(QLabel(said), "muted")
+    words = dressed(Label(said), "muted")
     words.setWordWrap(True)
-    for label in (dressed(QLabel(title), "title"), words):
+    for label in (dressed(Label(title), "title"), words):
         label.setAlignment(Qt.AlignmentFlag.AlignCenter)
         layout.addWidget(label)
     layout.addStretch(2)

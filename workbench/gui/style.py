@@ -1,7 +1,7 @@
 """The app's style sheet and palette, made from the colours of `Look`.
 
 The property `class` states the role of a widget, several separated by spaces, as in
-`dressed(QLabel(text), "heading")`:
+`dressed(Label(text), "heading")`:
 
 - frames: `card` (related widgets on a separate background), `strip` (a bar across the window)
 - labels: `title` (of a screen), `heading` (of a card), `muted` (captions, units), `value` (a number

@@ -8,15 +8,16 @@ from PyQt6.QtCore import QEvent, QSize, Qt, QTimer
 from PyQt6.QtGui import QAction, QResizeEvent, QShowEvent
 from PyQt6.QtWidgets import (
     QFrame,
-    QLabel,
     QSizePolicy,
     QToolButton,
     QWidget,
 )
 
+from workbench.common.plain_text import plain_name
 from workbench.gui.actions import SPEEDS, find_row
 from workbench.gui.flight_control import FlightControl
 from workbench.gui.icons import MODES, icon, picture
+from workbench.gui.labels import Label, set_tip
 from workbench.gui.layout import NO_MARGINS, buddy, fill, hbox, vbox
 from workbench.gui.number_field import NumberField
 from workbench.gui.recorder import Recorder
@@ -182,9 +183,8 @@ class Chip(QWidget):
         super().__init__()
         self._name, self._look = name, look
         self._said: Said | None = None
-        self._shape = QLabel()
-        self._text = QLabel()
-        self._text.setTextFormat(Qt.TextFormat.PlainText)
+        self._shape = Label()
+        self._text = Label()
         self.setSizePolicy(QSizePolicy.Policy.Maximum, QSizePolicy.Policy.Preferred)
         layout = hbox(self._shape, (self._text, 1), of=self, margins=NO_MARGINS, spacing=5)
         beside = CHIP_ICON + layout.spacing()
@@ -207,11 +207,11 @@ class Chip(QWidget):
         if said == before:
             return
         if before is None or said.text != before.text:
-            self._text.setText(said.text)
+            self._text.setText(plain_name(said.text))
         if before is None or (said.icon, said.tone) != (before.icon, before.tone):
             self._draw()
         full = said.full or said.text
-        self.setToolTip(f"{self._name}: {full}")
+        set_tip(self, f"{self._name}: {full}")
         self.setAccessibleName(f"{self._name}: {full}")
 
     def _draw(self) -> None:
@@ -291,9 +291,7 @@ class SpeedBox(NumberField):
         self.set_range(Unit("×"), SLOWEST, FASTEST)
         self.show_si(1.0)
         self.setFixedWidth(SPEED_WIDTH * self.fontMetrics().horizontalAdvance("0"))
-        self.setToolTip(
-            "Requested speed: simulated seconds in a second; arrows step through presets"
-        )
+        set_tip(self, "Requested speed: simulated seconds in a second; arrows step through presets")
 
     def show_factor(self, factor: float) -> None:
         """Show the present factor, unless the user is typing another one."""

@@ -4,6 +4,7 @@ import math
 import re
 from dataclasses import dataclass
 
+from workbench.common.plain_text import plain_name
 from workbench.gui.preferences import Preferences
 
 
@@ -43,6 +44,8 @@ _DEGREES = {
     "rad/s": Unit("°/s", 180.0 / math.pi),
     "rad/s^2": Unit("°/s²", 180.0 / math.pi),
 }
+LONGEST_UNIT = 24
+"""Largest number of characters that are shown of a log's unit."""
 MICROTESLA = Unit("µT", 1e6)
 _DENSITY = re.compile(r"(?:\((.+)\)|(\w+))\^2/Hz")
 """Matches a power spectral density, as `logs.spectrum.density_unit` writes it."""
@@ -62,4 +65,4 @@ def unit_for(si: str, preferences: Preferences) -> Unit:
         return MICROTESLA
     if si in ("1", ""):
         return Unit("")
-    return Unit(si.replace("^2", "²").replace("^3", "³"))
+    return Unit(plain_name(si.replace("^2", "²").replace("^3", "³"), LONGEST_UNIT))

@@ -10,6 +10,7 @@ from collections.abc import Mapping
 from enum import Enum
 from typing import TypeVar
 
+from workbench.common.plain_text import plain_name
 from workbench.link.codes import DeniedError, NackCode
 from workbench.link.drone_topics import LONGEST_NAME
 from workbench.link.wire import WireError
@@ -182,12 +183,11 @@ class JsonFields:
         return str(value)
 
     def sentence(self, name: str) -> str:
-        """Return a text for people, truncated, and without terminal control characters."""
+        """Return a text for people, as one line of limited length without control characters."""
         value = self._values.get(name)
         if not isinstance(value, str):
             raise self.bad(f'"{name}" must be a text')
-        shown = value[:LONGEST_SENTENCE]
-        return "".join(each if each.isprintable() else "?" for each in shown)
+        return plain_name(value, LONGEST_SENTENCE)
 
     def digits(self, name: str, count: int) -> str:
         """Return hexadecimal digits, in lower case."""

@@ -9,9 +9,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from workbench.common.errors import WorkbenchError
+from workbench.common.plain_text import plain_name
 from workbench.design.plots import (
     PALETTE,
     RIGHT,
+    curve_name,
     draw_command,
     label,
     legend,
@@ -180,7 +182,8 @@ def plot_spectra(record: LogRecord, names: list[str], welch: Welch) -> Figure:
             color = PALETTE.series[index % len(PALETTE.series)]
             dashes = "-" if index < len(PALETTE.series) else "--"
             frequency, density = made.frequency[1:], made.density[1:]
-            panel.loglog(frequency, density, dashes, color=color, label=series.name)
+            name = curve_name(series.name)
+            panel.loglog(frequency, density, dashes, color=color, label=name)
         label(panel, "", f"[{density_unit(unit)}]" if unit else "")
         legend(panel)
     axes[-1].set_xlabel("frequency [Hz]")
@@ -189,7 +192,7 @@ def plot_spectra(record: LogRecord, names: list[str], welch: Welch) -> Figure:
 
 def _stacked(record: LogRecord, panels: dict[str, dict[str, Signal]]) -> tuple[Figure, list[Axes]]:
     """Return a figure with a panel for each unit, and space for legends."""
-    longest = max(len(name) for found in panels.values() for name in found)
+    longest = max(len(curve_name(name)) for found in panels.values() for name in found)
     right = max(RIGHT, 0.6 + _PER_CHARACTER * longest)
     title = f"{record.vehicle}: {record.path.name}"
     return stacked(title, len(panels), width=6.6 + right, height=2.4, right=right)
@@ -272,7 +275,12 @@ def _draw_over(
         place = drawn.index(name) if name in drawn else len(drawn)
         color = PALETTE.series[place % len(PALETTE.series)]
         axes.plot(
-            series.time, series.values, dashes, color=color, alpha=0.55, label=f"{name}, {whose}"
+            series.time,
+            series.values,
+            dashes,
+            color=color,
+            alpha=0.55,
+            label=curve_name(f"{name}, {whose}"),
         )
     lines = [np.asarray(line.get_ydata(), dtype=float) for line in axes.get_lines()]
     widen(axes, *lines)
@@ -284,9 +292,9 @@ def _draw(axes: Axes, title: str, found: list[Signal], least: float) -> None:
         color = PALETTE.series[index % len(PALETTE.series)]
         dashes = "-" if index < len(PALETTE.series) else "--"
         name = series.name.partition(".")[2] if title else series.name
-        axes.plot(series.time, series.values, dashes, color=color, label=name)
+        axes.plot(series.time, series.values, dashes, color=color, label=curve_name(name))
     widen(axes, *(series.values for series in found), least=least)
-    unit = found[0].unit
+    unit = plain_name(found[0].unit)
     label(axes, title, f"[{unit}]" if unit else "")
 
 
@@ -313,7 +321,7 @@ def plot_step_response(flight: FlightRecord, estimate: StepEstimate) -> Figure:
     title = f"{flight.name}: step response of {estimate.name}"
     figure, (axes,) = stacked(title, 1, width=8.0, height=3.6)
     color = PALETTE.series[0]
-    axes.axhline(1.0, color=PALETTE.series[1], lw=1.0, ls="--", label=estimate.setpoint)
+    axes.axhline(1.0, color=PALETTE.series[1], lw=1.0, ls="--", label=curve_name(estimate.setpoint))
     axes.fill_between(
         estimate.time, estimate.low, estimate.high, color=color, alpha=0.2, lw=0.0, label="95 %"
     )
@@ -322,7 +330,7 @@ def plot_step_response(flight: FlightRecord, estimate: StepEstimate) -> Figure:
         estimate.values,
         color=color,
         ls="-" if estimate.trusted else ":",
-        label=estimate.response,
+        label=curve_name(estimate.response),
     )
     top = max(float(estimate.high.max()), 1.1)
     axes.set_ylim(min(float(estimate.low.min()), -0.1), 1.05 * top)

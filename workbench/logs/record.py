@@ -11,6 +11,7 @@ import numpy as np
 import yaml
 
 from workbench.common.errors import WorkbenchError, unknown_name
+from workbench.common.plain_text import plain_name
 from workbench.common.yaml_files import MOST_BYTES, refuse_bombs
 from workbench.logs.array_files import ArrayReader, ArrayWriter
 from workbench.logs.contents import ACTIONS, SCENARIO, STATE, read_action, read_scenario
@@ -170,7 +171,7 @@ class LogRecord:
         topics = (LoggedTopic.from_description(each, arrays) for each in said["topics"])
         return cls(
             path=path,
-            vehicle=str(said["vehicle"]),
+            vehicle=plain_name(str(said["vehicle"])),
             physics_step=float(said["physics_step"]),
             versions=_texts(said["versions"]),
             scenario_text=str(said["scenario_text"]),

@@ -8,9 +8,14 @@ from typing import Any
 import numpy as np
 
 from workbench.common.errors import WorkbenchError
+from workbench.common.plain_text import plain_text
 from workbench.logs.flight_record import Signal
 from workbench.logs.series import LoggedTopic
 
+LONGEST_CELL = 32_000
+"""Largest number of characters of a text in CSV; spreadsheets take 32,767."""
+_FORMULA = ("=", "+", "-", "@")
+"""Beginnings of a cell that spreadsheets compute."""
 ROWS = 100_000
 """Number of rows written at a time, as texts take a hundred times the memory of numbers."""
 
@@ -36,8 +41,10 @@ def tables(topic: LoggedTopic) -> dict[str, dict[str, Signal]]:
 def write_table(columns: Mapping[str, Signal], path: Path) -> None:
     """Write columns as a table.
 
-    CSV has names with units in its first line, such as "v_x [m/s]". Parquet has names, with the
-    unit in the metadata of each field. Unknown values are left empty.
+    CSV has names with units in its first line, such as "v_x [m/s]". Its texts have at most
+    `LONGEST_CELL` characters, escapes for control characters, and an apostrophe before what a
+    spreadsheet would take for a formula. Parquet has names and texts as in the log, with the unit
+    in the metadata of each field. Unknown values are left empty.
 
     Args:
         columns: of equal lengths, by name.
@@ -58,7 +65,8 @@ def _write_csv(columns: Mapping[str, Signal], path: Path) -> None:
     with path.open("w", newline="", encoding="utf-8") as stream:
         writer = csv.writer(stream)
         writer.writerow(
-            f"{name} [{series.unit}]" if series.unit else name for name, series in columns.items()
+            _cell(f"{name} [{series.unit}]" if series.unit else name)
+            for name, series in columns.items()
         )
         all_values = [series.values for series in columns.values()]
         for first in range(0, len(all_values[0]), ROWS):
@@ -69,11 +77,17 @@ def _write_csv(columns: Mapping[str, Signal], path: Path) -> None:
 def _texts(values: np.ndarray) -> list[str]:
     """Return values as the shortest texts that restore the same numbers."""
     if values.dtype.kind == "O":
-        return [str(value) for value in values]
+        return [_cell(value) if isinstance(value, str) else str(value) for value in values]
     texts: list[str] = values.astype(str).tolist()
     if values.dtype.kind == "f":
         return ["" if text == "nan" else text for text in texts]
     return texts
+
+
+def _cell(text: str) -> str:
+    """Return a text of a log that a spreadsheet does not compute and a terminal does not obey."""
+    shown = plain_text(text, LONGEST_CELL)
+    return f"'{shown}" if shown.startswith(_FORMULA) else shown
 
 
 def _write_parquet(columns: Mapping[str, Signal], path: Path) -> None:

@@ -11,6 +11,7 @@ import numpy as np
 from pydrake.math import RigidTransform, RotationMatrix
 
 from workbench.common.errors import WorkbenchError
+from workbench.common.plain_text import plain_name
 from workbench.plant.drawable import with_drawable_meshes
 from workbench.plant.formats.block import Block
 from workbench.plant.formats.model_folder import description_file
@@ -112,6 +113,7 @@ def read_description(
     finder = PackageFinder(path, packages)
     remarks = Remarks()
     model = _read(path, args or {}, finder, remarks)
+    model = dataclasses.replace(model, name=plain_name(model.name))
     base_link = find_base_link(model)
     # before links without mass become frames
     read = read_rotors(model, base_link, remarks, Path(rotors) if rotors else None)

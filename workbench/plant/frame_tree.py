@@ -9,6 +9,7 @@ import numpy as np
 from pydrake.math import RigidTransform, RollPitchYaw, RotationMatrix
 
 from workbench.common.errors import WorkbenchError, unknown_name
+from workbench.common.plain_text import plain_name
 from workbench.plant.model import Model
 from workbench.plant.sensors import free_name, sensor_frames
 from workbench.plant.vehicle import Vehicle
@@ -148,7 +149,7 @@ class FrameTree:
         for child in children:
             last = child is children[-1]
             place = _place(child.pose(X_WB, time)) + child.motion
-            yield f"{indent}{'└─ ' if last else '├─ '}{child.name} ({place})"
+            yield f"{indent}{'└─ ' if last else '├─ '}{plain_name(child.name)} ({place})"
             below = indent + ("   " if last else "│  ")
             yield from self._lines_below(child.name, below, X_WB, time)
 

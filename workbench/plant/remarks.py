@@ -6,6 +6,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
 
+from workbench.common.plain_text import LONGEST_TEXT, plain_name, plain_text
+
 RemarkKind = Literal["repaired", "assumed", "missing", "ignored"]
 HEADINGS: dict[RemarkKind, str] = {
     "repaired": "repaired",
@@ -55,5 +57,6 @@ class Remarks:
         return list(self._found)
 
     def add(self, kind: RemarkKind, file: Path, element: str, text: str) -> None:
-        """Add a remark, unless the same one is there."""
-        self._found.setdefault(Remark(kind, file, element, text))
+        """Add a remark, unless the same one is there; names in it come from the file."""
+        element = plain_name(element, LONGEST_TEXT)
+        self._found.setdefault(Remark(kind, file, element, plain_text(text)))

@@ -41,7 +41,7 @@ def test_a_failure_has_its_sentences_and_only_that_is_one():
     failure = failed.find("failure")
     assert failure.get("message").startswith("t90 is 2 s")
     assert failure.text.splitlines()[1].startswith("peak is 2 m")
-    assert lost.find("failure").get("message") == "diverged? at t = 1 s & on"
+    assert lost.find("failure").get("message") == "diverged\\x00 at t = 1 s & on"
 
 
 def test_a_file_without_failures():

@@ -68,7 +68,7 @@ PICTURE = Picture(
         "field 1.50 21.50 -43.25 uT",
         "lidar 30 of 100 rays hit something, nearest 2.50 m",
         "wind 5.00 0.00 0.00 m/s",
-        "event warning: the battery is low ?[2J (at 2.5 s)",
+        "event warning: the battery is low \\x1b[2J (at 2.5 s)",
         "control nobody: nobody has requested",
         "link 1638 samples/s, age 3 ms",
     ],

@@ -42,7 +42,7 @@ def test_the_state_is_said_in_words(rig, window):
     assert window.bar.state.text() == "Flown = kept"
     rig.editor.adopt({NAME: 4.0, "kp_velocity_y": 4.0, "kp_roll": 151.0}, "a search")
     assert window.bar.state.text() == "3 gains tried, not kept"
-    assert "changed" in window.bar.name.text()
+    assert "changed" in window.bar.law.text()
 
 
 def test_keep_and_revert_by_their_keys(rig, window):

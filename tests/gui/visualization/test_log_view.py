@@ -17,7 +17,7 @@ from workbench.gui.charts.curve import CurveStyle
 from workbench.gui.number_field import NumberField
 from workbench.gui.visualization.derived_signals import Derived
 from workbench.gui.visualization.layouts import STEPS, XY, ChartSpec, Layout
-from workbench.gui.visualization.log_worker import contents_of, live_name, si_unit
+from workbench.gui.visualization.log_worker import contents_of, live_name, short_name, si_unit
 from workbench.gui.visualization.overlays import Overlay
 from workbench.gui.visualization.visualization_screen import LogBar, LogClock
 from workbench.link.backplane import Sampled
@@ -44,6 +44,13 @@ def shown(begun, log, qtbot):
     begun.open_log(log)
     qtbot.waitUntil(lambda: begun.shows_log, timeout=LIMIT)
     return begun
+
+
+def test_a_name_without_end_is_shortened_and_stays_the_only_one():
+    assert short_name("imu.q_WS.0", {}) == "imu.q_WS.0"
+    first = short_name("x" * 1_000_000, {})
+    assert first == "x" * 200 + "… (1,000,000 characters)"
+    assert short_name("x" * 1_000_000, {first: "m"}) == f"{first} 2"
 
 
 def test_series_are_those_of_the_flight_by_the_same_names(canned, workspace, log):

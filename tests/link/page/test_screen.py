@@ -1,6 +1,10 @@
 """What the page shows in a real browser, as a phone does, before a played flight."""
 
+import json
+
 import pytest
+
+from tests.hostile_names import NAMES, acting
 
 pytestmark = pytest.mark.slow
 
@@ -25,6 +29,25 @@ LOST = {"condition": "", "connection": "Lost: again in 8 s"}
 WRITE = """words => {
     for (const [id, text] of Object.entries(words)) document.getElementById(id).textContent = text;
 }"""
+SHOW = """async text => {
+    const { Screen } = await import("./screen.js");
+    const { Phase } = await import("./link.js");
+    const name = JSON.parse(text);
+    const control = { hand: "client", peer: 9, name, reason: name, stage: "live" };
+    const hello = { vehicle: name, peer: 1, limits: { level_speed: 8 } };
+    const screen = new Screen();
+    const before = document.querySelectorAll("*").length;
+    screen.link({ phase: Phase.OPEN, silent: false, flying: false, control, hello });
+    screen.say(name);
+    const shown = ["#vehicle", "#holder", "#why", "#said p"].map(
+        (each) => document.querySelector(each).textContent);
+    return {
+        shown: [...shown, document.title],
+        more: document.querySelectorAll("*").length - before,
+        wide: document.documentElement.scrollWidth,
+    };
+}"""
+"""Show a name wherever the page shows one, at once, so that the flight writes nothing over it."""
 MEASURE = """() => {
     const all = (names) => [...document.querySelectorAll(names)];
     const seen = (names) => all(names).filter((each) => each.offsetParent);
@@ -84,6 +107,26 @@ def test_warnings_of_the_flight_are_shown(flight, open_page):
     flight.say(0, "information")
     flight.say(1, "the battery is low")
     expect(page.locator("#said")).to_contain_text("The battery is low", timeout=LONG)
+
+
+def test_hostile_names_are_shown_as_text(flight, open_page, case):
+    page = open_page(flight.url)
+    expect(page.locator("#connection")).to_have_text("Connected", timeout=LONG)
+    page.evaluate(SHOW, json.dumps("plain"))  # makes the choice of speeds
+    for name in NAMES:
+        with case(name[:60]):
+            found = page.evaluate(SHOW, json.dumps(name))
+            vehicle, holder, why, said, title = found["shown"]
+            assert acting("".join(found["shown"]), "") == []
+            assert found["more"] == 0  # element
+            assert found["wide"] <= 360
+            assert holder.endswith(" flies")
+            assert why == vehicle and said[1:] == vehicle[1:]
+            assert " ".join(vehicle.split()) == title
+            if name.isprintable() and len(name) <= 48:
+                assert (vehicle, holder) == (name, f"{name} flies")
+            elif len(name) > 300:
+                assert vehicle == f"{name[:300]}… ({len(name)} characters)"
 
 
 def test_the_token_is_asked_for_and_forgotten_with_the_tab(played, open_page, tmp_path, touch):

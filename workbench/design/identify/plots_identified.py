@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from workbench.design.identify.fit import make_piece, model_rows
 from workbench.design.identify.report import Report
 from workbench.design.identify.search import SHORTEST
+from workbench.design.plots import as_text
 
 TINY = 1e-7
 """Smallest described value for a comparison."""
@@ -20,7 +21,7 @@ STRETCH = 6.0
 
 def draw_identified(report: Report, path: Path) -> None:
     """Draw the figure to a file."""
-    plot_identified(report).savefig(path, dpi=120)
+    as_text(plot_identified(report)).savefig(path, dpi=120)
 
 
 def plot_identified(report: Report) -> Figure:

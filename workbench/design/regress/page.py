@@ -1,8 +1,6 @@
 """Results as files: a self-contained HTML page, and JUnit XML for CI."""
 
-import re
 from collections.abc import Sequence
-from html import escape
 from itertools import groupby
 from xml.etree import ElementTree
 
@@ -10,6 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from workbench.common.plain_text import html_text, visible
 from workbench.design.plots import PALETTE, inline_svg, legend, styled, widen
 from workbench.design.regress.verdict import (
     CaseResult,
@@ -33,7 +32,6 @@ th { font-weight: 600; } td.number { font-variant-numeric: tabular-nums; }
 a { color: inherit; }
 """
 _SKIPPED = '<span class="note">skipped</span>'
-_NOT_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 
 
 def results_page(results: Sequence[CaseResult], title: str) -> str:
@@ -51,10 +49,10 @@ def results_page(results: Sequence[CaseResult], title: str) -> str:
     cases = "\n".join(_case(number, result) for number, result in numbered)
     return f"""<!DOCTYPE html>
 <html lang="en">
-<head><meta charset="utf-8"><title>{escape(title)}: {verdict}</title>
+<head><meta charset="utf-8"><title>{html_text(title)}: {verdict}</title>
 <meta name="viewport" content="width=device-width"><style>{_STYLE}</style></head>
 <body>
-<h1>{escape(title)}: <span class="{"failed" if failed else "passed"}">{verdict}</span></h1>
+<h1>{html_text(title)}: <span class="{"failed" if failed else "passed"}">{verdict}</span></h1>
 {_changes(results)}
 <table>
 <tr><th>spec</th><th>case</th><th></th><th>what</th></tr>
@@ -68,7 +66,7 @@ def results_page(results: Sequence[CaseResult], title: str) -> str:
 
 def _changes(results: Sequence[CaseResult]) -> str:
     """Return the differences from the baselines."""
-    return "".join(f"<p>{escape(changed)}</p>\n" for changed in since_baseline(results))
+    return "".join(f"<p>{html_text(changed)}</p>\n" for changed in since_baseline(results))
 
 
 def _summary_row(number: int, result: CaseResult) -> str:
@@ -76,15 +74,16 @@ def _summary_row(number: int, result: CaseResult) -> str:
     if len(result.failures) > 1:
         reason += f" (and {len(result.failures) - 1} more)"
     return (
-        f'<tr><td>{escape(result.spec)}</td><td><a href="#case{number}">{escape(result.case)}</a>'
-        f"</td><td>{_verdict(result)}</td><td>{escape(reason or '; '.join(result.skips))}</td></tr>"
+        f'<tr><td>{html_text(result.spec)}</td><td><a href="#case{number}">'
+        f"{html_text(result.case)}</a></td><td>{_verdict(result)}</td>"
+        f"<td>{html_text(reason or '; '.join(result.skips))}</td></tr>"
     )
 
 
 def _case(number: int, result: CaseResult) -> str:
     """Return the section of a case, collapsed if it passed."""
-    parts = [f'<p class="failed">{escape(result.trouble)}</p>'] if result.trouble else []
-    parts += [f'<p class="note">{escape(result.absent)}</p>'] if result.absent else []
+    parts = [f'<p class="failed">{html_text(result.trouble)}</p>'] if result.trouble else []
+    parts += [f'<p class="note">{html_text(result.absent)}</p>'] if result.absent else []
     if result.checks:
         rows = "\n".join(map(_check_row, result.checks))
         parts.append(
@@ -93,7 +92,7 @@ def _case(number: int, result: CaseResult) -> str:
         )
     parts += map(_curve, result.curves)
     return (
-        f'<h2 id="case{number}">{escape(result.spec)}: {escape(result.case)} '
+        f'<h2 id="case{number}">{html_text(result.spec)}: {html_text(result.case)} '
         f"{_verdict(result)}</h2>\n"
         f"<details{'' if result.passed else ' open'}><summary>limits and curves</summary>\n"
         + "\n".join(parts)
@@ -105,10 +104,10 @@ def _check_row(check: Check) -> str:
     doubt = f" ({check.doubt})" if check.doubt else ""
     beyond = "" if check.met else f" by {with_unit(check.excess, check.unit)}"
     return (
-        f"<tr><td>{escape(check.name)}</td>"
-        f'<td class="number">{escape(with_unit(check.value, check.unit))}</td>'
-        f'<td class="number">{escape(check.demand)}</td>'
-        f"<td>{_SKIPPED if check.skipped else _word(check.met)}{escape(beyond)}{escape(doubt)}</td>"
+        f"<tr><td>{html_text(check.name)}</td>"
+        f'<td class="number">{html_text(with_unit(check.value, check.unit))}</td>'
+        f'<td class="number">{html_text(check.demand)}</td>'
+        f"<td>{_SKIPPED if check.skipped else _word(check.met)}{html_text(beyond + doubt)}</td>"
         "</tr>"
     )
 
@@ -116,13 +115,12 @@ def _check_row(check: Check) -> str:
 def _curve(curve: Comparison) -> str:
     """Return the figure of a curve with a sentence."""
     if not curve.met:
-        said = f'<p class="failed">{escape(curve.sentence)}</p>'
+        said = f'<p class="failed">{html_text(curve.sentence)}</p>'
     elif curve.band is None:
-        said = f'<p class="note">{escape(curve.signal)}, without a baseline</p>'
+        said = f'<p class="note">{html_text(curve.signal)}, without a baseline</p>'
     else:
-        said = (
-            f'<p class="note">{escape(curve.signal)} uses {100 * curve.use:.0f} % of its band</p>'
-        )
+        said = html_text(f"{curve.signal} uses {100 * curve.use:.0f} % of its band")
+        said = f'<p class="note">{said}</p>'
     return said + (inline_svg(plot_curve(curve)) if len(curve.flown.time) else "")
 
 
@@ -139,23 +137,23 @@ def junit_xml(results: Sequence[CaseResult]) -> str:
     top = ElementTree.Element("testsuites", {"name": "workbench regress"} | _counts(results))
     for spec, group in groupby(results, key=lambda result: result.spec):
         cases = list(group)
-        suite = ElementTree.SubElement(top, "testsuite", {"name": spec} | _counts(cases))
+        suite = ElementTree.SubElement(top, "testsuite", {"name": visible(spec)} | _counts(cases))
         for result in cases:
             case = ElementTree.SubElement(
                 suite,
                 "testcase",
-                classname=spec,
-                name=result.case,
-                file=str(result.path),
+                classname=visible(spec),
+                name=visible(result.case),
+                file=visible(str(result.path)),
                 time=f"{result.seconds:.3f}",
             )
             if result.skipped:
-                ElementTree.SubElement(case, "skipped", message=_clean("; ".join(result.skips)))
+                ElementTree.SubElement(case, "skipped", message=visible("; ".join(result.skips)))
             if not result.passed:
                 failure = ElementTree.SubElement(
-                    case, "failure", message=_clean(result.failures[0]), type="regression"
+                    case, "failure", message=visible(result.failures[0]), type="regression"
                 )
-                failure.text = _clean("\n".join(result.story))
+                failure.text = visible("\n".join(result.story))
     ElementTree.indent(top)
     return ElementTree.tostring(top, encoding="unicode", xml_declaration=True) + "\n"
 
@@ -169,11 +167,6 @@ def _counts(results: Sequence[CaseResult]) -> dict[str, str]:
         "skipped": str(sum(result.skipped for result in results)),
         "time": f"{sum(result.seconds for result in results):.3f}",
     }
-
-
-def _clean(text: str) -> str:
-    """Return text without characters that are invalid in XML."""
-    return _NOT_XML.sub("?", text)
 
 
 LEAST_SPAN = 1e-3

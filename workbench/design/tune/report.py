@@ -1,7 +1,6 @@
 """The report on wishes, results, gains and proof, as rows, figure and page."""
 
 import base64
-import html
 import io
 from collections.abc import Sequence
 
@@ -9,6 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from workbench.common.plain_text import html_text
 from workbench.design.metrics import shown
 from workbench.design.plots import PALETTE, label, styled, widen, write_png
 from workbench.design.tune.case import NOMINAL
@@ -91,7 +91,7 @@ def proof_rows(found: Tuning) -> Rows:
 def report_html(found: Tuning, figure: Figure) -> str:
     """Return the report as one page, including its figure."""
     title = f"{found.vehicle}: tuned gains" if found.met else f"{found.vehicle}: wishes not met"
-    parts = [f"<h1>{html.escape(title)}</h1>", _paragraphs(found), _image(figure)]
+    parts = [f"<h1>{html_text(title)}</h1>", _paragraphs(found), _image(figure)]
     parts += ["<h2>Wishes</h2>", _table(("", "before", "after", "wished", ""), _wished(found))]
     if found.in_corners:
         head = ("", "before", "after", "still wished", "", "corner")
@@ -104,7 +104,7 @@ def report_html(found: Tuning, figure: Figure) -> str:
     if found.proof and found.proof.values:
         flown = ("", "flown", "wished", "", "")
         parts += ["<h2>Flown on the full diagram</h2>", _table(flown, proof_rows(found))]
-    return _PAGE.format(title=html.escape(title), body="\n".join(parts))
+    return _PAGE.format(title=html_text(title), body="\n".join(parts))
 
 
 def _wished(found: Tuning) -> Rows:
@@ -122,7 +122,7 @@ def _paragraphs(found: Tuning) -> str:
     if worst:
         name, value = worst.required.wish.name, shown(worst.required.wish.metric, worst.after)
         lines.append(f"Worst corner: {name} of {value} with {worst.required.case}.")
-    return "\n".join(f"<p>{html.escape(line)}</p>" for line in lines)
+    return "\n".join(f"<p>{html_text(line)}</p>" for line in lines)
 
 
 def _limit(required: Requirement) -> str:
@@ -131,14 +131,14 @@ def _limit(required: Requirement) -> str:
 
 
 def _table(head: Sequence[str], rows: Rows) -> str:
-    lines = ["".join(f"<th>{html.escape(text)}</th>" for text in head)]
+    lines = ["".join(f"<th>{html_text(text)}</th>" for text in head)]
     lines += ["".join(map(_cell, row)) for row in rows]
     return "<table>" + "\n".join(f"<tr>{line}</tr>" for line in lines) + "</table>"
 
 
 def _cell(text: str) -> str:
     kind = ' class="no"' if text == "not ok" else ""
-    return f"<td{kind}>{html.escape(text)}</td>"
+    return f"<td{kind}>{html_text(text)}</td>"
 
 
 def _image(figure: Figure) -> str:

@@ -6,6 +6,7 @@ import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
+from workbench.common.plain_text import LONGEST_TEXT, plain_name
 from workbench.link import Client
 from workbench.link.messages import ControlState, Hand
 from workbench.link.sample import Sample
@@ -132,9 +133,8 @@ def numbers(sample: Sample, field: str) -> tuple[float, ...]:
 
 
 def text(sample: Sample, field: str) -> str:
-    """Return a field that is a text, without control characters of terminals."""
-    value = str(sample.values.get(field, ""))
-    return "".join(sign if sign.isprintable() else "?" for sign in value)
+    """Return a field that is a text, as one line without control characters."""
+    return plain_name(str(sample.values.get(field, "")), LONGEST_TEXT)
 
 
 def as_json(picture: Picture) -> str:

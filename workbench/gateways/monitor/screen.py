@@ -4,6 +4,7 @@ import curses
 import locale
 import time
 
+from workbench.common.plain_text import LONGEST_TEXT, plain_name
 from workbench.gateways.monitor.dashboard import dashboard
 from workbench.gateways.monitor.picture import Camera
 from workbench.gateways.monitor.pilot import Pilot
@@ -123,7 +124,8 @@ class _Screen:
         for at, line in enumerate(lines[-height:]):
             style = curses.A_BOLD if at == 0 or line == self._pilot.said else curses.A_NORMAL
             # The last column stays free: a character there would scroll the last line.
-            self._window.addnstr(at, 0, line, max(width - 1, 0), style)
+            shown = plain_name(line, LONGEST_TEXT)
+            self._window.addnstr(at, 0, shown, max(width - 1, 0), style)
         self._window.refresh()
 
     def _short(self) -> str:

@@ -4,7 +4,6 @@ import dataclasses
 import math
 from collections.abc import Sequence
 from functools import partial
-from html import escape
 
 import numpy as np
 import pyqtgraph as pg
@@ -17,6 +16,7 @@ from PyQt6.QtWidgets import (
 )
 from pyqtgraph.GraphicsScene.mouseEvents import MouseDragEvent
 
+from workbench.common.plain_text import html_text, plain_name
 from workbench.gui.charts.content import Axis, Content, Line, Point
 from workbench.gui.charts.curve import make_pen
 from workbench.gui.charts.statistics import value_at
@@ -39,6 +39,10 @@ ROOM = 22.0
 """Space to the right of the curves for their numbers [pixels]."""
 OUTSIDE = 40
 """Space for the numbers at the ends of an axis beyond those ends [pixels]."""
+LONGEST_CAPTION = 300
+"""Largest number of characters in the caption of a chart."""
+LONGEST_AXIS = 40
+"""Largest number of characters that are shown of an axis' name; more would cover its numbers."""
 WIDEST = "\N{MINUS SIGN}00.00"
 """The widest number that an axis usually has."""
 NUMBERED, BARE = 1.0, 0.0
@@ -98,8 +102,9 @@ class NumberAxis(pg.AxisItem):
 
     def show_name(self, name: str) -> None:
         """Show a name with its unit."""
-        if self.labelText != name:
-            self.setLabel(name)
+        shown = html_text(plain_name(name, LONGEST_AXIS))
+        if self.labelText != shown:
+            self.setLabel(shown)
             self.label.setRotation(0.0)
             self.resizeEvent()
 
@@ -317,11 +322,12 @@ class Canvas(pg.GraphicsLayoutWidget):
         room = QRectF(box.left(), 0.0, box.width() + ROOM, box.top() - 3.0)
         room.setLeft(name.mapRectToScene(name.boundingRect()).right())
         painter.setFont(self.font())
-        if painter.fontMetrics().horizontalAdvance(self.content.caption) > room.width():
+        caption = plain_name(self.content.caption, LONGEST_CAPTION)
+        if painter.fontMetrics().horizontalAdvance(caption) > room.width():
             return
         painter.setPen(self._look.colour("ink"))
         side = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignBottom
-        painter.drawText(room, int(side), self.content.caption)
+        painter.drawText(room, int(side), caption)
 
     def changeEvent(self, event: QEvent | None) -> None:
         """Adapt to another font."""
@@ -563,7 +569,7 @@ class Canvas(pg.GraphicsLayoutWidget):
                 angle=90,
                 movable=True,
                 pen=colour("accent"),
-                label=f"{name} {self._said_at(time)}",
+                label=_unformatted(f"{name} {self._said_at(time)}"),
                 labelOpts=options,
             )
             line.sigPositionChangeFinished.connect(partial(self._tell_mark, name))
@@ -582,7 +588,7 @@ class Canvas(pg.GraphicsLayoutWidget):
         hint = "" if self.content.lines else self.content.hint
         self._hint.setVisible(bool(hint))
         if hint:
-            self._hint.setHtml(f"<div align='center'>{escape(hint)}</div>")
+            self._hint.setHtml(f"<div align='center'>{html_text(hint)}</div>")
             self._hint.setTextWidth(max(60.0, self.view.width() - 24.0))
             self._hint.setPos(0.5 * self.view.width(), 0.5 * self.view.height())
 
@@ -594,7 +600,7 @@ class Canvas(pg.GraphicsLayoutWidget):
         points = list(content.points)
         if time is not None and seen:
             self._cross.setValue(self._place_at(time))
-            self._cross.label.setFormat(self._said_at(time))
+            self._cross.label.setFormat(_unformatted(self._said_at(time)))
             wide = 2.2 * self._cross.label.boundingRect().width()
             self._cross.label.setVisible(self.view.width() > wide)  # else its side is clipped
             points += [
@@ -614,6 +620,11 @@ class Canvas(pg.GraphicsLayoutWidget):
         self._dots.setData(
             *zip(*places, strict=True), brush=[pg.mkBrush(each.colour) for each in points]
         )
+
+
+def _unformatted(text: str) -> str:
+    """Return a text for a line's label, which pyqtgraph takes for a format of the line's value."""
+    return plain_name(text).replace("{", "{{").replace("}", "}}")
 
 
 def with_dots(time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -36,6 +36,7 @@ from workbench.gui.charts.ticks import Scale, decimals_for, round_step
 from workbench.gui.errands import Answers, single_shot
 from workbench.gui.file_dialogs import clipboard
 from workbench.gui.icons import icon
+from workbench.gui.labels import menu_text, set_tip
 from workbench.gui.layout import NO_MARGINS, hbox, vbox
 from workbench.gui.preferences import Preferences, log_folder
 from workbench.gui.style import dressed
@@ -768,7 +769,8 @@ class Chart(QWidget):
         if curves is not None:
             curves.setEnabled(bool(self.curves))
             for index, curve in enumerate(self.curves):
-                _add(curves, Command(curve.label, "", self._toggle(index), curve.visible))
+                name = menu_text(curve.label)
+                _add(curves, Command(name, "", self._toggle(index), curve.visible))
         menu.addActions(self.extra_actions)
         return menu
 
@@ -838,7 +840,7 @@ class Chart(QWidget):
         button = dressed(QToolButton(), "quiet small")
         button.setAccessibleName(name)
         button.setAccessibleDescription(help)
-        button.setToolTip(help)
+        set_tip(button, help)
         look = self._workspace.look
         look.changed.connect(lambda: button.setIcon(icon(picture, look.colour("muted"))))
         button.setIcon(icon(picture, look.colour("muted")))

@@ -2,12 +2,12 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from html import escape
 
 from PyQt6.QtCore import QEvent, Qt, pyqtSignal
 from PyQt6.QtGui import QColor, QResizeEvent
 from PyQt6.QtWidgets import QLabel, QSizePolicy
 
+from workbench.common.plain_text import html_text, plain_name
 from workbench.gui.charts.curve import CurveStyle, make_pen
 from workbench.gui.theme import Look
 
@@ -134,5 +134,5 @@ class Legend(QLabel):
 
 def _unbroken(text: str) -> str:
     """Return text without line breaks in it, as HTML."""
-    joined = escape(text).replace("/", f"{JOINER}/{JOINER}")  # as in m/s
+    joined = html_text(plain_name(text)).replace("/", f"{JOINER}/{JOINER}")  # as in m/s
     return joined.replace(" ", NO_BREAK)

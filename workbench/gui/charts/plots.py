@@ -11,7 +11,7 @@ from functools import partial
 
 import numpy as np
 from PyQt6.QtCore import pyqtSignal
-from PyQt6.QtWidgets import QComboBox, QLabel, QVBoxLayout
+from PyQt6.QtWidgets import QComboBox, QVBoxLayout
 
 from workbench.common.errors import WorkbenchError
 from workbench.design.response_metrics import NUMBERS
@@ -35,6 +35,7 @@ from workbench.gui.charts.legend import Entry
 from workbench.gui.charts.statistics import value_at
 from workbench.gui.charts.strip_chart import TimeView
 from workbench.gui.charts.ticks import Scale, number_text
+from workbench.gui.labels import Label, set_tip
 from workbench.gui.layout import hbox
 from workbench.gui.style import set_class
 from workbench.gui.units import Unit, unit_for
@@ -332,7 +333,7 @@ class SpectrumChart(WindowPlot):
         self._waits = self._again = False
         self._model.x_name, self._model.x_unit = "Frequency", "Hz"
         self._window, self._averages, self._detrend = QComboBox(), QComboBox(), QComboBox()
-        self.said = QLabel()
+        self.said = Label()
         self._lay_out()
         self.set_scales(*BOTH)
         for box in (self._window, self._averages, self._detrend):
@@ -430,7 +431,7 @@ class SpectrumChart(WindowPlot):
             for value, shown in names.items():
                 box.addItem(shown, value)
             box.setAccessibleName(name)
-            box.setToolTip(name)
+            set_tip(box, name)
             row.addWidget(box)
         row.addStretch(1)
         assert set(_WINDOW_NAMES) == set(WINDOWS) and set(_DETREND_NAMES) == set(DETRENDS)

@@ -13,6 +13,9 @@ from PyQt6.QtWidgets import (
     QTableWidgetItem,
 )
 
+from workbench.common.plain_text import plain_name
+from workbench.gui.labels import set_tip
+
 HEADS = {
     "Signal": "Name of the signal",
     "Unit": "Unit that is shown",
@@ -101,9 +104,10 @@ class StatisticsTable(QTableWidget):
         for column, help in enumerate(heads.values()):
             item = self.horizontalHeaderItem(column)
             if item is not None:
-                item.setToolTip(help)
+                set_tip(item, help)
 
     def _write(self, row: int, column: int, text: str) -> None:
+        text = plain_name(text)
         item = self.item(row, column)
         if item is None:
             item = QTableWidgetItem()

@@ -15,14 +15,15 @@ from PyQt6.QtWidgets import (
     QWidget,
 )
 
+from workbench.common.plain_text import plain_name
 from workbench.control.schedule import QUANTITIES
 from workbench.gains.gains import GainChange
 from workbench.gui.actions import ActionRow, make_actions
 from workbench.gui.file_dialogs import clipboard, open_file, save_file
 from workbench.gui.gains.gain_editor import SLOTS, GainEditor
 from workbench.gui.gains.gain_files import OWN, GainFileDiff, GainFiles, percent_text
+from workbench.gui.labels import ElidedLabel, set_tip
 from workbench.gui.layout import (
-    ElidedLabel,
     button,
     grid,
     hbox,
@@ -99,7 +100,7 @@ class GainFileDiffView(QFrame):
             self.hide()
             return
         origin = f": {diff.origin}" if diff.origin else ""
-        self.said.setText(f"<b>{len(diff.changes)} of {diff.name} differ</b>{origin}")
+        self.said.setText(f"{len(diff.changes)} of {plain_name(diff.name)} differ{origin}")
         content = QWidget()
         self.ticks = {}
         rows = map(self._make_row, diff.changes)
@@ -116,7 +117,7 @@ class GainFileDiffView(QFrame):
         a, b = (f"{unit.shown(value):.4g}" for value in (change.a, change.b))
         tick = QCheckBox(words)
         tick.setChecked(True)
-        tick.setToolTip(change.name)
+        set_tip(tick, change.name)
         tick.setAccessibleName(f"{words}: {a} becomes {b} {unit.symbol}")
         tick.toggled.connect(self._count)
         self.ticks[change.name] = tick
@@ -254,14 +255,14 @@ class GainBar(QWidget):
         self.actions_by_name = make_actions(self, self._handlers(), GAIN_ACTIONS, window)
         self.buttons: dict[str, QToolButton] = {}
         self._said: dict[str, str] = {}
-        self.name = label()
+        self.name, self.law = label(kind="heading"), ElidedLabel()
         self.state = named(dressed(ElidedLabel(), "muted"), "State of the gains")
         self.diff = GainFileDiffView(gain_files, workspace.preferences)
         changes = map(self._button, ("keep", "revert", "undo", "redo"))
         slots = (self._button(f"compare_{slot}") for slot in SLOTS)
         row = hbox(*changes, 0, *slots, spacing=3)
         menu = menu_button("Gain file ▾", "Files, clipboard and slots", self._fill_menu)
-        top = hbox((self.name, 1), dressed(menu, "compact"))
+        top = hbox(self.name, (self.law, 1), dressed(menu, "compact"))
         vbox(top, self.state, row, self.diff, of=self, margins=(8, 6, 8, 2), spacing=3)
         for signal in (editor.state_changed, editor.flown_changed, gain_files.named):
             signal.connect(self._show)
@@ -271,10 +272,12 @@ class GainBar(QWidget):
         editor = self._editor
         name = self._gain_files.name or "No gain file"
         short = name if len(name) <= LONGEST_NAME else f"{name[: LONGEST_NAME - 1]}…"
-        changed = " ◆ changed" if self._gain_files.is_changed else ""
+        changed = "◆ changed " if self._gain_files.is_changed else ""
         law = self._editor.table.controller
-        self.name.setText(f"<b>{short}</b>{changed} · {law.name}")
-        self.name.setToolTip(f"{name}, with the controller {law.name} ({law.file})")
+        self.name.setText(short)
+        self.law.setText(f"{changed}· {law.name}")
+        for part in (self.name, self.law):
+            set_tip(part, f"{name}, with the controller {law.name} ({law.file})")
         said = editor.summary()
         entered = (
             "" if editor.is_at_once or not editor.unflown or editor.warning else " (Enter flies)"
@@ -305,7 +308,7 @@ class GainBar(QWidget):
             return
         self._said[name] = said
         shortcut = self.actions_by_name[name].shortcut().toString()
-        self.buttons[name].setToolTip(f"{said} ({shortcut})")
+        set_tip(self.buttons[name], f"{said} ({shortcut})")
         self.buttons[name].setAccessibleName(said.strip())
 
     def _handlers(self) -> dict[str, Callable[[], None]]:

@@ -17,6 +17,7 @@ from workbench.gui.errands import single_shot
 from workbench.gui.gains.gain_editor import GainEditor
 from workbench.gui.gains.gain_row import GainRow
 from workbench.gui.gains.gain_rows import gain_groups, gain_label, is_gain
+from workbench.gui.labels import set_tip
 from workbench.gui.layout import (
     NO_MARGINS,
     button,
@@ -147,7 +148,7 @@ class StabilityWarning(QFrame):
         self._show(editor.warning)
 
     def _show(self, said: str) -> None:
-        self.said.setText(f"▲ <b>Not flown:</b> {said.rstrip('.')}.")
+        self.said.setText(f"▲ Not flown: {said.rstrip('.')}.")
         self.setVisible(bool(said))
 
 
@@ -220,7 +221,7 @@ class GainPanel(QWidget):
         self.search.setPlaceholderText("Search (Ctrl+F)")
         self.search.setClearButtonEnabled(True)
         self.linked = QCheckBox("Link &x and y")
-        self.linked.setToolTip("Move gains of x and y together; linking itself moves none")
+        set_tip(self.linked, "Move gains of x and y together; linking itself moves none")
         self.linked.setChecked(editor.linked)
         self.warning = StabilityWarning(editor)
         self.set_bar = SetBar(editor)
@@ -282,7 +283,6 @@ class GainPanel(QWidget):
         editor.ranges_changed.connect(self._show_ranges)
         editor.value_refused.connect(self._show_error)
         self._workspace.preferences.changed.connect(self._show_units)
-        self._workspace.look.changed.connect(self._show_units)
 
     def _show_all(self) -> None:
         """Show the state of everything; lines are made again if other ones are needed."""

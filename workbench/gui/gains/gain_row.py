@@ -19,7 +19,8 @@ from PyQt6.QtWidgets import QAbstractSpinBox, QSlider, QWidget
 
 from workbench.gui.gains.gain_editor import GainEditor, Mark
 from workbench.gui.gains.gain_rows import partner
-from workbench.gui.layout import NO_MARGINS, ElidedLabel, grid, label, tool_button
+from workbench.gui.labels import ElidedLabel, set_tip
+from workbench.gui.layout import NO_MARGINS, grid, label, tool_button
 from workbench.gui.number_field import NumberField
 from workbench.gui.style import dressed, set_class
 from workbench.gui.theme import Look
@@ -497,9 +498,7 @@ class GainRow(QWidget):
 
     def show_unit(self) -> None:
         """Show name and unit in the preferred units, and the value at the flight's start."""
-        muted = self._workspace.look.colours.muted
-        symbol = f" <span style='color:{muted}'>{self._label.symbol}</span>"
-        self._name.setText(self._label.words + (symbol if self._label.symbol else ""))
+        self._name.setText(f"{self._label.words} {self._label.symbol}".strip())
         self._unit = unit_for(self.row.unit, self._workspace.preferences)
         scale = self.slider.scale = GainScale(self.row, self._unit)
         start = self._editor.start[self.row.name]
@@ -529,7 +528,7 @@ class GainRow(QWidget):
         self.mark.setText(SHAPES[mark])
         said = f"{self._label.text}: {mark.value}; kept is {self._text(kept)}"
         self.mark.setAccessibleName(said)
-        self.mark.setToolTip("" if mark is Mark.KEPT else said)
+        set_tip(self.mark, "" if mark is Mark.KEPT else said)
         self.reset.setEnabled(proposed != self._editor.start[name])
 
     def show_range(self, stable: tuple[float, float] | None, fresh: bool) -> None:
@@ -612,11 +611,11 @@ class GainRow(QWidget):
         for part, kind in ((self.slider, "slider"), (self.field, "value")):
             part.setAccessibleName(f"{words} {kind}, {limits}")
             part.setAccessibleDescription("; ".join(lines))
-            part.setToolTip("\n".join(lines))
-        self._name.setToolTip("\n".join(lines))
+            set_tip(part, "\n".join(lines))
+        set_tip(self._name, "\n".join(lines))
         start = self._text(self._editor.start[row.name])
         self.reset.setAccessibleName(f"Reset {words} to {start}")
-        self.reset.setToolTip(f"Back to {start}, as the flight began")
+        set_tip(self.reset, f"Back to {start}, as the flight began")
 
     def resizeEvent(self, event: QResizeEvent | None) -> None:
         """Show the parameter's own name if there is room for it."""

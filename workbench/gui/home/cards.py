@@ -11,6 +11,7 @@ from PyQt6.QtCore import QPointF, QRectF, Qt
 from PyQt6.QtGui import QBrush, QFontMetricsF, QPainter, QPen, QResizeEvent
 from PyQt6.QtWidgets import QWidget
 
+from workbench.common.plain_text import plain_name
 from workbench.control.mode import FlightMode, Reason
 from workbench.gui.help import explain
 from workbench.gui.home.sensor_state import Health, SensorState
@@ -439,7 +440,7 @@ class ClockCard(Card):
         """Show the state of the flight."""
         match view.phase:
             case Phase.STARTING:
-                self._show_state(view.said or "starting", Sign.OFF)
+                self._show_state(plain_name(view.said) or "starting", Sign.OFF)
             case Phase.PAUSED:
                 self._show_state("paused", Sign.WARNING)
             case Phase.BROKEN:

@@ -33,6 +33,7 @@ from workbench.gui.instruments.map_frame import (
     round_reach,
 )
 from workbench.gui.instruments.readout import Line
+from workbench.gui.labels import set_tip
 from workbench.gui.layout import tool_button
 from workbench.gui.signals import Signals
 from workbench.gui.theme import Look
@@ -523,7 +524,7 @@ class GpsCard(Card):
         """Enable the button while a waypoint can be flown."""
         tip = barred or GO_TO
         if self.go_to.toolTip() != tip:
-            self.go_to.setToolTip(tip)
+            set_tip(self.go_to, tip)
             self.go_to.setEnabled(not barred)
             if barred:
                 self.go_to.setChecked(False)

@@ -10,6 +10,7 @@ from PyQt6.QtCore import QRectF, Qt
 from PyQt6.QtGui import QColor, QFont, QPainter, QPaintEvent, QPixmap, QResizeEvent
 from PyQt6.QtWidgets import QWidget
 
+from workbench.common.plain_text import plain_name, plain_text
 from workbench.gui.icons import paint_picture
 from workbench.gui.theme import Look
 
@@ -159,6 +160,7 @@ class Hint(Instrument):
 
     def say(self, word: str, sentence: str) -> None:
         """Show a word with the symbol of off, and a remedy."""
+        word, sentence = plain_name(word), plain_text(sentence)
         if (word, sentence) != (self.word, self.sentence):
             self.word, self.sentence = word, sentence
             self.renew()

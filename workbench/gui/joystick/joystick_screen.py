@@ -8,7 +8,6 @@ from PyQt6.QtCore import QEvent, QPointF, QRectF, QSignalBlocker, QSize, Qt, pyq
 from PyQt6.QtGui import QHideEvent, QMouseEvent, QPainter, QPaintEvent, QPen, QPolygonF, QShowEvent
 from PyQt6.QtWidgets import (
     QFrame,
-    QLabel,
     QSizePolicy,
     QSlider,
     QWidget,
@@ -34,6 +33,7 @@ from workbench.gui.joystick.piloting import (
     heading_velocity,
     within_circle,
 )
+from workbench.gui.labels import Label, set_tip
 from workbench.gui.layout import (
     NO_MARGINS,
     Pair,
@@ -320,7 +320,7 @@ class HandlingPanel(QWidget):
         self._preferences = preferences
         self.curve = CurveView(look, self)
         self.sliders: dict[str, QSlider] = {}
-        self._values: dict[str, QLabel] = {}
+        self._values: dict[str, Label] = {}
         rows = map(self._make_row, HANDLING)
         fields = grid(*rows, spacing=(12, 2), stretches=(0, 1))
         fields.setRowStretch(len(HANDLING) + 1, 1)
@@ -338,7 +338,7 @@ class HandlingPanel(QWidget):
         slider = QSlider(Qt.Orientation.Horizontal, self)
         slider.setRange(0, SLIDER_STEPS)
         slider.setPageStep(SLIDER_STEPS // 10)
-        slider.setToolTip(row.help)
+        set_tip(slider, row.help)
         low, high = self._text(name, row.minimum), self._text(name, row.maximum)
         slider.setAccessibleName(f"{row.label}, {low} to {high}")
         value = label()
@@ -348,7 +348,7 @@ class HandlingPanel(QWidget):
         self._follow(name)
         slider.valueChanged.connect(lambda place: self._move(name, place))
         before = buddy(row.label, slider, kind="")
-        before.setToolTip(row.help)
+        set_tip(before, row.help)
         return before, slider, value
 
     def _move(self, name: str, place: int) -> None:
@@ -669,7 +669,7 @@ class StateBar(QFrame):
         self.give_back.setVisible(has_server and is_operator(control))
 
 
-def _show(label: QLabel, text: str) -> None:
+def _show(label: Label, text: str) -> None:
     """Show a text if it has changed: setting a label always triggers a new layout."""
     if label.text() != text:
         label.setText(text)

@@ -6,15 +6,16 @@ from PyQt6.QtWidgets import (
     QCheckBox,
     QDialog,
     QDialogButtonBox,
-    QLabel,
     QSpinBox,
     QWidget,
 )
 
+from workbench.common.plain_text import plain_name
 from workbench.gui.instruments.instrument import Instrument
 from workbench.gui.joystick.game_pad import PadReading
 from workbench.gui.joystick.pad_mapping import AXES, FUNCTIONS, Ends, PadMapping, name_axis
 from workbench.gui.joystick.pilot import Pilot
+from workbench.gui.labels import Label
 from workbench.gui.layout import button, choice, grid, hbox, label, named, vbox
 from workbench.gui.theme import Look
 
@@ -73,7 +74,7 @@ class AxisRow:
         self.raw = AxisBar(look, f"{function}: what the pad says", parent)
         self.shaped = AxisBar(look, f"{function}: the command", parent)
         self.widgets: tuple[QWidget, ...] = (
-            QLabel(function, parent),
+            Label(function, parent),
             self.axis,
             self.inverted,
             self.dead_band,
@@ -159,7 +160,7 @@ class PadDialog(QDialog):
         with QSignalBlocker(self.pads):
             self.pads.clear()
             for number, name in pads:
-                self.pads.addItem(name, number)
+                self.pads.addItem(plain_name(name), number)
             at = self.pads.findData(self._pilot.pads.flying if chosen is None else chosen)
             self.pads.setCurrentIndex(max(at, 0))
         self._choose()

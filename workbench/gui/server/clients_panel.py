@@ -14,8 +14,10 @@ from PyQt6.QtWidgets import (
     QWidget,
 )
 
+from workbench.common.plain_text import plain_name
 from workbench.gui.flight_model import FlightModel
-from workbench.gui.layout import NO_MARGINS, ElidedLabel, buddy, button, fill, hbox, named, vbox
+from workbench.gui.labels import ElidedLabel, set_tip
+from workbench.gui.layout import NO_MARGINS, buddy, button, fill, hbox, named, vbox
 from workbench.link.authority import NOBODY_YET
 from workbench.link.backplane import ClientStatus
 from workbench.link.messages import ControlState, Hand, Role, Stage
@@ -47,7 +49,7 @@ class ClientsTable(QTableWidget):
         super().__init__(0, len(COLUMNS))
         for column, (name, help) in enumerate(COLUMNS):
             heading = QTableWidgetItem(name)
-            heading.setToolTip(help)
+            set_tip(heading, help)
             heading.setTextAlignment(_side(column))
             self.setHorizontalHeaderItem(column, heading)
 
@@ -93,11 +95,11 @@ class ClientsTable(QTableWidget):
         self._update(row, texts)
 
     def _update(self, row: int, texts: Sequence[str]) -> None:
-        for column, text in enumerate(texts):
+        for column, text in enumerate(map(plain_name, texts)):
             item = self.item(row, column)
             if item is not None and item.text() != text:
                 item.setText(text)
-                item.setToolTip(text)
+                set_tip(item, text)
                 spoken = f"{COLUMNS[column][0]}: {text}"
                 item.setData(Qt.ItemDataRole.AccessibleTextRole, spoken)
 

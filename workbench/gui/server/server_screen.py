@@ -15,7 +15,6 @@ from PyQt6.QtWidgets import (
     QCheckBox,
     QFrame,
     QGridLayout,
-    QLabel,
     QLineEdit,
     QPlainTextEdit,
     QPushButton,
@@ -23,13 +22,14 @@ from PyQt6.QtWidgets import (
 )
 
 from workbench.common.errors import WorkbenchError
+from workbench.common.plain_text import LONGEST_TEXT, plain_name
 from workbench.gui.errands import single_shot
 from workbench.gui.file_dialogs import clipboard, open_file, save_file
 from workbench.gui.flight_model import FlightModel
 from workbench.gui.help import explain, explained
+from workbench.gui.labels import ElidedLabel, Label, set_tip
 from workbench.gui.layout import (
     NO_MARGINS,
-    ElidedLabel,
     Pair,
     buddy,
     button,
@@ -130,7 +130,7 @@ class ConnectPanel(QWidget):
         self.address = ""
         self.texts: dict[str, QLineEdit] = {}
         self.copies: dict[str, QPushButton] = {}
-        self.code = QLabel()
+        self.code = Label()
         self.code.setFixedSize(CODE, CODE)
         self.code.setAlignment(Qt.AlignmentFlag.AlignCenter)
         self.hint = label(NOT_YET, "muted", wraps=True)
@@ -153,7 +153,7 @@ class ConnectPanel(QWidget):
         command = connect_line(self.address, config) if listening else ""
         for name, text in (("command", command), ("page", page)):
             self.texts[name].setText(text)
-            self.texts[name].setToolTip(text)
+            set_tip(self.texts[name], text)
             self.texts[name].setCursorPosition(0)
             self.copies[name].setEnabled(bool(text))
         self.code.setVisible(bool(page))
@@ -294,7 +294,7 @@ class ServerForm(QWidget):
         super().__init__()
         self._store = store
         self.lines: dict[str, QLineEdit] = {}
-        self._faults: dict[str, QLabel] = {}
+        self._faults: dict[str, Label] = {}
         self._buttons: list[QPushButton] = []
         self._grid = QGridLayout(self)
         self._grid.setContentsMargins(0, 0, 0, 0)
@@ -310,10 +310,10 @@ class ServerForm(QWidget):
             self.lines[name].setPlaceholderText("none")
         self._add_buttons()
         self.allow_commands = QCheckBox("&Allow commands", self)
-        self.allow_commands.setToolTip("Without it, everybody can only watch.")
+        set_tip(self.allow_commands, "Without it, everybody can only watch.")
         self.allow_commands.setAccessibleName("Allow commands: clients may fly")
         self.web = QCheckBox("Pa&ge for phones", self)
-        self.web.setToolTip("Serve a web page that shows the flight, and flies it, on a phone.")
+        set_tip(self.web, "Serve a web page that shows the flight, and flies it, on a phone.")
         self.web.setAccessibleName("Serve a page for phones and browsers")
         ticks = hbox(self.allow_commands, self.web, 1, spacing=16)
         self._grid.addLayout(ticks, self._grid.rowCount(), 1, 1, 2)
@@ -609,7 +609,7 @@ class RefusalsPanel(QWidget):
             more = f"… {fresh - len(server.log)} more, too many to list"
             self.list.appendPlainText(f"{clock}  {more}")
         for said in server.log[-fresh:] if fresh > 0 else ():
-            self.list.appendPlainText(f"{clock}  {said}")
+            self.list.appendPlainText(f"{clock}  {plain_name(said, LONGEST_TEXT)}")
         said = say_counts(server.refusals)
         if said != self.counts.text():
             self.counts.setText(said)

@@ -15,18 +15,19 @@ from PyQt6.QtWidgets import (
     QCheckBox,
     QComboBox,
     QFrame,
-    QLabel,
     QLineEdit,
     QSizePolicy,
     QWidget,
 )
 
 from workbench.common.errors import WorkbenchError
+from workbench.common.plain_text import plain_text
 from workbench.common.resources import list_worlds
 from workbench.gui.errands import Answers
 from workbench.gui.file_dialogs import choose_folder
 from workbench.gui.first_flight import keep_setup, last_setup
 from workbench.gui.help import explain
+from workbench.gui.labels import Label
 from workbench.gui.layout import (
     NO_MARGINS,
     FlowLayout,
@@ -100,15 +101,16 @@ class Choices(QComboBox):
 
     def __init__(self, texts: Sequence[str], changed: Callable[[str], None]) -> None:
         super().__init__()
-        self.addItems(list(texts))
+        for text in texts:
+            self.addItem(plain_text(text), text)
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
-        self.textActivated.connect(changed)
+        self.activated.connect(lambda index: changed(str(self.itemData(index))))
 
     def show_value(self, text: str) -> None:
         """Show a text; if it is not among the choices, as a file's path, it is added."""
-        if self.findText(text) < 0:
-            self.addItem(text)
-        self.setCurrentText(text)
+        if self.findData(text) < 0:
+            self.addItem(plain_text(text), text)
+        self.setCurrentIndex(self.findData(text))
 
     def wheelEvent(self, event: QWheelEvent | None) -> None:
         """Ignore the wheel: the page may be scrolling."""
@@ -183,7 +185,7 @@ class Row(QWidget):
     def __init__(self, text: str, help: str, control: QWidget) -> None:
         super().__init__()
         self._words = f"{text} {help}".lower()
-        self._mark = QLabel()
+        self._mark = Label()
         self.reset = named(button("Default"), f"{text}: restore the default")
         control.setMinimumWidth(190)
         said = label(help, "muted", wraps=True)
@@ -293,7 +295,7 @@ class FlightForm(QObject):
         """What each row shows."""
         kinds = tuple(kind for kind, box in self._boxes.items() if box.isChecked())
         seed = int(self._seed.si)
-        return self._world.currentText(), kinds, self._noise.isChecked(), seed, *self._rates()
+        return str(self._world.currentData()), kinds, self._noise.isChecked(), seed, *self._rates()
 
     def scenario(self) -> Scenario:
         """Return the present scenario with what is shown."""
@@ -554,7 +556,7 @@ class SettingsScreen(Screen):
         self._search.setPlaceholderText("Search settings")
         self._search.setClearButtonEnabled(True)
         self._search.textChanged.connect(self._find)
-        self._none = QLabel("No setting matches.")
+        self._none = Label("No setting matches.")
         self._none.hide()
         self._to_keep: Scenario | None = None
         self._vehicle: Vehicle | None = None

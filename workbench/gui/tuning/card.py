@@ -7,13 +7,14 @@ from PyQt6.QtWidgets import (
     QComboBox,
     QFrame,
     QGridLayout,
-    QLabel,
     QSizePolicy,
     QWidget,
 )
 
+from workbench.common.plain_text import plain_name
 from workbench.gui.help import explain
-from workbench.gui.layout import NO_MARGINS, ElidedLabel, buddy, grid, hbox, label, vbox
+from workbench.gui.labels import ElidedLabel, Label
+from workbench.gui.layout import NO_MARGINS, buddy, grid, hbox, label, vbox
 from workbench.gui.style import dressed, set_class
 
 SPACING = 6
@@ -61,7 +62,7 @@ class Sentence(ElidedLabel):
             self.setAccessibleName(text)
 
 
-def wrapped(tone: str = "muted") -> QLabel:
+def wrapped(tone: str = "muted") -> Label:
     """Return a label with wrapped text."""
     return label(kind=tone, wraps=True)
 
@@ -108,6 +109,6 @@ def offer(box: QComboBox, texts: Mapping[str, str], first: str | None = None) ->
     with QSignalBlocker(box):
         box.clear()
         for data, text in texts.items():
-            box.addItem(text, data)
+            box.addItem(plain_name(text), data)
         box.setCurrentIndex(max(0, box.findData(chosen if chosen in texts else first)))
     return True

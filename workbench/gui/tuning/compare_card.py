@@ -22,6 +22,7 @@ from workbench.gui.errands import single_shot
 from workbench.gui.file_dialogs import clipboard
 from workbench.gui.flight_control import FlightControl
 from workbench.gui.gains.gain_editor import SLOTS
+from workbench.gui.labels import menu_text, set_tip
 from workbench.gui.layout import choice, hbox, menu_button, scroll_area
 from workbench.gui.tuning.card import SPACING, Card, offer
 from workbench.gui.tuning.designs import FLOWN, KEPT, PROPOSED, Design, DesignAnswers, Designs
@@ -373,7 +374,7 @@ class CompareCard(Card):
             entries.append(Entry(label, value, colour, each.style, number, visible))
             lines.append("\n    ".join((each.name, *each.long)))
         self.legend.show_entries(entries)
-        self.legend.setToolTip("\n".join(lines))
+        set_tip(self.legend, "\n".join(lines))
         self.legend.setAccessibleDescription("; ".join(lines))
 
     def _drawn_entries(self) -> tuple[Entry, ...]:
@@ -495,10 +496,10 @@ class CompareCard(Card):
 
     def _fill_choose(self, menu: QMenu) -> None:
         for each in self._designs.all():
-            action = _action(menu, each.name, partial(self.choose_design, each))
+            action = _action(menu, menu_text(each.name), partial(self.choose_design, each))
             action.setCheckable(True)
             action.setChecked(self._is_chosen(each))
-            action.setToolTip("\n".join(each.long))
+            set_tip(action, "\n".join(each.long))
         for slot in SLOTS:
             if slot not in self._trial.gains.slots:
                 _action(menu, f"{slot}: empty", lambda _: None).setEnabled(False)
@@ -513,11 +514,11 @@ class CompareCard(Card):
         """Add actions for a design."""
         gains_of = self._designs.gains_of
         if design.name != FLOWN:
-            fly = _action(menu, f"Fly {design.name}", lambda _: self.fly(design))
+            fly = _action(menu, f"Fly {menu_text(design.name)}", lambda _: self.fly(design))
             same = not design.controller and gains_of(design.name) == gains_of(FLOWN)
             fly.setEnabled(not same)
         if design.name != KEPT and not design.controller:
-            keep = _action(menu, f"Keep {design.name}", lambda _: self.keep(design))
+            keep = _action(menu, f"Keep {menu_text(design.name)}", lambda _: self.keep(design))
             keep.setEnabled(gains_of(design.name) != gains_of(KEPT))
 
     def _add_copies(self, menu: QMenu) -> None:

@@ -15,6 +15,7 @@ from workbench.analysis.questions import (
     Step,
 )
 from workbench.analysis.replies import Judged, JudgedLoop, Predicted
+from workbench.common.plain_text import plain_name
 from workbench.control.controller import COMMON, LIMITS, SHIPPED
 from workbench.design.judge.gang_of_four import GangOfFour
 from workbench.gui.analysis import Analysis, Follower, key_of
@@ -59,7 +60,7 @@ KINDS: tuple[type[Question], ...] = (Judge, Predict, DrawFrequency, AskOther)
 
 def controller_label(name: str) -> str:
     """Return a controller's label: the name of a shipped one, or that of its file."""
-    return Path(name).stem if name.endswith(".py") else name
+    return plain_name(Path(name).stem if name.endswith(".py") else name)
 
 
 def gains_text(

@@ -9,13 +9,13 @@ from PyQt6.QtGui import QKeySequence, QShortcut
 from PyQt6.QtWidgets import (
     QCheckBox,
     QComboBox,
-    QLabel,
     QStackedWidget,
     QTabBar,
     QWidget,
 )
 
 from workbench.control.mode import FlightMode
+from workbench.gui.labels import Label, set_tip, tip_text
 from workbench.gui.layout import NO_MARGINS, buddy, button, choice, fill, grid
 from workbench.gui.number_field import NumberField
 from workbench.gui.style import set_class
@@ -78,7 +78,7 @@ class WindForm(QWidget):
         self.speed = NumberField("Wind", 1, 1.0)
         self.direction = NumberField("To, from east on to north", 0, 15.0)
         self.direction.set_range(Unit("°", 180.0 / math.pi), -TURN, TURN)
-        self.direction.setToolTip("Where the wind blows to: 0° is east, 90° is north")
+        set_tip(self.direction, "Where the wind blows to: 0° is east, 90° is north")
         self.turbulence = choice(
             "Turbulence", TURBULENCES, "Dryden's, by the wind speed at 20 ft that makes it"
         )
@@ -264,7 +264,7 @@ class ExcitationCard(Card):
         self._seen: tuple[object, ...] = ()
         self.tabs = QTabBar()
         for kind in KINDS:
-            self.tabs.setTabToolTip(self.tabs.addTab(kind.name), kind.help)
+            self.tabs.setTabToolTip(self.tabs.addTab(kind.name), tip_text(kind.help))
         self.tabs.setTabToolTip(self.tabs.addTab("Wind"), "Wind and turbulence that stay")
         self.tabs.setTabToolTip(self.tabs.addTab("Fault"), "A rotor or a sensor that fails")
         self.axis, self.shape = choice("Axis"), choice("Shape")
@@ -274,7 +274,7 @@ class ExcitationCard(Card):
         self.fault = FaultForm(workspace)
         self.pages = QStackedWidget()
         self.repeats = QCheckBox("&Repeat")
-        self.repeats.setToolTip("Repeat it until it is stopped")
+        set_tip(self.repeats, "Repeat it until it is stopped")
         self.button = button("Start", self.start_or_stop, "primary", f"Start or stop ({KEY})")
         self.take_off = button(
             "Take off", self._take_off, help="The drone must fly before it can be excited"
@@ -370,7 +370,7 @@ class ExcitationCard(Card):
     def _show_choice(self) -> None:
         choice, axis = self.choice, find_excited(self.choice.axis)
         self.axis.setCurrentIndex(choice.kind.find(choice.axis))
-        self.axis.setToolTip(axis.label)
+        set_tip(self.axis, axis.label)
         self.shape.setCurrentIndex(choice.kind.shapes.index(choice.shape))
         row = parameter_table().find(axis.limit)
         most = row.maximum
@@ -455,7 +455,7 @@ class ExcitationCard(Card):
         names = ("A&xis", "&Shape", "&Amplitude", "&Period")
         fields = [*zip(names, self._fields(), strict=True)]
         fields_beside(fields, WIDTHS, of=excitation, gap=GAP)
-        *_, self._time_label = excitation.findChildren(QLabel)  # of the period, the last one
+        *_, self._time_label = excitation.findChildren(Label)  # of the period, the last one
         fill(self.body, self.tabs, self.pages)
         order = (*self._fields(), self.repeats)
         for one, other in zip(order, (*order[1:], self.take_off), strict=True):

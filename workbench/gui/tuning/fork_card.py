@@ -15,6 +15,7 @@ from workbench.gui.charts.curve import CurveStyle
 from workbench.gui.charts.plots import StaticPlot
 from workbench.gui.flight_control import FlightControl
 from workbench.gui.gains.gain_rows import controller_gains
+from workbench.gui.labels import menu_text, set_tip, tip_text
 from workbench.gui.layout import button, fill, hbox
 from workbench.gui.number_field import NumberField
 from workbench.gui.tuning.card import Card, fields_beside, offer
@@ -90,7 +91,7 @@ class ForkCard(Card):
         self.duration.refused.connect(lambda _: self.refresh())
         self.with_step = QCheckBox("With a s&tep")
         self.with_step.setChecked(True)
-        self.with_step.setToolTip("The step of the excitation is commanded at once")
+        set_tip(self.with_step, "The step of the excitation is commanded at once")
         self.button = button("&Fork now", self.fork, "primary")
         self.plot = StaticPlot(workspace)
         self.plot.set_hint("Fork: both continue from this moment")
@@ -217,8 +218,8 @@ class ForkCard(Card):
                 continue
             for each in laws:
                 said = f"The controller {each} takes over, with its own gains"
-                box.setItemData(box.findData(each), said, Qt.ItemDataRole.ToolTipRole)
-            box.setToolTip(box.currentText())  # a narrow box truncates names
+                box.setItemData(box.findData(each), tip_text(said), Qt.ItemDataRole.ToolTipRole)
+            set_tip(box, box.currentText())  # a narrow box truncates names
 
     def _branch(self, chosen: str) -> Branch:
         """Return the selected branch."""
@@ -243,12 +244,12 @@ class ForkCard(Card):
         same = self.one.currentData() == self.other.currentData()
         can = bool(self._trial.flown) and not self.duration.fault and not same
         self.button.setEnabled(not self.is_busy and can)
-        self.button.setToolTip("Choose two different ones" if same else "")
+        set_tip(self.button, "Choose two different ones" if same else "")
         done = bool(self._forked) and not self.is_busy
         boxes = (self.one, self.other)
         names = [each.name for each in self._branches] if done else [b.currentText() for b in boxes]
-        self.keep_one.setText(f"K&eep {names[0]}")
-        self.keep_other.setText(f"&Keep {names[1]}")
+        self.keep_one.setText(f"K&eep {menu_text(names[0])}")
+        self.keep_other.setText(f"&Keep {menu_text(names[1])}")
         for each in (self.keep_one, self.keep_other):
             each.setEnabled(done)
 
@@ -260,8 +261,8 @@ class ForkCard(Card):
             ("S&how", self.quantity),
         )
         for box in (self.one, self.other, self.quantity):
-            box.currentTextChanged.connect(box.setToolTip)
-            box.setToolTip(box.currentText())
+            box.currentTextChanged.connect(partial(set_tip, box))
+            set_tip(box, box.currentText())
         self.body.addLayout(fields_beside(fields))
         self.head.addWidget(self.with_step)
         line = hbox(1, self.keep_one, self.keep_other, self.button)

@@ -17,6 +17,7 @@ from workbench.design.judge.measured_loop import measured_loop
 from workbench.gui.analysis import Analysis, Follower
 from workbench.gui.charts.legend import Entry, Legend
 from workbench.gui.charts.ticks import number_text
+from workbench.gui.labels import set_tip
 from workbench.gui.layout import button, choice, column, fill, hbox, scrolled
 from workbench.gui.tuning.card import SPACING, Card, Sentence, offer
 from workbench.gui.tuning.designs import FLOWN, KEPT, PROPOSED
@@ -439,7 +440,7 @@ class FrequencyCard(Card):
         name = self._view
         for index, page in enumerate(self._pages):
             page.setVisible(index == self.views.currentIndex())
-            page.setToolTip(HELP[name])
+            set_tip(page, HELP[name])
         of_a_loop = (self.loops, self.cuts, self.legend, self.reading, self.shaping)
         for part in (*of_a_loop, self.measuring.button):
             part.setVisible(name != "Phase")

@@ -9,6 +9,7 @@ from PyQt6.QtWidgets import QWidget
 
 from workbench.common.errors import WorkbenchError, find_row
 from workbench.gui.charts.ticks import number_text
+from workbench.gui.labels import set_tip
 from workbench.gui.layout import NO_MARGINS, buddy, grid, named, tool_button
 from workbench.gui.number_field import NumberField
 from workbench.gui.units import Unit
@@ -229,7 +230,7 @@ class LimitsForm(QWidget):
             field.setProperty("class", "bare")
             field.setStyleSheet(BARE)
             label = buddy(f"{row.short.capitalize()} {row.sign}", field)
-            label.setToolTip(f"{row.label}: {row.help}")
+            set_tip(label, f"{row.label}: {row.help}")
             parts += [label, field]
             self.fields[row.name] = field
         lines = (parts[at : at + 2 * columns] for at in range(0, len(parts), 2 * columns))

@@ -4,7 +4,7 @@ import math
 
 from PyQt6.QtCore import QObject, QSize, Qt, pyqtSignal
 from PyQt6.QtGui import QKeyEvent
-from PyQt6.QtWidgets import QLabel, QWidget
+from PyQt6.QtWidgets import QWidget
 
 from workbench.analysis.questions import ShapeLoop
 from workbench.analysis.replies import JudgedLoop, LoopShaped
@@ -13,6 +13,7 @@ from workbench.design.judge.margins import Robustness
 from workbench.gui.analysis import Follower
 from workbench.gui.errands import single_shot
 from workbench.gui.gains.gain_row import GainScale, GainSlider
+from workbench.gui.labels import Label, set_tip
 from workbench.gui.layout import NO_MARGINS, choice, grid
 from workbench.gui.style import dressed
 from workbench.gui.theme import Look
@@ -71,15 +72,15 @@ class ShapeSlider(QObject):
 
     def __init__(self, row: Parameter, label: str, unit: Unit, help: str, look: Look) -> None:
         super().__init__()
-        self._unit, self.decimals = unit, 1
+        self._unit, self._help, self.decimals = unit, help, 1
         self.value = row.default
-        self.name = QLabel(label)
+        self.name = Label(label)
         self.slider = GainSlider(GainScale(row, unit), look)
         self.name.setBuddy(self.slider)
-        self.number = dressed(QLabel(), "number")
+        self.number = dressed(Label(), "number")
         self.number.setMinimumSize(self._widest())
         for part in (self.slider, self.name, self.number):
-            part.setToolTip(help)
+            set_tip(part, help)
         self.slider.setAccessibleName(label.replace("&", ""))
         self.show_value(row.default)
 
@@ -88,7 +89,7 @@ class ShapeSlider(QObject):
         if math.isfinite(value):
             self.value = value
             self.slider.show_value(value, value)
-        self.slider.setToolTip(self.name.toolTip())
+        set_tip(self.slider, self._help)
         text = self._unit.text(value, 0 if self._unit is DEGREES else 2)
         self.number.setText(text)
         self.slider.setAccessibleDescription(text)

@@ -19,6 +19,7 @@ from workbench.analysis.replies import Mapped
 from workbench.gui.analysis import Follower
 from workbench.gui.charts.ticks import round_step
 from workbench.gui.errands import single_shot
+from workbench.gui.labels import tip_text
 from workbench.gui.layout import fill
 from workbench.gui.theme import Look
 from workbench.gui.tuning.card import Card, Sentence, fields_beside, offer
@@ -345,7 +346,8 @@ class MapCard(Card):
             box.clear()
             for name in self._trial.names:
                 box.addItem(self._trial.gains.words(name), name)
-                box.setItemData(box.count() - 1, self._trial.gains.table.find(name).help, 3)
+                help = self._trial.gains.table.find(name).help
+                box.setItemData(box.count() - 1, tip_text(help), Qt.ItemDataRole.ToolTipRole)
         self._axis = ""
         self._follow()
 

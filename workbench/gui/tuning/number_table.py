@@ -21,6 +21,7 @@ from PyQt6.QtGui import (
 from PyQt6.QtWidgets import QSizePolicy, QToolTip, QWidget
 
 from workbench.gui.icons import paint_picture
+from workbench.gui.labels import tip_text
 from workbench.gui.theme import Look
 
 BEST = "best"
@@ -418,7 +419,8 @@ class NumberTable(QWidget):
     def event(self, event: QEvent | None) -> bool:
         """Show a tool tip for the number under the pointer."""
         if isinstance(event, QHelpEvent) and event.type() == QEvent.Type.ToolTip:
-            QToolTip.showText(event.globalPos(), self.help_at(event.pos().x(), event.pos().y()))
+            said = self.help_at(event.pos().x(), event.pos().y())
+            QToolTip.showText(event.globalPos(), tip_text(said))
             return True
         return super().event(event)
 

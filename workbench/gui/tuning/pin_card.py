@@ -11,6 +11,7 @@ from PyQt6.QtWidgets import (
 
 from workbench.analysis.questions import Pin, Question
 from workbench.gui.file_dialogs import choose_folder, clipboard
+from workbench.gui.labels import set_tip
 from workbench.gui.layout import buddy, button, fill, grid, hbox, named, tool_button
 from workbench.gui.style import set_class
 from workbench.gui.tuning.card import SPACING, Card, Sentence, wrapped
@@ -132,7 +133,7 @@ class PinCard(Card):
         if pinned is not None:
             spec, baseline, said = pinned
             self.paths.say(f"{spec.name} and {baseline.name} in {spec.parent}")
-            self.paths.setToolTip(f"{said}\n{spec}\n{baseline}")
+            set_tip(self.paths, f"{said}\n{spec}\n{baseline}")
             self.command.setText(regress_command(spec))
             self.command.setCursorPosition(0)
 

@@ -18,6 +18,7 @@ from workbench.analysis.questions import MovePole
 from workbench.analysis.replies import PoleMoved
 from workbench.gui.analysis import Follower
 from workbench.gui.charts.ticks import round_step
+from workbench.gui.labels import set_tip
 from workbench.gui.layout import choice, fill
 from workbench.gui.theme import Look
 from workbench.gui.tuning.card import Card, Sentence, offer
@@ -432,10 +433,11 @@ class PolesCard(Card):
         self._judgement = judgement
         self.plane = PolePlane(workspace.look)
         self.plane.set_movable(True)
-        self.plane.setToolTip(
+        set_tip(
+            self.plane,
             "Drag a proposed pole, or press Shift and an arrow key: the gains of the chosen loop "
             "follow, as far as they can move it. What holds it is said below: a gain's limit, "
-            "rotor lag, delays, filters"
+            "rotor lag, delays, filters",
         )
         self.loops = choice(
             "Loop whose gains move a pole",

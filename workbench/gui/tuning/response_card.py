@@ -19,6 +19,7 @@ from workbench.design.response_metrics import load_metrics, step_metrics
 from workbench.gui.charts.curve import COMMAND, CurveStyle
 from workbench.gui.charts.plots import StaticPlot
 from workbench.gui.icons import paint_picture
+from workbench.gui.labels import set_tip
 from workbench.gui.layout import fill
 from workbench.gui.signals import Signals
 from workbench.gui.theme import Look
@@ -817,7 +818,7 @@ class ResponseCard(Card):
             withheld = ghost.numbers.withheld if ghost.numbers is not None else ""
             lines = (name, *self._designs.gains_list(ghost.round.gains), withheld)
             said.append("\n    ".join(filter(None, lines)))
-        self.plot.legend.setToolTip("\n".join(said))
+        set_tip(self.plot.legend, "\n".join(said))
 
     @property
     def _fitting(self) -> Predicted | None:

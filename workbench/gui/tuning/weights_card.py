@@ -10,6 +10,7 @@ from PyQt6.QtWidgets import QComboBox, QSizePolicy, QWidget
 from workbench.analysis.questions import Weigh
 from workbench.gui.analysis import Follower
 from workbench.gui.errands import single_shot
+from workbench.gui.labels import set_tip
 from workbench.gui.layout import buddy, fill, hbox
 from workbench.gui.theme import Look
 from workbench.gui.tuning.card import Card, offer, wrapped
@@ -73,7 +74,7 @@ class WeightBars(QWidget):
         """Show the effects of gains on a number."""
         self._slopes, self._limit = strongest(slopes), limit
         self.setAccessibleDescription("; ".join(self.texts))
-        self.setToolTip("\n".join(self.texts))
+        set_tip(self, "\n".join(self.texts))
         self.update()
 
     def sizeHint(self) -> QSize:

@@ -11,6 +11,7 @@ from workbench.gui.charts.curve import COMMAND, CurveStyle
 from workbench.gui.charts.plots import StaticPlot
 from workbench.gui.errands import single_shot
 from workbench.gui.file_dialogs import LOG_FILES, open_file
+from workbench.gui.labels import set_tip
 from workbench.gui.layout import button, fill
 from workbench.gui.preferences import log_folder
 from workbench.gui.tuning.card import Card, Sentence, fields_beside, offer
@@ -135,7 +136,7 @@ class WhatIfCard(Card):
         self.plot.set_axes("time of the log", name, unit)
         answer = self._answer
         self.numbers.say("" if answer is None else _numbers(answer, index))
-        self.numbers.setToolTip(f"{self.numbers.text()}\n{NUMBERS}")
+        set_tip(self.numbers, f"{self.numbers.text()}\n{NUMBERS}")
         if answer is not None:
             time = answer.time
             if index < POSITIONS:

@@ -28,7 +28,6 @@ from PyQt6.QtGui import (
     QWheelEvent,
 )
 from PyQt6.QtWidgets import (
-    QLabel,
     QSizePolicy,
     QStackedLayout,
     QToolButton,
@@ -38,6 +37,7 @@ from PyQt6.QtWidgets import (
 from workbench.common.errors import WorkbenchError
 from workbench.common.system_libraries import remedy
 from workbench.gui.cloud_rays import CloudRays, find_rays, newest_points
+from workbench.gui.labels import Label
 from workbench.gui.layout import NO_MARGINS, FlowLayout, button, label, menu_button, named, vbox
 from workbench.gui.poses import Viewpoint, rotation_of
 from workbench.gui.style import dressed
@@ -766,7 +766,7 @@ class View3d(QWidget):
         return self._missing or FAULTS.get(self._fault, LOADING)
 
     def _lay_out(self) -> None:
-        self._words, self._address = label(kind="muted", wraps=True), QLabel()
+        self._words, self._address = label(kind="muted", wraps=True), Label()
         for line in (self._words, self._address):
             line.setAlignment(Qt.AlignmentFlag.AlignCenter)
             line.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)

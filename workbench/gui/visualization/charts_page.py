@@ -12,7 +12,6 @@ from PyQt6.QtWidgets import (
     QDialogButtonBox,
     QFileDialog,
     QFormLayout,
-    QLabel,
     QLayout,
     QLineEdit,
     QMenu,
@@ -21,9 +20,11 @@ from PyQt6.QtWidgets import (
 )
 
 from workbench.common.errors import WorkbenchError
+from workbench.common.plain_text import plain_name
 from workbench.gui.charts.ticks import number_text
 from workbench.gui.errands import Answers
 from workbench.gui.file_dialogs import open_file, show_file_dialog
+from workbench.gui.labels import LONGEST_PATH, Label, menu_text
 from workbench.gui.layout import (
     NO_MARGINS,
     FlowLayout,
@@ -100,7 +101,7 @@ class SignalDialog(QDialog):
         self.expression.setPlaceholderText("sqrt(v_x**2 + v_y**2)")
         self.unit = QLineEdit(signal.unit if signal.name else "")
         self.unit.setPlaceholderText("m/s")
-        self.said = QLabel()
+        self.said = Label()
         self.said.setWordWrap(True)
         form = QFormLayout(self)
         form.setSizeConstraint(QLayout.SizeConstraint.SetFixedSize)  # as high as the message
@@ -110,12 +111,12 @@ class SignalDialog(QDialog):
             ("&Unit, in SI", self.unit),
         ):
             field.textChanged.connect(self._look)
-            form.addRow(label, field)
+            form.addRow(buddy(label, field, kind=""), field)
         known = ", ".join(
             f"{name} ({each.help})" if each.help.count(" ") > 2 else name
             for name, each in FUNCTIONS.items()
         )
-        help = QLabel(f"Signals by their names, + - * / // % **, comparisons, pi, {known}.")
+        help = Label(f"Signals by their names, + - * / // % **, comparisons, pi, {known}.")
         help.setWordWrap(True)
         help.setFixedWidth(DIALOG_WIDTH)
         self.said.setFixedWidth(DIALOG_WIDTH)
@@ -176,7 +177,7 @@ class ChartsPage(QWidget):
         self.tree = SignalTree()
         self.overlays = OverlayBar()
         self.limits = QWidget()
-        self._limits_of, self.marks = QLabel(), QLabel()
+        self._limits_of, self.marks = Label(), Label()
         self.no_limits = named(
             button("Remove", lambda: self.show_limits(None)), "Remove the limits of the spec"
         )
@@ -243,7 +244,7 @@ class ChartsPage(QWidget):
         self.board.show_limits(limits)
         self.limits.setVisible(limits is not None)
         if limits is not None:
-            self._limits_of.setText(f"limits of  {limits.path.name}")
+            self._limits_of.setText(f"limits of  {plain_name(limits.path.name)}")
 
     def open_layout(self, path: Path) -> None:
         """Read a layout file and show it; errors become notices."""
@@ -369,7 +370,7 @@ class ChartsPage(QWidget):
         paths = [path for kind, path in self._recent.files() if kind is FileKind.LAYOUT]
         self._recent_menu.setEnabled(bool(paths))
         for path in paths:
-            action = self._recent_menu.addAction(path.replace("&", "&&"))
+            action = self._recent_menu.addAction(menu_text(path, LONGEST_PATH))
             if action is not None:
                 action.triggered.connect(partial(self.open_layout, Path(path)))
 

@@ -4,13 +4,15 @@ import contextlib
 import math
 import re
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Container
+from itertools import chain, count
 from multiprocessing.connection import Connection
 from pathlib import Path
 
 import numpy as np
 
 from workbench.common.errors import WorkbenchError
+from workbench.common.plain_text import plain_name
 from workbench.gui.visualization.log_messages import (
     CaseLimits,
     LogContents,
@@ -28,6 +30,8 @@ _UNWANTED = re.compile(
 
 SPECS = (".yaml", ".yml")
 """Endings of spec files; all other files are logs."""
+LONGEST_SERIES = 200
+"""Largest number of characters in the name of a series."""
 READING = 0.7
 """Share of the time for reading; the rest is for decoding."""
 STEP = 0.01
@@ -54,6 +58,20 @@ def live_name(name: str) -> str | None:
         if found:
             return wanted.format(places[found.group(1)])
     return name
+
+
+def short_name(name: str, taken: Container[str]) -> str:
+    """Return the name of a series for the window, which searches all names many times.
+
+    Args:
+        name: the name in the log.
+        taken: names of other series.
+    """
+    if len(name) <= LONGEST_SERIES:
+        return name
+    short = plain_name(name, LONGEST_SERIES)
+    others = (f"{short} {number}" for number in count(2))
+    return next(each for each in chain([short], others) if each not in taken)
 
 
 def si_unit(unit: str) -> tuple[str, float]:
@@ -83,6 +101,7 @@ def contents_of(path: Path, progress: Callable[[float], None]) -> LogContents:
             name = live_name(series.name)
             if name is None or series.values.dtype.kind not in "fiub":
                 continue
+            name = short_name(name, units)
             unit, factor = si_unit(series.unit)
             flown = np.asarray(series.values, dtype=float)
             units[name], values[name] = unit, flown * factor if factor != 1.0 else flown

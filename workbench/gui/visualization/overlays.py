@@ -4,9 +4,11 @@ from collections.abc import Sequence
 
 import numpy as np
 from PyQt6.QtCore import pyqtSignal
-from PyQt6.QtWidgets import QLabel, QWidget
+from PyQt6.QtWidgets import QWidget
 
 from workbench.common.errors import WorkbenchError
+from workbench.common.plain_text import plain_name
+from workbench.gui.labels import Label
 from workbench.gui.layout import NO_MARGINS, buddy, button, hbox, named, vbox
 from workbench.gui.number_field import NumberField
 from workbench.gui.units import Unit
@@ -129,7 +131,7 @@ class OverlayBar(QWidget):
         )
         remove = button("Remove", lambda: self._remove(overlay))
         hbox(
-            QLabel(f"overlay  {overlay.name}"),
+            Label(f"overlay  {plain_name(overlay.name)}"),
             buddy("shifted by", shift, kind=""),
             shift,
             align,

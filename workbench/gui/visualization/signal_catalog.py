@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Mapping
 
+from workbench.common.plain_text import plain_name
 from workbench.gui.visualization.derived_signals import DERIVED
 from workbench.link.topics import PREFIX, Topic
 
@@ -57,11 +58,13 @@ def signal_label(name: str) -> str:
     topic, _, field = name.partition(".")
     of, _, index = field.rpartition(".")
     if not index.isdecimal() or not of:
-        return field
+        return plain_name(field)
     if topic == _ROTORS:
         return f"{of} rotor {int(index) + 1}"
     components = VECTORS.get(f"{topic}.{of}", "")
-    return f"{of} {components[int(index)]}" if int(index) < len(components) else field
+    if int(index) < len(components):
+        return f"{of} {components[int(index)]}"
+    return plain_name(field)
 
 
 Catalog = dict[str, list[tuple[str, str, str]]]
@@ -86,7 +89,7 @@ def make_catalog(units: Mapping[str, str], topics: Iterable[Topic]) -> Catalog:
 
 def topic_title(topic: str) -> str:
     """Return the name of a topic in words."""
-    return TITLES.get(topic, topic.replace("_", " ").capitalize())
+    return TITLES.get(topic, plain_name(topic.replace("_", " ").capitalize()))
 
 
 def _rank(topic: str) -> tuple[int, str]:

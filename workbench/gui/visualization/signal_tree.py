@@ -6,13 +6,15 @@ from PyQt6.QtCore import QMimeData, QModelIndex, QPoint, QSortFilterProxyModel, 
 from PyQt6.QtGui import QKeyEvent, QStandardItem, QStandardItemModel
 from PyQt6.QtWidgets import QHeaderView, QLineEdit, QMenu, QTreeView, QWidget
 
+from workbench.common.plain_text import plain_name, plain_text
+from workbench.gui.labels import set_tip
 from workbench.gui.layout import NO_MARGINS, buddy, label, named, vbox
 from workbench.gui.visualization.derived_signals import OWN_TOPIC
 from workbench.gui.visualization.signal_catalog import Catalog, signal_label, topic_title
 
 MIME = "application/x-workbench-signal"
 """MIME type of dragged data: names of signals, one per line."""
-NAME = Qt.ItemDataRole.UserRole.value + 1
+NAME, SEARCHED = (Qt.ItemDataRole.UserRole.value + number for number in (1, 2))
 
 
 class SignalModel(QStandardItemModel):
@@ -35,21 +37,22 @@ class SignalModel(QStandardItemModel):
         self.setHorizontalHeaderLabels(["Signal", "Unit"])
         for topic, signals in groups.items():
             top = QStandardItem(topic_title(topic))
-            top.setToolTip(topic)
+            set_tip(top, topic)
             top.setFlags(Qt.ItemFlag.ItemIsEnabled | Qt.ItemFlag.ItemIsSelectable)
             empty = QStandardItem("")
             empty.setFlags(Qt.ItemFlag.ItemIsEnabled)
             for name, unit, help in signals:
-                own, label = name.partition(".")[2], signal_label(name)
+                own, label = plain_name(name.partition(".")[2]), signal_label(name)
                 row = [QStandardItem(label if label == own else f"{label} ({own})")]
-                row.append(QStandardItem(unit))
-                tip = f"{name} [{unit or '1'}], {label}"
+                row.append(QStandardItem(plain_name(unit)))
+                tip = f"{name} [{unit or '1'}], {label}" + (f": {help}" if help else "")
                 for item in row:
                     item.setData(name, NAME)
-                    item.setToolTip(f"{tip}: {help}" if help else tip)
+                    item.setData(plain_text(tip), SEARCHED)
+                    set_tip(item, tip)
                     item.setEditable(False)
                     item.setDropEnabled(False)
-                row[0].setAccessibleText(f"{name}, unit {unit or 'none'}")
+                row[0].setAccessibleText(f"{plain_name(name)}, unit {plain_name(unit) or 'none'}")
                 top.appendRow(row)
             self.appendRow([top, empty])
 
@@ -133,7 +136,8 @@ class SignalTree(QWidget):
 
     def set_target(self, title: str) -> None:
         """Show the chart to which signals are added."""
-        self.target.setText(f"Enter, or a double click, adds to “{title}”. Or drag onto a chart.")
+        shown = plain_name(title)
+        self.target.setText(f"Enter, or a double click, adds to “{shown}”. Or drag onto a chart.")
 
     def names(self) -> list[str]:
         """Return the names that match the search."""
@@ -146,7 +150,7 @@ class SignalTree(QWidget):
 
     def _filter(self, text: str) -> None:
         """Show signals with all words, in any order, in their name, topic or unit."""
-        self._proxy.setFilterRole(Qt.ItemDataRole.ToolTipRole)
+        self._proxy.setFilterRole(SEARCHED)
         words = "".join(f"(?=.*{_escaped(word)})" for word in text.split())
         self._proxy.setFilterRegularExpression(f"(?i)^{words}" if words else "")
         if text:

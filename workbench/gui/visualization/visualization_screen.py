@@ -14,7 +14,6 @@ from PyQt6.QtWidgets import (
     QAbstractItemView,
     QFrame,
     QHeaderView,
-    QLabel,
     QLineEdit,
     QMenu,
     QProgressBar,
@@ -28,9 +27,11 @@ from PyQt6.QtWidgets import (
 )
 
 from workbench.common.errors import WorkbenchError
+from workbench.common.plain_text import plain_name
 from workbench.gui.charts.ticks import number_text
 from workbench.gui.file_dialogs import LOG_FILES, open_file
 from workbench.gui.help import explain
+from workbench.gui.labels import Label, set_tip, tip_text
 from workbench.gui.layout import NO_MARGINS, buddy, button, choice, hbox, label, named, vbox
 from workbench.gui.poses import (
     frame_pairs,
@@ -83,7 +84,7 @@ class FramesPage(QWidget):
             head.setSectionResizeMode(QHeaderView.ResizeMode.Stretch)
             head.setSectionResizeMode(0, QHeaderView.ResizeMode.ResizeToContents)
             head.setDefaultAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
-        self.hint = QLabel("No flight has sent its frames yet.")
+        self.hint = Label("No flight has sent its frames yet.")
         name = buddy("Find fra&me", self.search, kind="")
         parts = (name, self.search, self.hint, (self.tree, 1))
         vbox(*parts, of=self, margins=(0, 8, 0, 0), spacing=6)
@@ -101,8 +102,8 @@ class FramesPage(QWidget):
         root = self.tree.invisibleRootItem()
         for parent, child in self._pairs:
             if parent not in self._items and root is not None:
-                self._items[parent] = QTreeWidgetItem(root, [parent])
-            self._items[child] = QTreeWidgetItem(self._items[parent], [child])
+                self._items[parent] = QTreeWidgetItem(root, [plain_name(parent)])
+            self._items[child] = QTreeWidgetItem(self._items[parent], [plain_name(child)])
         for item in self._items.values():
             for column in range(1, len(HEADS)):
                 side = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
@@ -156,7 +157,7 @@ class FramesPage(QWidget):
         if head is not None:
             head.setTextAlignment(0, Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
             for column, name in enumerate(HEADS[1:7], 1):
-                head.setToolTip(column, f"{name} in the parent frame")
+                head.setToolTip(column, tip_text(f"{name} in the parent frame"))
 
     def _filter(self, text: str) -> None:
         """Hide frames without the text in their own name or in one below them."""
@@ -177,6 +178,8 @@ STEP = 0.1
 """Time of a single step [s]."""
 PERIOD = 16
 """Period between pictures while it plays [ms]."""
+LONGEST_EVENT = 300
+"""Largest number of characters of an event in the table; its tool tip has the rest."""
 SPEC_FILES = "Specs (*.yaml *.yml)"
 PARTS = 100
 """Number of the slider's steps per second."""
@@ -278,7 +281,7 @@ class LogBar(QFrame):
         self.speed = choice("Seconds of the log in a second", speeds)
         self.speed.setCurrentIndex(SPEEDS.index(1.0))
         self.slider = named(QSlider(Qt.Orientation.Horizontal), "Time of the log in s")
-        self.time = QLabel()
+        self.time = Label()
         self._lay_out()
         self._connect()
 
@@ -287,8 +290,8 @@ class LogBar(QFrame):
         self.clock = LogClock(contents.begin, contents.end)
         self.clock.speed = SPEEDS[self.speed.currentIndex()]
         self.clock.loops = self.loop.isChecked()
-        self.name.setText(f"LOG  {contents.path.name}")
-        self.name.setToolTip(f"{contents.path}, vehicle {contents.vehicle}")
+        self.name.setText(f"LOG  {plain_name(contents.path.name)}")
+        set_tip(self.name, f"{contents.path}, vehicle {contents.vehicle}")
         self.remark.setText(contents.remark)
         self.remark.setVisible(bool(contents.remark))
         with QSignalBlocker(self.slider):  # setting a range without its value changes the value
@@ -388,7 +391,7 @@ class EventsPage(QWidget):
         self._look = workspace.look
         self.events: deque[Event] = deque(maxlen=MOST)
         self._at_end = True
-        self.hint = QLabel(
+        self.hint = Label(
             "Nothing has happened yet: take-off, landing, warnings and changed parameters will "
             "appear here."
         )
@@ -445,8 +448,8 @@ class EventsPage(QWidget):
         self.table.insertRow(row)
         time, *words = event
         for column, text in enumerate((number_text(time, 2), *words)):
-            item = QTableWidgetItem(text)
-            item.setToolTip(text)
+            item = QTableWidgetItem(plain_name(text, LONGEST_EVENT))
+            set_tip(item, text)
             if column == 0:
                 item.setTextAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
             self.table.setItem(row, column, item)
@@ -669,8 +672,8 @@ class VisualizationScreen(Screen):
 
     def _read(self, path: Path, reader: LogReader) -> None:
         self.tabs.setCurrentWidget(self.charts)
-        self._path.setText(f"Reading {path.name}")
-        self._path.setToolTip(str(path))
+        self._path.setText(f"Reading {plain_name(path.name)}")
+        set_tip(self._path, str(path))
         self._progress.setValue(0)
         self._reading.show()
         reader.read(path)
@@ -710,7 +713,7 @@ class VisualizationScreen(Screen):
         for index in range(1, self.tabs.count()):
             self.tabs.setTabEnabled(index, not self.shows_log)
             tip = "Only in a live flight: go back to live first" if self.shows_log else ""
-            self.tabs.setTabToolTip(index, tip)
+            self.tabs.setTabToolTip(index, tip_text(tip))
 
     def _lay_out(self) -> None:
         hbox(self._path, (self._progress, 1), self.cancel, of=self._reading, margins=NO_MARGINS)

@@ -2,6 +2,7 @@
 
 import { heading } from "./instruments.js";
 import { Phase } from "./link.js";
+import { plain } from "./text.js";
 
 const PACES = [0.5, 1, 2, 4]; // speeds to choose from, besides the limit [m/s]
 const USUAL = 1;
@@ -11,6 +12,7 @@ const TWICE = 300; // a press so soon after the first is the same one [ms]
 const LATE = 1000; // of data that no pilot should trust [ms]
 const LOW = 0.2; // of the battery
 const FLYING = 2; // the first flight mode in the air
+const LONGEST_NAME = 48; // of a client that is shown
 const find = (id) => document.getElementById(id);
 
 export class Screen {
@@ -28,7 +30,7 @@ export class Screen {
 
   say(words) {
     clearTimeout(this.hushing);
-    const [first, ...rest] = words;
+    const [first, ...rest] = plain(words);
     const text = (first ?? "").toUpperCase() + rest.join("");
     // The same words many times a second would be read aloud as often.
     if (text !== this.shown) find("said").querySelector("p").textContent = text;
@@ -67,7 +69,7 @@ export class Screen {
 
   greet({ vehicle, limits }) {
     write("vehicle", vehicle);
-    document.title = vehicle;
+    document.title = plain(vehicle);
     if (limits.level_speed === this.limit) return;
     this.limit = limits.level_speed;
     const paces = [...PACES.filter((pace) => pace < this.limit), this.limit];
@@ -165,7 +167,7 @@ export function holder(link) {
   if (control.hand === "operator") return ["The operator flies", control.reason];
   if (control.hand === "client") {
     const own = control.peer === link.hello.peer;
-    const name = own ? "This page" : control.name || "Another client";
+    const name = own ? "This page" : plain(control.name, LONGEST_NAME) || "Another client";
     const does = own || control.stage !== "live" ? "is silent" : "flies";
     return [`${name} ${does}`, control.reason];
   }
@@ -174,7 +176,8 @@ export function holder(link) {
 
 function write(id, text) {
   const element = find(id);
-  if (element.textContent !== text) element.textContent = text;
+  const shown = plain(text);
+  if (element.textContent !== shown) element.textContent = shown;
 }
 
 function warn(id, bad) {

@@ -1,5 +1,7 @@
 // The token: typed, or brought by the address's fragment; kept no longer than this tab is open.
 
+import { plain } from "./text.js";
+
 const KEY = "dh-drone-token";
 const ROLES = ["command", "view"];
 
@@ -39,7 +41,7 @@ export class Tokens {
 
   ask(said) {
     sessionStorage.removeItem(KEY);
-    document.getElementById("login-said").textContent = said;
+    document.getElementById("login-said").textContent = plain(said);
     if (!this.dialog.open) this.dialog.showModal();
   }
 

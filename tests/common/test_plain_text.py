@@ -1,0 +1,72 @@
+"""Text from outside: what acts on a terminal or reorders a line is seen, and nothing is endless."""
+
+import json
+import sys
+import unicodedata
+
+from workbench.common.plain_text import (
+    LONGEST_NAME,
+    escaped_json,
+    html_text,
+    plain_name,
+    plain_text,
+    visible,
+)
+
+ACTS = {"Cc", "Cf", "Cs", "Zl", "Zp"}
+"""Categories of characters that are not seen themselves."""
+SEEN = "\n\t\N{ZERO WIDTH JOINER}\N{ZERO WIDTH NON-JOINER}"
+EVERY = [chr(code) for code in range(sys.maxunicode + 1)]
+
+
+def test_every_character_that_acts_becomes_an_escape_and_no_letter_changes():
+    kinds = {each: unicodedata.category(each) for each in EVERY}
+    acting = [each for each, kind in kinds.items() if kind in ACTS and each not in SEEN]
+    assert {"\x00", "\x1b", "\x7f", "\x9b", "\u202e", "\u2067", "\u2028", "\ufeff"} <= {*acting}
+    for each in acting:
+        seen = visible(f"a{each}b")
+        assert seen.isascii() and seen.isprintable(), ascii(each)
+        assert seen.encode().decode("unicode_escape") == f"a{each}b"
+    letters = "".join(each for each, kind in kinds.items() if kind not in {*ACTS, "Co", "Cn"})
+    assert visible(letters + SEEN) == letters + SEEN
+
+
+def test_the_rows(case):
+    for text, line in (
+        ("base_link", "base_link"),
+        ("<b>&amp;</b>", "<b>&amp;</b>"),
+        ("\x1b[2Jgone", r"\x1b[2Jgone"),
+        ("\x9b31mred", r"\x9b31mred"),
+        ("a\u202eb", r"a\u202eb"),
+        ("one\ntwo\tthree\r", r"one\ntwo\tthree\r"),
+        ("21 °C, ½ m/s²", "21 °C, ½ m/s²"),
+        ("م\N{ZERO WIDTH NON-JOINER}خ 👩\N{ZERO WIDTH JOINER}🚀",) * 2,
+        ("\N{NO-BREAK SPACE}\N{THIN SPACE}",) * 2,
+        ("\udcff", r"\udcff"),
+    ):
+        with case(text):
+            assert plain_name(text) == line
+
+
+def test_a_text_is_cut_and_says_how_long_it_is():
+    assert plain_text("a" * 2000) == "a" * 2000
+    assert plain_text("a" * 2001) == "a" * 2000 + "… (2,001 characters)"
+    assert plain_name("x" * 1_000_000) == "x" * LONGEST_NAME + "… (1,000,000 characters)"
+    # escapes are longer than what they stand for
+    assert plain_name("\x1b" * 79) == r"\x1b" * (LONGEST_NAME // 4) + "… (79 characters)"
+
+
+def test_json_stays_the_same_json():
+    given = {
+        "".join(EVERY[:0x300]): ["".join(EVERY[0xDBFE:0xDC00]), "\udc00", "\U000e0041\U0001f680"]
+    }
+    text = escaped_json(json.dumps(given, ensure_ascii=False, indent=1))
+    assert json.loads(text) == given
+    assert visible(text) == text
+    assert "é" in text and "\U0001f680" in text
+
+
+def test_html_has_no_tags_and_nothing_that_acts():
+    assert html_text("<img src='x'>&\x9b\u202e\"") == (
+        r"&lt;img src=&#x27;x&#x27;&gt;&amp;\x9b\u202e&quot;"
+    )
