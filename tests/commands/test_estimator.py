@@ -62,7 +62,7 @@ def test_a_file_of_ones_own_flies_where_it_is_named(run, refused, tmp_path, out)
     own.write_text("def update(", encoding="utf-8")
     assert f"{own}:1: is not valid Python" in refused("fly", "hover", "--estimator", own)
     own.unlink()
-    assert f"{own}: No such file or directory: give the estimator's file" in refused(
+    assert f"{own}: no such file: give the estimator's file" in refused(
         "step", "--axis", "x", "--estimator", own
     )
 

@@ -99,7 +99,7 @@ def test_what_cannot_be_is_a_sentence(case, refused, tmp_path):
         ((*F450, *STRONG, "--motor-mass", "400g"), "leave too little of a mass of 1.4 kg"),
         ((*F450, *STRONG, "--battery", "four"), "write it as 4S or 14.8V"),
         ((*F450, "--max-thrust", "300g"), "it cannot fly: 4 rotors of at most 2.94 N lift less"),
-        ((*F450, "--thrust-curve", "none.csv"), "none.csv: cannot be read"),
+        ((*F450, "--thrust-curve", "none.csv"), "none.csv: no such file"),
     ]:
         with case(words, said):
             assert said in refused("new", tmp_path / "a", *words)

@@ -1,48 +1,187 @@
 """Whatever is named where a file belongs, every command ends with a sentence, and soon."""
 
+import argparse
 import os
+import re
+from pathlib import Path
 
 import pytest
 
-READERS = (
-    ["inspect", "{}"],
-    ["params", "--model", "{}"],
-    ["params", "--gains", "{}"],
-    ["params", "--rotors", "{}"],
-    ["step", "--world", "{}"],
-    ["fly", "{}"],
-    ["fly", "--rotor-commands", "{}"],
-    ["frames", "--scenario", "{}"],
-    ["replay", "{}"],
-    ["plot", "{}"],
-    ["estimate", "{}"],
-    ["export", "{}"],
-    ["regress", "{}"],
-    ["tune", "--wishes", "{}"],
-    ["gains", "show", "{}"],
-    ["gains", "diff", "{}", "{}"],
-    ["gains", "history", "{}"],
-    ["serve", "--token-file", "{}"],
-    ["serve", "--tls-cert", "{}", "--tls-key", "{}"],
-    ["serve", "--scenario", "{}"],
-    ["gui", "--scenario", "{}"],
-    ["monitor", "--token-file", "{}"],
+from workbench.commands.cli import _parser
+
+NEEDED = {
+    "new": "drone --mass 1kg --diagonal 450mm --propeller 10x4.5 --max-thrust 850g",
+    "inspect": "dh_drone",
+    "frequency-response": "roll",
+    "compare": "pd pid",
+    "pin": "new.spec.yaml",
+    "sweep": "kp_roll=10..20:2",
+    "fly": "hover",
+    "tokens": "new.tokens",
+    "log": "flight.mcap",
+    "identify": "flight.mcap --model dh_drone",
+    "import": "table.csv --mapping table.mapping.yaml",
+    "replay": "flight.mcap",
+    "plot": "flight.mcap state.p_WB",
+    "export": "flight.mcap",
+    "estimate": "flight.mcap",
+    "predict": "flight.mcap --model dh_drone",
+    "what-if": "flight.mcap --model dh_drone",
+    "gains show": "flown.yaml",
+    "gains diff": "flown.yaml flown.yaml",
+    "gains save": "new.yaml",
+    "gains history": "flown.yaml",
+    "gains restore": "flown.yaml 1",
+    "gains import": "vehicle.params",
+    "gains export": "vehicle.params --for px4",
+    "gains translate": "flown.yaml --to pid",
+    "controllers": "pd",
+    "frames --scenario": "--at 0",
+    "pin --mapping": "--log table.csv",
+    "serve --tls-cert": "--tls-key flown.yaml",
+    "serve --tls-key": "--tls-cert flown.yaml",
+    "serve --model": "--sensors imu",
+    "log --model": "--html page.html",
+}
+"""What a command needs besides an argument, and what an option of it needs."""
+ENDINGS = {
+    "controller": [".py"],
+    "controllers": [".py"],
+    "estimator": [".py"],
+    "flown": [".py"],
+    "to": [".py"],
+    "model": [".urdf", ".xacro"],
+    "log": [".mcap", ".ulg", ".bin", ".bbl", ".csv"],
+    "logs": [".mcap", ".ulg", ".bin", ".bbl", ".csv"],
+    "over": [".mcap", ".csv"],
+    "new file": [".urdf.xacro"],
+}
+"""Endings that decide how the file of an argument is read."""
+WRITTEN = frozenset(
+    ["output", "write", "html", "junit", "table", "save", "sidecar", "csv", "write_messages"]
+    + ["new file", "tokens file", "gains save file", "gains export file", "pin spec"]
+    + ["fly --log", "serve --log"]
 )
-"""Commands that read a file; {} stands for its name."""
+"""Arguments whose file is written, by their name, or that and the command's."""
+UNNAMED = {"sitl", "completion"}
+"""Commands that take no file, or wait for a program."""
+UNREAD = {"gains show --model", "gains show --rotors"}
+"""Options without effect where the file of the command is named."""
+OPENED = {("gui --model", "folder")}
+"""What opens the app, which says in its window what is wrong with a folder."""
+OTHERWISE = {
+    "identify --sidecar": "has no motor commands",
+    "identify --output": "has no motor commands",
+    "predict --controller": "has no setpoint of the position",
+    "gains translate --controller": "leave --controller out",
+    "gains translate --gains": "leave --gains out",
+}
+"""What is said of another argument, as it is read first, or does not go with this one."""
 
 
-@pytest.mark.parametrize("command", READERS, ids=lambda command: " ".join(command[:-1]))
-def test_what_is_no_file_is_refused(command, refused, tmp_path, monkeypatch):
-    """A pipe that nobody writes to would be waited for, and a device read without end."""
+def commands(parser, words=()):
+    """Yield the words and the parser of each command."""
+    inner = [each for each in parser._actions if isinstance(each, argparse._SubParsersAction)]
+    for each in inner:
+        for name, below in each.choices.items():
+            yield from commands(below, (*words, name))
+    if words and not inner and words[0] not in UNNAMED:
+        yield words, parser
+
+
+def names_a_file(action):
+    """Return whether an argument's metavar says that it is a file."""
+    shown = re.split(r"[^A-Za-z]+", str(action.metavar))
+    return action.nargs != 0 and bool(
+        {*shown} & {"FILE", "PATH", "LOG", "SPEC", "SCENARIO", "MAPPING", "GAINS", "LAW"}
+        or action.metavar in ("A", "B", "FROM")
+        or action.dest in WRITTEN
+    )
+
+
+def title(words, action):
+    """Return the command and the name of one of its arguments."""
+    return " ".join([*words, *(action.option_strings[:1] or [action.dest])])
+
+
+def is_written(words, action):
+    return bool({action.dest, title(words, action)} & WRITTEN)
+
+
+def line_with(words, parser, action, name):
+    """Return the command with a name for one of its arguments, and with what it needs besides."""
+    needed = NEEDED.get(" ".join(words), "").split()
+    if action.option_strings:
+        more = NEEDED.get(title(words, action), "").split()
+        return [*words, *needed, *more, action.option_strings[0], name]
+    places = [each for each in parser._actions if not each.option_strings]
+    place = places.index(action)
+    return [*words, *needed[:place], name, *needed[place + 1 :]]
+
+
+FILES = [
+    pytest.param(words, parser, action, id=title(words, action))
+    for words, parser in commands(_parser())
+    for action in parser._actions
+    if names_a_file(action) and title(words, action) not in UNREAD
+]
+
+
+def test_the_options_that_name_files_are_found():
+    """A file whose metavar hides it would be left out of all that follows."""
+    known = {each.id for each in FILES}
+    assert len(known) > 240
+    assert {
+        "new --thrust-curve",
+        "step --controller",
+        "step --estimator",
+        "compare --tune",
+        "gateway ros2 --config",
+        "serve --tls-key",
+        "gains translate source",
+        "regress specs",
+    } <= known
+
+
+@pytest.fixture
+def fifos(tmp_path, monkeypatch, log):
+    """A folder with what is no plain file under every ending, and with good files besides."""
     monkeypatch.chdir(tmp_path)
-    for name in ("pipe", "pipe.yaml", "pipe.urdf", "pipe.mcap"):
-        os.mkfifo(name)
-    (tmp_path / "folder").mkdir()
-    names = ["", " ", "folder", "pipe", "pipe.yaml", "pipe.urdf", "pipe.mcap", "/dev/zero"]
-    for name in [*names, "gone", "x" * 5000, "no\0name", "~nobodyhere/x", "ünïcode☃"]:
-        said = refused(*(name if word == "{}" else word for word in command))
-        assert "Errno" not in said
-    assert not (tmp_path / "out").exists()
+    for ending in ("", *sorted({each for endings in ENDINGS.values() for each in endings})):
+        os.mkfifo(f"pipe{ending}")
+        Path(f"zero{ending}").symlink_to("/dev/zero")
+        Path(f"folder{ending}").mkdir()
+    Path("flight.mcap").symlink_to(log)
+    for name, text in GOOD.items():
+        Path(name).write_text(text, encoding="utf-8")
+    return tmp_path
+
+
+GOOD = {
+    "flown.yaml": "gains:\n  kp_roll: 200\n",
+    "vehicle.params": "1\t1\tMC_ROLL_P\t6.5\t9\n",
+    "table.csv": "t,x\n0,0\n1,0\n",
+    "table.mapping.yaml": "time: {column: t, unit: s}\ncolumns:\n"
+    "  x: {signal: imu.angular_velocity.x, unit: deg/s}\n",
+}
+
+
+@pytest.mark.parametrize(("words", "parser", "action"), FILES)
+def test_what_is_no_file_is_refused(words, parser, action, refused, fifos, case):
+    """A pipe that nobody writes to would be waited for, and a device read without end."""
+    before = sorted(fifos.iterdir())
+    written, said_otherwise = is_written(words, action), OTHERWISE.get(title(words, action))
+    names = ["x" * 5000] + ([] if written else ["no\0name", "~nobodyhere/x"])
+    for ending in ENDINGS.get(title(words, action), ENDINGS.get(action.dest, [""])):
+        names += [f"{name}{ending}" for name in ("pipe", "zero")]
+        names += [] if written else [f"folder{ending}", f"gone{ending}"]
+    names = [name for name in names if (title(words, action), name.split(".")[0]) not in OPENED]
+    for name in names:
+        with case(name[:20]):
+            said = refused(*line_with(words, parser, action, name))
+            assert "Errno" not in said
+            assert (said_otherwise or name[:20].partition("\0")[0]) in said
+    assert sorted(fifos.iterdir()) == before
 
 
 @pytest.mark.parametrize(

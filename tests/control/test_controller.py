@@ -181,7 +181,7 @@ def test_what_is_wrong_in_a_file_is_one_sentence_about_it(tmp_path, case):
 
 
 def test_a_file_that_is_not_there_or_no_text(tmp_path):
-    assert "No such file" in complaint(tmp_path / "none.py")
+    assert "no such file" in complaint(tmp_path / "none.py")
     (tmp_path / "binary.py").write_bytes(b"\xff\xfe\x00")
     assert "is not a text in UTF-8" in complaint(tmp_path / "binary.py")
     with pytest.raises(WorkbenchError, match="unknown controller 'pdi': did you mean 'p"):

@@ -62,7 +62,6 @@ def test_a_configuration_is_text_or_a_file(tmp_path):
     file.write_text("<CycloneDDS/>")
     assert ros2_options(parsed("--config", " <A/>")).configuration == " <A/>"
     assert ros2_options(parsed("--config", str(file))).configuration == file.as_uri()
-    address = file.with_name("a").as_uri()
-    assert ros2_options(parsed("--config", address)).configuration == address
-    with pytest.raises(WorkbenchError, match="--config: there is no file"):
+    assert ros2_options(parsed("--config", file.as_uri())).configuration == file.as_uri()
+    with pytest.raises(WorkbenchError, match="no such file"):
         ros2_options(parsed("--config", str(tmp_path / "none.xml")))

@@ -80,7 +80,7 @@ def test_a_client_without_tls_is_told_to_think_of_it(tls_server, monkeypatch):
 @pytest.mark.parametrize(
     ("tls", "said"),
     [
-        ("missing.pem", "missing.pem: is not a file"),
+        ("missing.pem", "missing.pem: no such file"),
         ("empty.pem", "holds no certificates"),
         ("sha256:12", "is not a fingerprint"),
         ("sha256:" + "x" * 64, "is not a fingerprint"),

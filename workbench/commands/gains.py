@@ -18,6 +18,7 @@ from workbench.commands.options import (
     chosen_scenario,
     flown_with,
 )
+from workbench.commands.outputs import check_writable
 from workbench.commands.printing import pick, print_result, print_table, say, say_written
 from workbench.commands.progress import progress_bar
 from workbench.common.errors import WorkbenchError
@@ -608,6 +609,7 @@ def _from_log(args: argparse.Namespace, law: "Controller | None") -> "Imported |
 def _export(args: argparse.Namespace) -> int:
     """Compare with the existing file, or the defaults of the firmware, and write."""
     from workbench.common.plain_files import write_atomically
+    from workbench.common.resources import existing
     from workbench.control.controller import load_controller
     from workbench.gains.autopilots.exchange import export_gains, import_gains
     from workbench.gains.autopilots.firmware import find_firmware
@@ -620,7 +622,9 @@ def _export(args: argparse.Namespace) -> int:
         args.controller = owner
     law = load_controller(args.controller)
     present = None
-    if args.file.exists():
+    if not args.preview:
+        check_writable(args.file)
+    if existing(str(args.file)):
         present = import_gains(args.file, firmware.name, args.version, args.profile, law)
     scenario, vehicle, values = _flown(args, law)
     made = export_gains(values, law, firmware, args.version, present)

@@ -240,10 +240,13 @@ def add_excite(commands: Any) -> None:
 
 def run_excite(args: argparse.Namespace) -> int:
     """Plan and write."""
+    from workbench.control.controller import load_controller
     from workbench.design.identify.flight import Limits, excitation, usual_limits
     from workbench.scenario.configured import configured_vehicle
     from workbench.scenario.scenario import save_scenario
 
+    if args.controller:
+        load_controller(args.controller)
     config = chosen_model(args)
     vehicle = configured_vehicle(config)
     usual = usual_limits(vehicle)

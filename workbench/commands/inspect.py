@@ -329,11 +329,12 @@ def _write(description: "Description", folder: Path) -> list[Path]:
     with Outputs() as outputs:
         for relative, data in stored_files(description):
             target = folder / relative
+            draft = outputs.add(target)  # refuses what is no name of a file
             if target.is_symlink() or target.parent.is_symlink() and target.parent != folder:
                 raise WorkbenchError(f"{target}: is a link: name an empty folder")
             if target.exists() and target.samefile(description.source):
                 raise WorkbenchError(f"{target}: is the description itself: name another folder")
-            outputs.add(target).write_bytes(data)
+            draft.write_bytes(data)
     return outputs.files
 
 

@@ -15,6 +15,7 @@ from workbench.commands.outputs import Outputs
 from workbench.commands.printing import print_result, print_table, say
 from workbench.common.errors import LONGEST_ECHO, WorkbenchError
 from workbench.plant import ranges
+from workbench.common.resources import existing
 
 if TYPE_CHECKING:
     from workbench.plant.data_sheet import DataSheet, Figure
@@ -273,7 +274,7 @@ def _target(file: str, *, replace: bool) -> Path:
         raise WorkbenchError(
             f"{file}: the description is written as xacro: name it as my_quad{_SUFFIX}"
         )
-    if target.exists() and not replace:
+    if existing(str(target)) and not replace:
         raise WorkbenchError(f"{target}: exists already: name another file, or give --force")
     return target
 

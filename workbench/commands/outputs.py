@@ -32,10 +32,10 @@ class Outputs:
         if target in self._partial:
             raise WorkbenchError(f"{target}: two different files would be written there")
         try:
-            target = target.resolve() if target.is_symlink() else target
             if target.exists() and not target.is_file():
                 what = "a folder" if target.is_dir() else "not a plain file"
                 raise WorkbenchError(f"{target}: is {what}, so no file of that name can be written")
+            target = target.resolve() if target.is_symlink() else target
             self._make_folder(target.parent)
             handle, name = tempfile.mkstemp(
                 prefix=f".{target.stem}.", suffix=target.suffix, dir=target.parent
@@ -124,10 +124,7 @@ def make_folder_of(path: Path) -> None:
     """Make the folder of a file written during the work, such as a log.
 
     Raises:
-        WorkbenchError: if this fails.
+        WorkbenchError: if this fails, or the path is not writable.
     """
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        reason = error.strerror or str(error)
-        raise WorkbenchError(f"{path}: cannot be written: {reason}; name another place") from error
+    check_writable(path)
+    path.parent.mkdir(parents=True, exist_ok=True)

@@ -30,7 +30,7 @@ from workbench.commands.printing import (
 )
 from workbench.commands.progress import progress_bar
 from workbench.common.errors import WorkbenchError, unknown_name
-from workbench.common.resources import find_file
+from workbench.common.resources import existing, find_file
 from workbench.control.controller import SHIPPED
 from workbench.scenario.parameters import split_setting
 
@@ -143,7 +143,8 @@ def found_logs(paths: Sequence[Path]) -> list[Path]:
 
     found: list[Path] = []
     for path in paths:
-        if not path.is_dir():
+        there = existing(str(path))
+        if there is None or there.is_file():
             found.append(path)
             continue
         inside = sorted(p for p in path.iterdir() if p.name.lower().endswith(LOG_ENDINGS))

@@ -261,6 +261,9 @@ def run_pin(args: argparse.Namespace) -> int:
     """Fly or read, write and prove the spec."""
     if args.log:
         return _pin_log(args)
+    for option in ("loop", "span", "order", "mapping"):
+        if getattr(args, option):
+            raise WorkbenchError(f"--{option} is for a log: give --log LOG too, or leave it out")
     from workbench.design.pin import pin_step
 
     scenario = chosen_scenario(args)

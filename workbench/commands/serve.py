@@ -147,10 +147,11 @@ def _scenario(args: argparse.Namespace) -> "Scenario":
     from workbench.scenario.scenario import load_scenario, without_arrays
 
     scenario = load_scenario(find_scenario(args.scenario), args.controller, args.estimator)
+    scenario = with_vehicle(scenario, args)
     if args.model and args.scenario == DEFAULT_SCENARIO and args.sensors is None:
         scenario.sensors.use = []  # those of another drone may have other names, or not be there
         say("no sensor is switched on: name them, as in `--sensors imu,gps,lidar`")
-    return without_arrays(with_sensors(with_vehicle(scenario, args), args))  # no client gets them
+    return without_arrays(with_sensors(scenario, args))  # no client gets arrays
 
 
 def _known(answer: "Future[str]", what: str) -> str:

@@ -19,7 +19,10 @@ from typing import Any
 
 from workbench.common.errors import WorkbenchError
 from workbench.common.parameter import Parameter, State
+from workbench.common.plain_files import read_plain_text
 
+MOST_BYTES = 4_000_000
+"""Size limit of a file."""
 MOST_LINES = 1_000_000
 """Number of lines after which a file or an update counts as an endless loop."""
 
@@ -51,10 +54,9 @@ def read_own(path: Path, what: str) -> str:
         WorkbenchError: if it cannot be read.
     """
     try:
-        return path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        reason = getattr(error, "strerror", None) or "is not a text in UTF-8"
-        raise WorkbenchError(f"{path}: {reason}: give the {what}'s file") from None
+        return read_plain_text(path, MOST_BYTES)
+    except WorkbenchError as error:
+        raise WorkbenchError(f"{error}: give the {what}'s file") from None
 
 
 def _importable(name: str) -> bool:

@@ -78,6 +78,25 @@ def size_of(stream: IO[bytes]) -> int:
     return os.fstat(stream.fileno()).st_size
 
 
+def read_plain_text(path: Path | str, most: int, encoding: str = "utf-8") -> str:
+    """Return the text of a file, with each line ended by a line feed alone.
+
+    Args:
+        path: the file.
+        most: largest size [bytes].
+        encoding: of the file; utf-8-sig skips a byte order mark.
+
+    Raises:
+        WorkbenchError: see `read_plain`, or if it is not a text.
+    """
+    data = read_plain(path, most)
+    try:
+        text = data.decode(encoding)
+    except UnicodeDecodeError as error:
+        raise WorkbenchError(f"{path}: byte {error.start} is not a text in UTF-8") from error
+    return text.replace("\r\n", "\n").replace("\r", "\n")
+
+
 def _size(most: int) -> str:
     """Return a number of bytes as text."""
     return f"{most // 1_000_000} MB" if most > 1_000_000 else f"{most // 1000} kB"

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from workbench.common.errors import WorkbenchError, unknown_name
-from workbench.common.plain_files import read_plain
+from workbench.common.plain_files import read_plain_text
 
 if TYPE_CHECKING:
     import yaml
@@ -69,11 +69,7 @@ def read_yaml(path: Path, loader: Any = None) -> YamlFile:
     Raises:
         WorkbenchError: if it cannot be read, or is not a YAML mapping.
     """
-    try:
-        text = read_plain(path, MOST_BYTES).decode("utf-8")
-    except UnicodeDecodeError as error:
-        raise WorkbenchError(f"{path}: cannot be read: {error}") from error
-    text = text.replace("\r\n", "\n").replace("\r", "\n")
+    text = read_plain_text(path, MOST_BYTES)
     found = _parsed(path, text, loader or fast_loader())
     return dataclasses.replace(found, data=copy.deepcopy(found.data))
 

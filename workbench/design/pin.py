@@ -529,6 +529,8 @@ def pin_log(
     """
     path = Path(path).expanduser().absolute()
     check_name(path, (path,), overwrite)
+    for name in filter(None, (log.file, log.mapping)):
+        find_file(name)
     place = Path(log.file).expanduser().absolute()
     mapping = str(Path(log.mapping).expanduser().absolute()) if log.mapping else ""
     log = dataclasses.replace(log, file=str(place), mapping=mapping)

@@ -15,9 +15,9 @@ from typing import Any, NamedTuple
 
 from workbench.common.errors import WorkbenchError, unknown_name
 from workbench.common.own_file import own_errors
-from workbench.common.plain_files import write_atomically
+from workbench.common.plain_files import read_plain_text, write_atomically
 from workbench.common.resources import find_file
-from workbench.common.yaml_files import YamlFile, read_yaml
+from workbench.common.yaml_files import MOST_BYTES, YamlFile, read_yaml
 from workbench.control.controller import DEFAULT, Controller, is_shipped, load_controller
 from workbench.control.schedule import split_label, with_label
 from workbench.plant.drag import drag_area
@@ -174,7 +174,7 @@ def save_gains(path: Path | str, gains: GainFile, controller: Controller | None 
                 f"{path}: has the gains of '{old.vehicle}', and these are of '{gains.vehicle}': "
                 "save them in another file"
             )
-        comment = _leading_comment(path.read_text(encoding="utf-8"))
+        comment = _leading_comment(read_plain_text(path, MOST_BYTES))
         save = next_save(now, gains.origin, old.gains, ordered)
         if save.changed or (old.vehicle, old.origin) != (gains.vehicle, gains.origin):
             history = (*(old.history or (Save("", old.origin, {}),)), save)

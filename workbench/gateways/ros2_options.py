@@ -4,8 +4,10 @@ import argparse
 import os
 from dataclasses import dataclass
 from pathlib import Path
+from urllib.parse import unquote
 
 from workbench.common.errors import WorkbenchError
+from workbench.common.resources import find_file
 
 LOOPBACK = "lo"
 LARGEST_DOMAIN = 232
@@ -105,9 +107,6 @@ def ros2_options(args: argparse.Namespace) -> Ros2Options:
 
 def _configuration(said: str) -> str:
     """Return the configuration for Cyclone: XML unchanged, a file as its address."""
-    if not said or said.lstrip().startswith("<") or said.startswith("file://"):
+    if not said or said.lstrip().startswith("<"):
         return said
-    path = Path(said)
-    if not path.is_file():
-        raise WorkbenchError(f"--config: there is no file {path}")
-    return path.resolve().as_uri()
+    return find_file(unquote(said.removeprefix("file://"))).as_uri()

@@ -10,6 +10,7 @@ from PyQt6.QtGui import QAction
 from PyQt6.QtWidgets import QFileDialog, QMenu, QWidget
 
 from workbench.common.errors import WorkbenchError
+from workbench.common.plain_files import read_plain
 from workbench.common.resources import controllers_dir, models_dir, worlds_dir
 from workbench.control.controller import load_controller
 from workbench.gui.file_dialogs import LOG_FILES, open_file
@@ -90,11 +91,7 @@ def kind_of(path: Path) -> FileKind:
 
 
 def _beginning(path: Path) -> str:
-    try:
-        with path.open("rb") as file:
-            return file.read(READ).decode(errors="replace")
-    except OSError as error:
-        raise WorkbenchError(f"{path} cannot be read: {error.strerror}") from error
+    return read_plain(path, first=READ).decode(errors="replace")
 
 
 Recent = tuple[FileKind, str]

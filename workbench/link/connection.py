@@ -13,14 +13,16 @@ import socket
 import ssl
 import time
 from dataclasses import dataclass
-from pathlib import Path
 
 from workbench.common.errors import WorkbenchError
+from workbench.common.plain_files import read_plain
 from workbench.link.address import Address
 from workbench.link.client_protocol import ClientOptions, ClientProtocol
 from workbench.link.messages import Bye, Error, Operation, Ping
 
 FINGERPRINT = "sha256:"
+MOST_BYTES = 4_000_000
+"""Size limit of a file of certificates."""
 
 
 @dataclass(frozen=True)
@@ -70,13 +72,14 @@ def make_trust(tls: str | bool | None) -> Trust:
         return Trust(ssl.create_default_context())
     if tls.startswith(FINGERPRINT):
         return _by_fingerprint(tls)
+    what = f"name a file of certificates (PEM), or {FINGERPRINT}FINGERPRINT"
     try:
+        read_plain(tls, MOST_BYTES)  # the library would wait for the writer of a pipe
         return Trust(ssl.create_default_context(cafile=tls))
+    except WorkbenchError as error:
+        raise WorkbenchError(f"{error}: {what}") from None
     except OSError as error:  # ssl.SSLError is one
-        reason = "is not a file" if not Path(tls).is_file() else f"holds no certificates ({error})"
-        raise WorkbenchError(
-            f"{tls}: {reason}: name a file of certificates (PEM), or {FINGERPRINT}FINGERPRINT"
-        ) from None
+        raise WorkbenchError(f"{tls}: holds no certificates ({error}): {what}") from None
 
 
 def _by_fingerprint(tls: str) -> Trust:

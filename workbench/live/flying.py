@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from workbench.common.errors import WorkbenchError, sentences
+from workbench.common.own_file import read_own
 from workbench.control.controller import Controller, load_controller, unpickled, with_estimator
 from workbench.ipc.limited import run_trusted, serve
 from workbench.ipc.send_queue import SendQueue
@@ -277,8 +278,8 @@ class LawFile:
             return False
         self._state = state
         try:
-            text = self._path.read_text(encoding="utf-8")
-        except (OSError, UnicodeDecodeError):
+            text = read_own(self._path, "controller")
+        except WorkbenchError:
             return True  # the loader reports what is wrong
         changed, self._text = text != self._text, text
         return changed and bool(text)  # an empty file is about to be written

@@ -9,6 +9,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from workbench.common.errors import WorkbenchError
+from workbench.common.resources import existing
 from workbench.control.controller import Controller, is_shipped
 from workbench.control.schedule import split_label, with_label
 from workbench.estimation.settings import ESTIMATORS
@@ -195,7 +196,8 @@ def logged_estimator(record: LogRecord) -> str:
 
 
 def _same_file(one: str, other: Path) -> bool:
-    return Path(one).exists() and Path(one).samefile(other)
+    named = existing(one)
+    return named is not None and named.samefile(other)
 
 
 def _written(record: LogRecord, folder: Path) -> tuple[str, dict[str, str]]:

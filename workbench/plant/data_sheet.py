@@ -6,6 +6,7 @@ measured one.
 """
 
 import csv
+import io
 import math
 import textwrap
 from collections.abc import Sequence
@@ -14,6 +15,7 @@ from pathlib import Path
 from xml.sax.saxutils import quoteattr
 
 from workbench.common.errors import WorkbenchError
+from workbench.common.plain_files import read_plain_text
 from workbench.plant.drag import AIR_DENSITY
 from workbench.plant.gravity import GRAVITY
 from workbench.plant.rotors import PROPELLER_DENSITY
@@ -22,6 +24,8 @@ COUNTS = {"x": (4, 6, 8, 10, 12), "plus": (4, 6, 8, 10, 12), "coaxial": (6, 8, 1
 """Numbers of rotors by layout: two arms in front, one arm in front, or two with two rotors each."""
 MOST_END_SHARE = 0.8
 """Largest share of the mass at the ends of the arms; the frame has mass, too."""
+MOST_BYTES = 16_000_000
+"""Size limit of a table."""
 COLUMNS = {
     "rpm": 2.0 * math.pi / 60.0,
     "rad/s": 1.0,
@@ -245,9 +249,9 @@ def read_thrust_curve(path: Path) -> Measured:
         WorkbenchError: with file and line, if something is missing or not a number.
     """
     try:
-        with path.open(encoding="utf-8-sig", newline="") as stream:
-            rows = list(csv.DictReader(stream, skipinitialspace=True))
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        text = read_plain_text(path, MOST_BYTES, "utf-8-sig")
+        rows = list(csv.DictReader(io.StringIO(text), skipinitialspace=True))
+    except csv.Error as error:
         raise WorkbenchError(f"{path}: cannot be read: {error}") from error
     speeds = _column(path, rows, _SPEEDS)
     thrusts = _column(path, rows, _THRUSTS)

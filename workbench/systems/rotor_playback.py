@@ -10,7 +10,7 @@ from pydrake.systems.primitives import TrajectorySource
 from pydrake.trajectories import PiecewisePolynomial
 
 from workbench.common.errors import WorkbenchError
-from workbench.common.plain_files import read_plain
+from workbench.common.plain_files import read_plain_text
 from workbench.dynamics.rotor_response import speed_command
 from workbench.plant.vehicle import Vehicle
 
@@ -41,10 +41,9 @@ def load_rotor_commands(path: Path, vehicle: Vehicle) -> RotorCommands:
         WorkbenchError: with file and line of an invalid row.
     """
     try:
-        text = read_plain(path, MOST_BYTES).decode("utf-8-sig")
-        reader = csv.reader(io.StringIO(text, newline=""))
+        reader = csv.reader(io.StringIO(read_plain_text(path, MOST_BYTES, "utf-8-sig")))
         lines = [(reader.line_num, cells) for cells in reader if any(map(str.strip, cells))]
-    except (UnicodeDecodeError, csv.Error) as error:
+    except csv.Error as error:
         raise WorkbenchError(f"{path}: cannot be read as CSV: {error}") from error
     if lines and not any(_is_number(cell) for cell in lines[0][1]):
         lines = lines[1:]

@@ -211,7 +211,7 @@ def test_whoever_watches_shows_the_token_to_view(fakes, tmp_path, capsys, monkey
         (["127.0.0.1:1", "--once"], "nobody listens at 127.0.0.1:1"),
         (["127.0.0.1:x"], "the port 'x'"),
         (["--token-file", "missing"], "missing: cannot be read"),
-        (["--tls", "missing.pem"], "missing.pem: is not a file"),
+        (["--tls", "missing.pem"], "missing.pem: no such file"),
         (["--rate", "fast"], "the rate 'fast'"),
     ],
 )

@@ -2,6 +2,7 @@
 
 import csv
 import dataclasses
+import io
 import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -9,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from workbench.common.errors import WorkbenchError
+from workbench.common.plain_files import read_plain_text
 from workbench.control.controller import load_controller
 from workbench.design.regress.spec_names import slug, spec_name
 from workbench.design.regress.verdict import Comparison, Curve, Difference
@@ -17,6 +19,8 @@ from workbench.scenario.configured import configured_vehicle
 from workbench.scenario.parameters import parameter_table, vehicle_parameters
 from workbench.scenario.scenario import Scenario
 
+MOST_BYTES = 64_000_000
+"""Size limit of a file."""
 _TIME = "t [s]"
 SAME, TINY = 1e-6, 1e-12
 """Largest difference, relative and absolute, between values that count as the same."""
@@ -63,10 +67,9 @@ def read_curves(path: Path) -> dict[str, Curve]:
     if not path.is_file():
         return {}
     try:
-        with path.open(newline="", encoding="utf-8") as file:
-            names, *rows = csv.reader(file)
+        names, *rows = csv.reader(io.StringIO(read_plain_text(path, MOST_BYTES)))
         table = np.array(rows, dtype=float)
-    except (OSError, ValueError) as error:
+    except (ValueError, csv.Error) as error:
         raise WorkbenchError(
             f"{path}: is not a table of curves: {error}: record it again with --update"
         ) from error
@@ -99,9 +102,9 @@ def read_conditions(path: Path) -> dict[str, float]:
     if not path.is_file():
         return {}
     try:
-        with path.open(newline="", encoding="utf-8") as file:
-            return {name: float(value) for name, value in list(csv.reader(file))[1:]}
-    except (OSError, ValueError) as error:
+        rows = list(csv.reader(io.StringIO(read_plain_text(path, MOST_BYTES))))
+        return {name: float(value) for name, value in rows[1:]}
+    except (ValueError, csv.Error) as error:
         raise WorkbenchError(f"{path}: has no NAME,VALUE lines: {error}") from error
 
 

@@ -7,6 +7,8 @@ from functools import cache
 from pathlib import Path
 
 from workbench.common.errors import WorkbenchError, unknown_name
+from workbench.common.plain_files import read_plain_text
+from workbench.common.resources import existing
 from workbench.gateways.ros_messages.definitions import SEPARATOR, Definition, read_definition
 
 FOLDER = Path(__file__).parent / "msg"
@@ -58,6 +60,8 @@ def schema_text(name: str) -> str:
 
 PACKAGE = "dh_drone_msgs"
 VERSION = "0.1.0"
+MOST_BYTES = 1_000_000
+"""Size limit of a package's manifest."""
 
 
 def write_package(folder: Path) -> list[Path]:
@@ -71,7 +75,8 @@ def write_package(folder: Path) -> list[Path]:
     """
     package = folder / PACKAGE
     manifest = package / "package.xml"
-    if package.exists() and not (manifest.is_file() and PACKAGE in manifest.read_text()):
+    there = existing(str(manifest))
+    if existing(str(package)) and not (there and PACKAGE in read_plain_text(there, MOST_BYTES)):
         raise WorkbenchError(
             f"{package}: the folder has something other than the package {PACKAGE}: name another "
             "folder"
