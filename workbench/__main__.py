@@ -7,6 +7,9 @@ no traceback.
 import os
 import sys
 
+if __name__ == "__main__" and not sys.flags.safe_path:
+    del sys.path[0]  # the current folder, in which a file may have a module's name, as signal.py
+
 
 def main() -> int:
     """Run the command line, and return its exit code."""
@@ -15,7 +18,9 @@ def main() -> int:
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     try:
         from workbench.commands.cli import main as run
+        from workbench.common.import_path import own_packages_first
 
+        own_packages_first()
         return run()
     except KeyboardInterrupt:  # before the command line began, or after it had ended
         print("workbench: interrupted; nothing was written", file=sys.stderr)

@@ -41,7 +41,7 @@ def start_module(
     paths = [root, *os.environ.get("PYTHONPATH", "").split(os.pathsep)]
     return subprocess.Popen(
         # -P: do not import a file such as json.py from the user's folder
-        [sys.executable, "-P", "-m", module, *arguments],
+        [sys.executable, "-P", "-m", "workbench.ipc.entry", module, *arguments],
         # numpy's threads wait busily for each other where several processes share the cores
         env={"OPENBLAS_NUM_THREADS": "1"}
         | os.environ

@@ -34,6 +34,10 @@ ASK = 0.2
 """Period between checks for a stop without results [s]."""
 
 
+_SAFE_PATH = "PYTHONSAFEPATH"
+"""Variable that keeps the current folder off the path of a Python process."""
+
+
 @dataclass(frozen=True)
 class Task(Generic[Result]):
     """Work that may run in any process: it can be pickled, and depends only on itself.
@@ -145,14 +149,15 @@ def _in_pool(
         return
     done: queue.SimpleQueue[Future[Result]] = queue.SimpleQueue()
     spawned = multiprocessing.get_context("spawn")
-    said = spawned.SimpleQueue()
+    with _starting():
+        said = spawned.SimpleQueue()
     reader, writer = spawned.Pipe(duplex=False)
     pool = ProcessPoolExecutor(
         min(count, len(tasks)), spawned, initializer=_begin, initargs=(said, reader)
     )
     ended = True
     try:
-        with without_interrupts():
+        with _starting():
             places = {pool.submit(task.run): index for index, task in list(tasks.items())}
         for future in places:
             future.add_done_callback(done.put)
@@ -208,10 +213,19 @@ def _pass_on(said: "SimpleQueue[logging.LogRecord]") -> None:
 
 
 @contextmanager
-def without_interrupts() -> Iterator[None]:
-    """Start processes that leave Ctrl-C to this one: they inherit what is blocked."""
+def _starting() -> Iterator[None]:
+    """Start processes that leave Ctrl-C to this one: they inherit what is blocked.
+
+    They import nothing from the current folder, where a file may have a module's name, such as
+    signal.py.
+    """
     before = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT])
+    path = os.environ.get(_SAFE_PATH)
+    os.environ[_SAFE_PATH] = "1"
     try:
         yield
     finally:
+        os.environ.pop(_SAFE_PATH)
+        if path is not None:
+            os.environ[_SAFE_PATH] = path
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
