@@ -5,18 +5,19 @@ Imports here are light, so that `--help` is fast; a command imports its dependen
 
 import argparse
 import contextlib
+import errno
+import io
 import os
 import signal
 import sys
 from collections.abc import Iterator, Sequence
 from importlib import import_module
 from types import FrameType
-from typing import TYPE_CHECKING, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn
 
 from workbench.commands import ExitCode
-from workbench.commands.printing import plain_output
+from workbench.commands.printing import plain_output, say
 from workbench.common.errors import WorkbenchError
-from workbench.common.plain_text import plain_text
 
 if TYPE_CHECKING:
     import logging
@@ -92,8 +93,11 @@ class Parser(argparse.ArgumentParser):
     def error(self, message: str) -> NoReturn:
         raise WorkbenchError(f"{message} (see `{self.prog} --help`)")
 
+    def print_help(self, file: Any = None) -> None:
+        """Print the help; unlike argparse's own, an error of the output is raised."""
+        print(self.format_help(), end="", file=file, flush=True)
 
-@plain_output()
+
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command.
 
@@ -104,11 +108,20 @@ def main(argv: Sequence[str] | None = None) -> int:
         0 done, 1 demands not met, 2 bad input, 130 interrupted, 143 terminated (128 plus the number
         of the signal).
     """
+    _open_closed_streams()
+    with plain_output():
+        return _end_in_sentences(argv)
+
+
+def _end_in_sentences(argv: Sequence[str] | None) -> int:
+    """Run one command, and return its exit code; errors become sentences."""
     try:
         with _endings_as_exceptions():
-            return _run(argv)
+            code = _run(argv)
+            sys.stdout.flush()  # so that a closed reader or a full device is noticed here
+            return code
     except WorkbenchError as error:
-        print(f"workbench: {plain_text(' '.join(str(error).split()))}", file=sys.stderr)
+        say(" ".join(str(error).split()))
         return BAD_INPUT
     except (KeyboardInterrupt, ImportError) as error:
         interrupt = _interrupt(error)
@@ -116,9 +129,44 @@ def main(argv: Sequence[str] | None = None) -> int:
             raise
         return end_interrupted(interrupt)
     except BrokenPipeError:
-        # The interpreter flushes stdout again at its end; discard that.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        _discard_output()
         return READER_GONE
+    except OSError:
+        reason = _output_failure()
+        if reason is None:
+            raise
+        _discard_output()
+        say(f"standard output cannot be written: {reason}: redirect it to another place")
+        return BAD_INPUT
+
+
+def _open_closed_streams() -> None:
+    """Open what the caller closed, as with `<&-`: another file would get its number."""
+    sys.stdin = sys.stdin or open(os.devnull, encoding="utf-8")  # noqa: SIM115, PTH123
+    sys.stdout = sys.stdout or _Closed()
+    sys.stderr = sys.stderr or open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115, PTH123
+
+
+class _Closed(io.StringIO):
+    """Stands for a closed standard output: nothing is lost in silence."""
+
+    def write(self, text: str) -> int:
+        raise OSError(errno.EBADF, "it is closed")
+
+
+def _output_failure() -> str | None:
+    """Return why standard output cannot be written, None if it can."""
+    try:
+        print(flush=True)
+    except OSError as error:
+        return error.strerror
+    return None
+
+
+def _discard_output() -> None:
+    """Let the interpreter, which flushes standard output at its end, discard what is left."""
+    with contextlib.suppress(io.UnsupportedOperation):  # it was closed from the beginning
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def _run(argv: Sequence[str] | None) -> int:
@@ -137,9 +185,7 @@ def _run(argv: Sequence[str] | None) -> int:
         parser.print_help(sys.stderr)
         return BAD_INPUT
     with _remarks_as_sentences():
-        code = int(args.run(args))
-    sys.stdout.flush()  # so that a closed reader is noticed here
-    return code
+        return int(args.run(args))
 
 
 def _refuse_empty(argv: Sequence[str]) -> None:
@@ -160,8 +206,7 @@ def _refuse_empty(argv: Sequence[str]) -> None:
 def end_interrupted(interrupt: KeyboardInterrupt) -> int:
     """Report that the command was ended, and return its exit code."""
     what = "terminated" if isinstance(interrupt, Terminated) else "interrupted"
-    with contextlib.suppress(OSError):  # a closed terminal
-        print(f"workbench: {what}; nothing was written", file=sys.stderr)
+    say(f"{what}; nothing was written")
     return 128 + interrupt.number if isinstance(interrupt, Terminated) else INTERRUPTED
 
 

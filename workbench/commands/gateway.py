@@ -3,11 +3,11 @@
 import argparse
 import sys
 import time
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from workbench.commands import ExitCode
 from workbench.commands.options import add_command, add_json_option, add_option
+from workbench.commands.outputs import Outputs
 from workbench.commands.printing import print_json_line, say, say_written
 from workbench.common.errors import WorkbenchError
 
@@ -184,12 +184,14 @@ def _pass_on(client: "Client", outlet: "Foxglove | PlotJuggler") -> None:
 def _run_ros2(args: argparse.Namespace) -> int:
     """Publish to ROS 2 until Ctrl-C, or write the package of messages."""
     if args.write_messages is not None:
-        from workbench.gateways.ros_messages.library import write_package
+        from workbench.gateways.ros_messages.library import package_files
 
-        files = write_package(Path(args.write_messages))
+        with Outputs() as outputs:
+            for path, text in package_files(args.write_messages).items():
+                outputs.add(path).write_text(text, encoding="utf-8")
         if args.json:
-            print_json_line({"files": files})
-        say_written(files)
+            print_json_line({"files": outputs.files})
+        say_written(outputs.files)
         return ExitCode.DONE
     from workbench.gateways.ros2 import run_ros2
     from workbench.gateways.ros2_options import ros2_options

@@ -14,8 +14,8 @@ from workbench.commands.options import add_command, add_json_option, add_option
 from workbench.commands.outputs import Outputs
 from workbench.commands.printing import print_result, print_table, say
 from workbench.common.errors import LONGEST_ECHO, WorkbenchError
-from workbench.plant import ranges
 from workbench.common.resources import existing
+from workbench.plant import ranges
 
 if TYPE_CHECKING:
     from workbench.plant.data_sheet import DataSheet, Figure

@@ -1,12 +1,16 @@
 """Output files of a command: all are written at its end, or none."""
 
 import argparse
+import errno
 import os
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import TracebackType
 
 from workbench.common.errors import WorkbenchError
+
+_FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
+"""Errors that only writing raises: the device is full, a quota is used up, it is defective."""
 
 
 @dataclass
@@ -72,6 +76,9 @@ class Outputs:
         traceback: TracebackType | None,
     ) -> None:
         try:
+            if isinstance(error, OSError) and error.errno in _FULL:
+                names = ", ".join(map(str, self._partial))
+                raise WorkbenchError(f"{names}: cannot be written: {error.strerror}") from error
             if kind is None:
                 for target, partial in self._partial.items():
                     partial.chmod(0o666 & ~_umask())

@@ -55,8 +55,9 @@ def terminal() -> TextIO:
 
 
 def say(sentence: str) -> None:
-    """Print a message for the person at the terminal."""
-    print(f"workbench: {plain_text(sentence, LONGEST_CELL)}", file=sys.stderr)
+    """Print a message for the person at the terminal, unless that is closed or full."""
+    with contextlib.suppress(OSError):
+        print(f"workbench: {plain_text(sentence, LONGEST_CELL)}", file=sys.stderr)
 
 
 def say_written(files: Sequence[Path]) -> None:

@@ -129,8 +129,12 @@ def write_tokens(path: Path | str) -> Tokens:
     tokens = Tokens(secrets.token_urlsafe(24), secrets.token_urlsafe(24))
     try:
         number = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
-        with os.fdopen(number, "w", encoding="utf-8") as stream:
-            stream.write(f"view: {tokens.view}\ncommand: {tokens.command}\n")
+        try:
+            with os.fdopen(number, "w", encoding="utf-8") as stream:
+                stream.write(f"view: {tokens.view}\ncommand: {tokens.command}\n")
+        except OSError:
+            Path(path).unlink(missing_ok=True)
+            raise
     except FileExistsError as error:
         raise WorkbenchError(f"{path}: exists already: use it, or remove it first") from error
     except (OSError, ValueError) as error:

@@ -114,7 +114,7 @@ class FlightLog:
         try:
             self._begin(topics, scenario, settings, values, vehicle, law, found)
         except BaseException as error:
-            self._writer.give_up()
+            self._writer.discard()
             if isinstance(error, OSError):
                 raise _not_written(path, error) from error
             raise

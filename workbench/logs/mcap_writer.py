@@ -29,7 +29,16 @@ class McapWriter(Writer):
         self._records = _Records(path)
         self._counts: Counter[int] = Counter()
         super().__init__(self._records, CHUNK_SIZE)
-        self.start(Profile.ROS2, library)
+        try:
+            self.start(Profile.ROS2, library)
+        except BaseException:
+            self.discard()
+            raise
+
+    def discard(self) -> None:
+        """Close and remove the file."""
+        self._records.file.close()
+        self._path.unlink(missing_ok=True)
 
     def is_in_place(self) -> bool:
         """Return whether the path still refers to the file."""

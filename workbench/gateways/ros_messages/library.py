@@ -64,14 +64,14 @@ MOST_BYTES = 1_000_000
 """Size limit of a package's manifest."""
 
 
-def write_package(folder: Path) -> list[Path]:
-    """Write a package for ament_cmake, and return its files.
+def package_files(folder: Path) -> dict[Path, str]:
+    """Return the files of a package for ament_cmake, and their texts.
 
     Args:
         folder: for the folder of the package, such as the src of a workspace.
 
     Raises:
-        WorkbenchError: if something else has its name, or it cannot be written.
+        WorkbenchError: if something else has its name.
     """
     package = folder / PACKAGE
     manifest = package / "package.xml"
@@ -85,13 +85,7 @@ def write_package(folder: Path) -> list[Path]:
     for name in own_types():
         plain = name.rpartition("/")[2]
         files[package / "msg" / f"{plain}.msg"] = definition(name).text
-    try:
-        (package / "msg").mkdir(parents=True, exist_ok=True)
-        for path, text in files.items():
-            path.write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise WorkbenchError(f"{package}: cannot be written: {error.strerror or error}") from None
-    return list(files)
+    return files
 
 
 def own_types() -> list[str]:

@@ -1,0 +1,128 @@
+"""A full device, for files and standard output: exit code 2, a sentence, nothing half-written."""
+
+import os
+import resource
+import subprocess
+import sys
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+from workbench.commands.cli import main
+
+NEW = "--mass 1kg --diagonal 450mm --propeller 10x4.5 --max-thrust 850g"
+QUAD = f"--model {Path(__file__).parents[1] / 'drones' / 'crazyflie.urdf'}"
+"""No xacro file, for which a process is started through a file."""
+WRITERS = (
+    f"new quad {NEW}",
+    f"inspect {QUAD.removeprefix('--model ')} --write there",
+    "tokens new.tokens",
+    f"gains save new.yaml --set kp_roll=200 {QUAD}",
+    f"excite --duration 20 {QUAD}",
+    f"graph --output graph.dot {QUAD}",
+    "export flight.mcap --output there",
+    "import table.csv --output table.mcap",
+    f"pin new.spec.yaml --axis z --duration 0.5 --no-margins {QUAD}",
+    f"step --axis z --duration 0.2 {QUAD}",
+    f"fly hover --duration 0.1 --no-plots {QUAD}",
+    f"fly hover --duration 0.1 --log flown.mcap --no-plots {QUAD}",
+    f"fly hover --duration 0.1 --html flown.html --no-plots {QUAD}",
+    f"sweep kp_roll=100..110:2 --duration 0.1 --no-plots {QUAD}",
+    "plot flight.mcap exact_state.p_wb.0",
+    "gateway ros2 --write-messages there",
+)
+"""Commands that write files."""
+PRINTERS = (
+    "--help",
+    "fly --help",
+    "--version",
+    "params",
+    "inspect dh_drone",
+    "inspect dh_drone --json",
+    "fly --list",
+    "controllers",
+    "completion bash",
+    "step --axis z --duration 0.2 --no-plots --json",
+    "hover --no-plots",
+    "gains show",
+    "linearize",
+    "frames --model dh_drone",
+)
+FULL = "workbench: standard output cannot be written: No space left on device: redirect it"
+FEW_BYTES = 20
+
+
+@contextmanager
+def files_of_at_most(size):
+    """Let writing more to a file fail, as on a full device."""
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+
+
+@pytest.mark.parametrize("command", WRITERS)
+def test_a_full_device(command, run, tmp_path, monkeypatch, log, pictures_here):
+    monkeypatch.chdir(tmp_path)
+    Path("flight.mcap").symlink_to(log)
+    Path("table.csv").write_text("t,x\n0,0\n1,0\n2,0\n3,0\n")
+    Path("table.mapping.yaml").write_text(
+        "time: {column: t, unit: s}\ncolumns:\n  x: {signal: imu.angular_velocity.x, unit: deg/s}\n"
+    )
+    before = sorted(tmp_path.iterdir())
+    with files_of_at_most(FEW_BYTES):
+        said = run(*command.split())
+    assert said.code == 2, said
+    assert "cannot be written: File too large" in said.err.splitlines()[-1]
+    assert sorted(tmp_path.iterdir()) == before
+
+
+@pytest.mark.parametrize("command", PRINTERS)
+def test_a_full_standard_output(command, monkeypatch, capsys, tmp_path):
+    monkeypatch.chdir(tmp_path)
+    with Path("/dev/full").open("w") as full:
+        monkeypatch.setattr(sys, "stdout", full)
+        assert main(command.split()) == 2
+    assert capsys.readouterr().err.splitlines()[-1].startswith(FULL)
+
+
+def shell(line):
+    """Run a line of a shell with `workbench`, and return its exit code, output and errors."""
+    done = subprocess.run(
+        ["bash", "-c", f'workbench() {{ "{sys.executable}" -m workbench "$@"; }}; {line}'],
+        capture_output=True,
+        text=True,
+        env=os.environ,
+    )
+    return done.returncode, done.stdout, done.stderr
+
+
+def test_closed_streams(case):
+    closed = "workbench: standard output cannot be written: it is closed: redirect it"
+    for line, code, out, err in (
+        ("workbench controllers >&-", 2, "", closed),
+        ("workbench --version 2>&-", 0, "workbench 0", ""),
+        ("workbench nothing 2>&-", 2, "", ""),
+        ("workbench --version 2> /dev/full", 0, "workbench 0", ""),
+        ("workbench new quad --mass 1kg <&-", 2, "", "workbench: --diagonal is missing"),
+        ("PYTHONUNBUFFERED=1 workbench --version > /dev/full", 2, "", FULL),
+    ):
+        with case(line):
+            found = shell(line)
+            assert found[0] == code
+            assert found[1].startswith(out)
+            assert found[2].startswith(err)
+            assert len(found[2].splitlines()) == bool(err)
+
+
+def test_a_closed_reader_is_no_failure():
+    """As of `workbench params | head -1`."""
+    reader, writer = os.pipe()
+    os.close(reader)
+    words = [sys.executable, "-m", "workbench", "--version"]
+    done = subprocess.run(words, stdout=writer, stderr=subprocess.PIPE)
+    os.close(writer)
+    assert (done.returncode, done.stderr) == (141, b"")
