@@ -10,6 +10,7 @@ import pytest
 from packaging.markers import default_environment
 from packaging.requirements import Requirement
 from packaging.specifiers import SpecifierSet
+from packaging.version import Version
 
 ROOT = Path(__file__).resolve().parent.parent
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
@@ -159,6 +160,32 @@ def test_what_is_pinned_is_what_the_requirements_allow(python):
     drake = next(it.specifier for it in wanted if it.name == "drake")
     assert pins["drake"] == ("1.51.1" if python == "3.11" else "1.58.0")
     assert "1.59.0" not in drake and "1.50.0" not in drake
+
+
+FIRST_WITHOUT_HOLES = {
+    "aiohttp": ("3.14.4", "PYSEC-2026-4371, and 40 before"),
+    "distributed": ("2026.1.0", "CVE-2026-23528"),
+    "lxml": ("6.1.0", "CVE-2026-41066"),
+    "pillow": ("13.0.0", "CVE-2026-112403, and others before"),
+    "playwright": ("1.55.1", "CVE-2025-59288"),
+    "pyarrow": ("23.0.1", "CVE-2026-25087"),
+    "pyqt6": ("6.10.1", "CVE-2025-12385, in the Qt of its wheels"),
+    "pyqt6-webengine": ("6.10.1", "the Chromium of its wheels"),
+    "pytest": ("9.0.3", "CVE-2025-71176"),
+    "tqdm": ("4.66.3", "CVE-2024-34062"),
+}
+"""First releases without a vulnerability that was published by November 2026, and the last one of
+that package."""
+
+
+def test_no_requirement_admits_a_release_with_a_known_hole():
+    extras = PROJECT["optional-dependencies"].values()
+    wanted = [Requirement(it) for it in sum(extras, PROJECT["dependencies"])]
+    for it in wanted:
+        first, hole = FIRST_WITHOUT_HOLES.get(canonical(it.name), ("0", ""))
+        least = [Version(each.version) for each in it.specifier if each.operator in (">=", "==")]
+        assert least and max(least) >= Version(first), f"{it} admits {hole}"
+    assert FIRST_WITHOUT_HOLES.keys() <= {canonical(it.name) for it in wanted}
 
 
 def canonical(name: str) -> str:
