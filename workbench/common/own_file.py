@@ -8,7 +8,9 @@ import hashlib
 import importlib.util
 import inspect
 import math
+import signal
 import sys
+import threading
 import traceback
 import types
 from collections import namedtuple
@@ -17,12 +19,15 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+from workbench.common.bounded_loops import NAMES, bounded_code
 from workbench.common.errors import WorkbenchError
 from workbench.common.parameter import Parameter, State
 from workbench.common.plain_files import read_plain_text
 
 MOST_BYTES = 4_000_000
 """Size limit of a file."""
+LONGEST, LONGEST_LOADING = 10.0, 60.0
+"""Time after which a function that Python runs, and a file, count as never returning [s]."""
 MOST_LINES = 1_000_000
 """Number of lines after which a file or an update counts as an endless loop."""
 
@@ -89,7 +94,8 @@ def run_own(what: str, name: str, file: Path, text: str) -> types.ModuleType:
     # machine code on disk finds the module of its functions by this name
     sys.modules[module.__name__] = module
     with own_errors(file, ""):
-        code = compile(text, str(file), "exec")
+        code = bounded_code(text, file)
+        module.__dict__.update(NAMES)
         with at_most_lines(file):
             exec(code, module.__dict__)
     return module
@@ -205,6 +211,76 @@ def own_errors(file: Path, what: str) -> Iterator[None]:
         ) from None
 
 
+@contextmanager
+def non_finite_named(file: Path, what: str) -> Iterator[None]:
+    """Raise an error that names the line of a file which first makes a number not finite.
+
+    NaN counts before infinity, which may be an intended bound. Without any, nothing is raised.
+
+    Args:
+        file: the user's.
+        what: runs in the block.
+
+    Raises:
+        WorkbenchError: naming file, line and number.
+    """
+    found: dict[bool, str] = {}
+
+    def note(line: int, name: str, value: float) -> None:
+        said = f"{file}:{line}: {what} makes {name} {value:g}: let it be a finite number"
+        found.setdefault(math.isnan(value), said)
+
+    def trace(frame: types.FrameType, event: str, _: Any) -> Any:
+        if frame.f_code.co_filename != str(file):
+            return None
+        known, line = _non_finite(frame.f_locals), frame.f_lineno
+
+        def inside(frame: types.FrameType, event: str, result: Any) -> Any:
+            nonlocal known, line
+            there = _non_finite(frame.f_locals)
+            for name, value in there.items():
+                if name not in known or math.isnan(value) > math.isnan(known[name]):
+                    note(line, name, value)
+            known = there
+            if event == "return":
+                for value in _non_finite({"": result}).values():
+                    note(frame.f_lineno, "its result", value)
+            line = frame.f_lineno
+            return inside
+
+        return inside
+
+    before = sys.gettrace()
+    sys.settrace(trace)
+    try:
+        yield
+    finally:
+        sys.settrace(before)
+    for is_nan in (True, False):
+        if is_nan in found:
+            raise WorkbenchError(found[is_nan])
+
+
+def _non_finite(values: Mapping[str, Any]) -> dict[str, float]:
+    """Return of each value that is not finite the first number that is not."""
+    first = {
+        name: next((number for number in _numbers(value) if not math.isfinite(number)), None)
+        for name, value in values.items()
+    }
+    return {name: number for name, number in first.items() if number is not None}
+
+
+def _numbers(value: Any) -> Iterator[float]:
+    """Yield the numbers of a number, an array, or nested tuples and lists."""
+    if isinstance(value, float):
+        yield value
+    elif isinstance(value, list | tuple):
+        for each in value:
+            yield from _numbers(each)
+    elif hasattr(value, "tolist"):
+        yield from _numbers(value.tolist())
+
+
 def _instead(error: BaseException) -> str:
     """Return advice on what to write instead of a line that raises an error."""
     if isinstance(error, ImportError):
@@ -241,6 +317,38 @@ def at_most_lines(file: Path, most: int = MOST_LINES) -> Iterator[None]:
     before = sys.gettrace()
     sys.settrace(count)
     try:
-        yield
+        with at_most_seconds(file, "it", LONGEST_LOADING):
+            yield
     finally:
         sys.settrace(before)
+
+
+@contextmanager
+def at_most_seconds(file: Path, what: str, most: float = 0.0) -> Iterator[None]:
+    """Stop the user's code after a time [s], as when it waits for something.
+
+    A signal does that, so only in the main thread, and only code that Python runs.
+
+    Args:
+        file: with the code.
+        what: runs in the block, for the message.
+        most: the time; 0 for `LONGEST`.
+    """
+    most = most or LONGEST
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+
+    def end(number: int, frame: types.FrameType | None) -> None:
+        while frame and frame.f_code.co_filename != str(file):
+            frame = frame.f_back
+        where = f"{file}:{frame.f_lineno}" if frame else str(file)
+        raise WorkbenchError(f"{where}: {what} has not returned for {most:g} s: let it end")
+
+    handler = signal.signal(signal.SIGALRM, end)
+    timer = signal.setitimer(signal.ITIMER_REAL, most, most)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, *timer)
+        signal.signal(signal.SIGALRM, handler)

@@ -44,7 +44,13 @@ from workbench.plant.rotors import wrench_matrix
 from workbench.plant.thrust_frame import thrust_frame
 from workbench.plant.vehicle import Vehicle
 
-SOURCES = ("control", "dynamics", "estimation/filters.py", "plant/gravity.py")
+SOURCES = (
+    "common/bounded_loops.py",
+    "control",
+    "dynamics",
+    "estimation/filters.py",
+    "plant/gravity.py",
+)
 """Sources of the compiled update below `workbench/`, besides its controller."""
 BODY, ROTOR = 20, 12
 """Number of constants of the body, and of each rotor, see `packed`."""
@@ -513,6 +519,9 @@ def flight_law(controller: Controller) -> FlightLaw:
         `known` has the constants of the body, then those of the rotors row by row, see `packed`. It
         is one array, because each argument costs compiled code a quarter of a microsecond. `probes`
         has gates and injections of the loop points.
+
+        Returns:
+            A number that is finite if all that the law commands and remembers is.
         """
         constants = unpacked(known[:BODY], known[BODY:].reshape(-1, ROTOR))
         loops = np.empty(3 * points)
@@ -535,6 +544,11 @@ def flight_law(controller: Controller) -> FlightLaw:
         for i in range(FILTERED):
             filtered[i] = after[i]
         write_memory(memory, remembered)
+        total = 0.0
+        for i in range(len(speeds)):
+            total += speeds[i]
+        for i in range(len(memory)):
+            total += memory[i]
         if settings[2] > 0.0:
             for i in range(len(speeds)):
                 full = speed_command(
@@ -544,6 +558,7 @@ def flight_law(controller: Controller) -> FlightLaw:
                     1.0,
                 )
                 speeds[i] = resolved(speeds[i], full, settings[2])
+        return total
 
     for function in (wrench, update, packed_update):
         unique(function, controller.key)

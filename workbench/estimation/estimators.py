@@ -28,6 +28,7 @@ from workbench.common.own_file import (
     at_most_lines,
     check_names,
     find_own,
+    non_finite_named,
     own_errors,
     read_own,
     record,
@@ -59,7 +60,13 @@ from workbench.estimation.settings import (
 )
 from workbench.plant.gravity import GRAVITY
 
-SOURCES = ("estimation", "estimators.py", "dynamics/rigid_body.py", "plant/gravity.py")
+SOURCES = (
+    "common/bounded_loops.py",
+    "estimation",
+    "estimators.py",
+    "dynamics/rigid_body.py",
+    "plant/gravity.py",
+)
 """Sources of the compiled updates, below `workbench/`."""
 ARGUMENTS = {
     "update": ("memory", "z", "settings", "mounting", "dt"),
@@ -393,8 +400,24 @@ def compiled_update(estimator: Estimator) -> Callable[..., None]:
     def checked(
         memory: np.ndarray, z: np.ndarray, settings: np.ndarray, mounting: np.ndarray, dt: float
     ) -> None:
+        before = memory.copy()
+
+        def again() -> None:
+            """Let Python run the update, as machine code knows no lines."""
+            with np.errstate(divide="raise", over="ignore", invalid="ignore"):
+                update(before, z, settings, mounting, dt)
+
         with own_errors(file, "update"):
-            compiled(memory, z, settings, mounting, dt)
+            try:
+                compiled(memory, z, settings, mounting, dt)
+            except WorkbenchError:
+                raise
+            except Exception:
+                again()
+                raise
+            if not np.isfinite(memory).all():
+                with non_finite_named(file, "update"):
+                    again()
         _check_finite(str(file), estimator, memory)
 
     return checked

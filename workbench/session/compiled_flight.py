@@ -9,6 +9,7 @@ from collections.abc import Callable
 import numpy as np
 from pydrake.systems.framework import Context, System
 
+from workbench.common.errors import WorkbenchError
 from workbench.control.controller import Controller
 from workbench.control.flight_mode import ModeState, Settings, Situation, guidance, next_state
 from workbench.diagram.core import COMMAND_DELAY, STATE_DELAY
@@ -18,7 +19,7 @@ from workbench.scenario.scenario import Rates, Scenario
 from workbench.systems.battery import PERIOD
 from workbench.systems.flight_computer import COMMANDS, FILTERED
 from workbench.systems.flight_computer import MEMORY as REMEMBERED
-from workbench.systems.flight_loop import compiled_loop
+from workbench.systems.flight_loop import REFUSED, compiled_loop
 from workbench.systems.vehicle_dynamics import (
     AIR,
     AWAY,
@@ -105,7 +106,7 @@ class CompiledFlight:
 
         Returns:
             The number of the next step. It is less than `last` if the vehicle may touch the ground
-            in that step; the diagram can continue there.
+            in that step, or the law fails in it; the diagram can continue there, and says why.
 
         Raises:
             RuntimeError: if forces or motion are not finite, as in the diagram.
@@ -115,7 +116,7 @@ class CompiledFlight:
         places = self._bench.recorder.places
         sizes = last // self._record - first // self._record, self._width
         recorded = np.empty(sizes)
-        while number < last and came != BROKEN:
+        while number < last and came not in (BROKEN, REFUSED):
             if flown.memory[AWAY] < 1.0 and not dynamics.find_free(flown.state, flown.memory):
                 break
             mode, guide, charge = flown.mode, flown.guide, flown.charge
@@ -130,25 +131,30 @@ class CompiledFlight:
             rows[:, places["mode"]] = mode
             rows[:, places["charge"]] = charge
             before = number
-            number, came = self._loop(
-                number,
-                until,
-                self._control,
-                self._record,
-                flown.reference,
-                np.array([flown.guide, guide]),
-                np.array([flown.supply_at(flown.charge), flown.supply_at(charge)]),
-                flown.law,
-                flown.values,
-                flown.constants,
-                dynamics.above_ground,
-                flown.state,
-                flown.memory,
-                flown.commands,
-                flown.filtered,
-                flown.remembered,
-                rows,
-            )
+            try:
+                number, came = self._loop(
+                    number,
+                    until,
+                    self._control,
+                    self._record,
+                    flown.reference,
+                    np.array([flown.guide, guide]),
+                    np.array([flown.supply_at(flown.charge), flown.supply_at(charge)]),
+                    flown.law,
+                    flown.values,
+                    flown.constants,
+                    dynamics.above_ground,
+                    flown.state,
+                    flown.memory,
+                    flown.commands,
+                    flown.filtered,
+                    flown.remembered,
+                    rows,
+                )
+            except WorkbenchError:
+                raise
+            except Exception:  # of the law, somewhere in these steps; nothing is written yet
+                return first
             if number > before:
                 flown.mode, flown.guide, flown.charge = mode, guide, charge
         flown.write()

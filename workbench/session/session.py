@@ -794,6 +794,10 @@ class Session:
                     reached = min(target, reached + look) if self._compiled else target
                     self._live.advance(reached)
                 self._steps = reached
+        except FlightBrokenError as error:
+            raise FlightBrokenError(
+                f"{error}; the flight broke off after {self.time:.3f} s"
+            ) from error
         except (RuntimeError, SystemExit) as error:
             reason = " ".join(str(error).split())
             raise FlightBrokenError(

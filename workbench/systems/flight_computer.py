@@ -1,7 +1,9 @@
 """The sampled controller as one LeafSystem, with the law compiled."""
 
+import math
 import weakref
 from collections.abc import Callable, Mapping
+from contextlib import nullcontext
 from dataclasses import replace
 from functools import lru_cache
 from typing import Any
@@ -18,7 +20,7 @@ from pydrake.systems.framework import (
 
 from workbench.common.compiled import Compiled, compile_cached
 from workbench.common.errors import FlightBrokenError, WorkbenchError
-from workbench.common.own_file import own_errors
+from workbench.common.own_file import at_most_seconds, non_finite_named, own_errors
 from workbench.control.controller import Controller, Program
 from workbench.control.flight_law import (
     ALL_PARTS,
@@ -66,14 +68,19 @@ def has_machine_code(controller: Controller) -> bool:
     return not controller.compiles or compiled_update(controller).is_made
 
 
-def interpreted_update(controller: Controller) -> Callable[..., Any]:
+def interpreted_update(controller: Controller) -> Callable[..., float]:
     """Return the control update with a controller as Python runs it."""
     function = flight_law(controller).packed_update
+    watched = not controller.shipped and controller.program is None
 
-    def run(*args: Any) -> None:
+    def run(*args: Any) -> float:
         # as in machine code: a division by zero is an error, other non-finite numbers are not
-        with np.errstate(divide="raise", invalid="ignore"):
-            function(*args)
+        with (
+            np.errstate(divide="raise", over="ignore", invalid="ignore"),
+            at_most_seconds(controller.file, "update") if watched else nullcontext(),
+        ):
+            total: float = function(*args)
+        return total
 
     return run
 
@@ -222,16 +229,7 @@ class FlightComputer(LeafSystem):
         Raises:
             WorkbenchError: if the law raises, or returns a number that is not finite.
         """
-        found = self.AllocateDiscreteVariables()
-        found.SetFrom(context.get_discrete_state())
-        file = self._controller.file
-        self._update(context, found)
-        numbers = [found.value(group) for group in range(found.num_groups())]
-        if not np.isfinite(np.concatenate(numbers)).all():
-            raise WorkbenchError(
-                f"{file}: update returns a number that is not finite in this state: check its "
-                "divisions and roots"
-            )
+        self._update(context, self._old(context))
 
     def signals(self, context: Context) -> np.ndarray:
         """Return the signals of the next update at the loop points (P), in their order.
@@ -311,15 +309,9 @@ class FlightComputer(LeafSystem):
             return
         # Drake hands over the new state as a copy of the old one, and the law reads each number
         # before it writes it; asking for the old one besides would take some microseconds.
-        numbers = (
-            *self._numbers(context),
-            discrete_state.get_mutable_value(FILTERED),
-            discrete_state.get_mutable_value(MEMORY) if self._controller.memory else _NONE,
-            discrete_state.get_mutable_value(COMMANDS),
-            self._count(context),
-        )
+        numbers = self._arguments(context, discrete_state)
         try:
-            self._run(*numbers)
+            total = self._run(*numbers)
         except FlightBrokenError as error:
             if self._ended_index is None:
                 raise
@@ -329,9 +321,60 @@ class FlightComputer(LeafSystem):
             )
             discrete_state.set_value(self._ended_index, [1.0])
             discrete_state.get_mutable_value(COMMANDS)[:] = 0.0
-        except Exception:
-            with own_errors(self._controller.file, "update"):
-                raise
+        except Exception as error:
+            self._explain(context, error)
+        else:
+            if not math.isfinite(total):
+                self._break_off(context)
+
+    def _explain(self, context: Context, error: Exception) -> None:
+        """Raise the error of an update with its line in the law's file.
+
+        Machine code knows no lines, so Python runs the same update again.
+
+        Raises:
+            WorkbenchError: always.
+        """
+        with own_errors(self._controller.file, "update"):
+            if not self.interpreted and not isinstance(error, WorkbenchError):
+                interpreted_update(self._controller)(*self._arguments(context, self._old(context)))
+            raise error
+
+    def _break_off(self, context: Context) -> None:
+        """Break the flight off at an update that gives numbers that are not finite.
+
+        Raises:
+            FlightBrokenError: naming the line in the law's file, unless the update was given such
+                numbers itself: the vehicle then breaks the flight off.
+        """
+        file, old = self._controller.file, self._old(context)
+        given = [self._state.Eval(context), *(old.value(k) for k in range(old.num_groups()))]
+        if not np.isfinite(np.concatenate(given)).all():
+            return
+        said = f"{file}: update returns a number that is not finite: check its divisions and roots"
+        if self._program is None:
+            try:
+                with own_errors(file, "update"), non_finite_named(file, "update"):
+                    interpreted_update(self._controller)(*self._arguments(context, old))
+            except WorkbenchError as error:
+                said = str(error)
+        raise FlightBrokenError(said)
+
+    def _old(self, context: Context) -> DiscreteValues:
+        """Return a copy of the state before an update."""
+        old = self.AllocateDiscreteVariables()
+        old.SetFrom(context.get_discrete_state())
+        return old
+
+    def _arguments(self, context: Context, discrete_state: DiscreteValues) -> tuple[Any, ...]:
+        """Return the arguments of an update, which writes to a state."""
+        return (
+            *self._numbers(context),
+            discrete_state.get_mutable_value(FILTERED),
+            discrete_state.get_mutable_value(MEMORY) if self._controller.memory else _NONE,
+            discrete_state.get_mutable_value(COMMANDS),
+            self._count(context),
+        )
 
     def _numbers(self, context: Context) -> tuple[Any, ...]:
         """Return what an update takes from ports and parameters, in its order."""

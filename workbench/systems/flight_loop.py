@@ -5,6 +5,7 @@ and in the same order: everything that is due at one time reads the state before
 results are equal to the bit.
 """
 
+import math
 from functools import lru_cache
 from typing import Any
 
@@ -36,6 +37,9 @@ from workbench.systems.vehicle_dynamics import (
     step_places,
 )
 from workbench.systems.vehicle_dynamics import SOURCES as VEHICLE
+
+REFUSED = BROKEN + 1
+"""Result of a step that was not done, because the law returns numbers that are not finite."""
 
 
 @lru_cache(maxsize=64)
@@ -103,12 +107,13 @@ def make_flight_loop(controller: Controller) -> Any:
                 and commands (n), as `airframe.Airframe.signals` has them, and others behind.
 
         Returns:
-            The number of the next step, and the result of the last one: DONE, NEAR (the step was
-            not done), or BROKEN.
+            The number of the next step, and the result of the last one: DONE, NEAR or REFUSED (the
+            step was not done; the law returns what is not finite), or BROKEN.
         """
         gains, shares, known, probes, estimate, settings = law
         period, n = constants[0], len(commands)
         held, reading, voltage = np.empty(n), np.empty(13), np.empty(1)
+        filtered_before, remembered_before = np.empty(len(filtered)), np.empty(len(remembered))
         places = step_places(n)
         rotors = constants[ROTORS:].reshape(-1, ROW)
         speeds, given = memory[SPEEDS : SPEEDS + n], memory[SPEEDS + n : SPEEDS + 2 * n]
@@ -127,10 +132,12 @@ def make_flight_loop(controller: Controller) -> Any:
             acting = commands
             if number % control == 0:
                 held[:] = commands
+                filtered_before[:] = filtered
+                remembered_before[:] = remembered
                 acting = held
                 gyro_reading(time, values, constants, state, memory, reading)
                 voltage[0] = voltage_share(speeds, given, supply[part], rotors)
-                update(
+                total = update(
                     reading,
                     voltage,
                     reference,
@@ -147,6 +154,11 @@ def make_flight_loop(controller: Controller) -> Any:
                     commands,
                     1.0 * (number // control) if divides else ALL_PARTS,
                 )
+                if not math.isfinite(total):
+                    commands[:] = held
+                    filtered[:] = filtered_before
+                    remembered[:] = remembered_before
+                    return number, REFUSED
             if advance(time, acting, values, constants, places, state, memory) == BROKEN:
                 return number, BROKEN
             if (number + 1) % record == 0:

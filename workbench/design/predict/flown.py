@@ -36,6 +36,7 @@ from workbench.common.compiled import compile_cached
 from workbench.common.jitable import register_jitable, unique
 from workbench.control.controller import Controller
 from workbench.control.flight_law import FILTERED, flight_law, known_vehicle, law_constants, packed
+from workbench.control.flight_law import SOURCES as LAW
 from workbench.control.guidance import Guidance
 from workbench.dynamics.rigid_body import into_body, into_world, rigid_body, rotation
 from workbench.dynamics.vehicle_step import FULL, rotor_rows, step_vehicle
@@ -43,13 +44,7 @@ from workbench.plant.gravity import GRAVITY
 from workbench.plant.vehicle import Vehicle
 from workbench.systems.acceleration_estimate import sampled_estimate
 
-SOURCES = (
-    "control",
-    "dynamics",
-    "estimation/filters.py",
-    "plant/gravity.py",
-    "design/predict/flown.py",
-)
+SOURCES = (*LAW, "design/predict/flown.py")
 """What compiled predictions stand in, below `workbench/`, besides the controller."""
 GO_TO = np.array(Guidance(1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), dtype=float)
 """The mode that flies where the setpoint is."""

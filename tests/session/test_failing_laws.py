@@ -1,0 +1,128 @@
+"""A law that fails in flight is named with its line, whoever runs it."""
+
+import signal
+from pathlib import Path
+
+import pytest
+
+from workbench.common import own_file
+from workbench.common.compiled import compile_cached
+from workbench.common.errors import FlightBrokenError, WorkbenchError
+from workbench.scenario.scenario import Action, Scenario
+from workbench.session import session as session_module
+from workbench.session.session import Session
+from workbench.systems import flight_computer
+
+TEXT = (Path(__file__).parents[1] / "controllers/cascade.py").read_text(encoding="utf-8")
+BEFORE = "    missing = "
+LINE = TEXT[: TEXT.index(BEFORE)].count("\n") + 2
+FAILURES = (
+    (
+        "m_x = m_x + 1e400 * 0.0",
+        "update makes m_x nan: let it be a finite number; the flight broke o",
+    ),
+    ("m_x = m_x / (measured.p_WB[2] * 0.0)", "update fails: FloatingPointError: divide by zero"),
+    ("while up < 1e9: up *= 1.0", "does not end: it has an endless loop"),
+    ("for k in range(int(1e9 * v[2])): up += 0.0", "does not end: it has an endless loop"),
+)
+"""What a law does above 0.3 m/s, and what is said of that line."""
+
+
+def climbing(path: Path) -> Scenario:
+    return Scenario(controller=str(path), script=[Action(velocity=[0.0, 0.0, 1.0])])
+
+
+@pytest.fixture
+def failing(tmp_path):
+    """Return a function that writes a law with a line of failure, and returns a flight of it."""
+
+    def write(line: str) -> tuple[Path, Session]:
+        path = tmp_path / "mine.py"
+        path.write_text(TEXT.replace(BEFORE, f"    if v[2] > 0.3:\n        {line}\n{BEFORE}"))
+        return path, Session(climbing(path))
+
+    return write
+
+
+def complaint(session: Session, path: Path) -> str:
+    with pytest.raises(WorkbenchError) as caught:
+        session.tick(3.0)
+    assert 0.0 < session.time < 3.0
+    assert isinstance(caught.value, FlightBrokenError) == ("nan" in str(caught.value))
+    said = str(caught.value)
+    assert said.startswith(f"{path}:{LINE}: "), said
+    return said.removeprefix(f"{path}:{LINE}: ")
+
+
+@pytest.mark.usefixtures("interpreted_laws")
+def test_python_names_the_line(failing, case):
+    for line, said in FAILURES:
+        with case(line):
+            path, session = failing(line)
+            assert complaint(session, path).startswith(said)
+
+
+@pytest.fixture
+def as_machine_code(monkeypatch):
+    """Run laws as machine code does: its errors name no line."""
+
+    def compiled_update(law):
+        run = flight_computer.interpreted_update(law)
+        compiled = compile_cached(run, (), "a law")
+
+        def without_lines(*args):
+            try:
+                return run(*args)
+            except FloatingPointError:
+                failed = ZeroDivisionError("division by zero")
+            raise failed
+
+        compiled.run = without_lines
+        return compiled
+
+    monkeypatch.setattr(flight_computer, "compiled_update", compiled_update)
+    monkeypatch.setattr(session_module, "is_quick", lambda law: False)
+
+
+def test_python_finds_the_line_where_machine_code_failed(failing, as_machine_code, case):
+    for line, said in FAILURES:
+        with case(line):
+            path, session = failing(line)
+            assert complaint(session, path).startswith(said)
+
+
+@pytest.mark.slow
+def test_machine_code_names_the_line(failing, case):
+    """One law with all failures, as making the machine code of one takes a minute."""
+    lines = "".join(
+        f"\n        if g.k_place == {number}.0:\n            {line}"
+        for number, (line, _) in enumerate(FAILURES)
+    )
+    for engine in ("diagram", "compiled"):
+        path, _ = failing(lines)
+        for number, (line, said) in enumerate(FAILURES):
+            with case(line, engine):
+                session = Session(climbing(path), {"k_place": float(number)}, engine=engine)
+                with pytest.raises(WorkbenchError) as caught:
+                    session.tick(3.0)
+                assert str(caught.value).startswith(f"{path}:{LINE + 2 + 2 * number}: {said}")
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("interpreted_laws")
+def test_a_law_that_waits_is_named(failing, monkeypatch):
+    """As for an answer of another program: nothing counts lines or turns meanwhile."""
+    monkeypatch.setattr(own_file, "LONGEST", 5.0)
+    before = signal.getsignal(signal.SIGALRM)
+    path, session = failing("import time; time.sleep(3600.0)")
+    assert complaint(session, path).startswith("update has not returned for 5 s: let it end")
+    assert signal.getsignal(signal.SIGALRM) is before
+    assert signal.getitimer(signal.ITIMER_REAL) == (0.0, 0.0)
+
+
+@pytest.mark.usefixtures("interpreted_laws")
+def test_what_is_flown_until_then_is_kept(failing):
+    _, session = failing("m_x = m_x + 1e400 * 0.0")
+    with pytest.raises(FlightBrokenError):
+        session.tick(3.0)
+    assert session.recording().v_WB[-1, 2] > 0.29
