@@ -7,11 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
-from workbench.logs.flight_reader import read_flight
 from workbench.logs.flight_record import FlightRecord
-from workbench.logs.readers.blackbox import read_blackbox
-from workbench.logs.readers.dataflash import read_dataflash
-from workbench.logs.readers.ulog import read_ulog
+from workbench.logs.readers.any_log import read_any
 
 HEADERS = {
     "Firmware type": "Cleanflight",
@@ -256,9 +253,10 @@ def _written(path: Path, data: bytes) -> Path:
 
 
 def read_here(path: Path) -> FlightRecord:
-    """Read a log in this process; `read_flight` starts another one for some formats."""
-    readers = {".bbl": read_blackbox, ".ulg": read_ulog, ".bin": read_dataflash}
-    return readers.get(path.suffix, read_flight)(path)
+    """Read a log in this process; `read_flight` starts another one."""
+    found = read_any(path, None, path.parent)
+    assert isinstance(found, FlightRecord)
+    return found
 
 
 Write = Callable[[Path, np.ndarray, np.ndarray], Path]

@@ -187,6 +187,7 @@ def several(*lengths: int) -> bytes:
     return b"".join(log if length else header for log, length in zip(logs, lengths, strict=True))
 
 
+@pytest.mark.usefixtures("unheld")
 def test_of_several_logs_the_longest_is_read_or_the_wanted_one(tmp_path, capsys, case):
     path = tmp_path / "a.bbl"
     for lengths, longest in (((5, 50), 2), ((50, 5), 1), ((0, 5, 20, 3), 3), ((3, 0), 1)):
@@ -376,6 +377,7 @@ def test_outputs_are_motor_commands_only_if_they_move_as_pulses(tmp_path, case):
                 assert not any("no motor commands" in each for each in flight.remarks)
 
 
+@pytest.mark.usefixtures("unheld")
 def test_a_unit_is_converted_or_refused(tmp_path, case):
     table = tmp_path / "a.csv"
     table.write_text("t,x\n" + "".join(f"{i},{600}\n" for i in range(20)))

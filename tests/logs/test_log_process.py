@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from mcap.writer import MCAP0_MAGIC
 
-from tests.logs.test_flight_reader import MAPPING, SHARED, blackbox, usd_log
+from tests.logs.test_flight_reader import MAPPING, SHARED, made_up_blackbox, usd_log
 from tests.logs.test_record import zstd_chunk
 from workbench.common.errors import WorkbenchError
 from workbench.logs import log_child, log_process
@@ -46,7 +46,7 @@ def test_every_log_is_read_by_a_process_that_may_read_its_files_alone(log, tmp_p
     table.write_text(TABLE)
     mapping.write_text(MAPPING)
     usd.write_bytes(usd_log([(1000 * i, 1.0, 1.0) for i in range(9)]))
-    bbl.write_bytes(gzip.compress(blackbox(50)))
+    bbl.write_bytes(gzip.compress(made_up_blackbox(50)))
     for read, file, beside in (
         (read_log, log, "flight.mapping.yaml"),
         (read_flight, log, "flight.mapping.yaml"),
@@ -74,7 +74,7 @@ def test_a_log_of_another_process_replays_to_the_bit(log):
 
 @pytest.mark.usefixtures("unheld")
 def test_a_compressed_log_is_the_log(log, tmp_path, case):
-    files = {"a.mcap": log.read_bytes(), "a.bbl": blackbox(100)}
+    files = {"a.mcap": log.read_bytes(), "a.bbl": made_up_blackbox(100)}
     if SHARED.exists():
         files["a.ulg"] = (SHARED / "px4_ulog/sample.ulg").read_bytes()
     for name, data in files.items():
