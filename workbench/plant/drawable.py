@@ -17,20 +17,33 @@ from workbench.common.cache import cache_folder
 from workbench.common.errors import WorkbenchError
 from workbench.ipc.limited import LimitedError, run_limited
 from workbench.plant.formats.values import shortened
-from workbench.plant.meshes.job import MeshJob, Rgba, is_sealed, write_whole
-from workbench.plant.meshes.side_files import side_files
+from workbench.plant.meshes.job import (
+    MeshJob,
+    Rgba,
+    is_sealed,
+    read_reason,
+    reason_file,
+    write_whole,
+)
+from workbench.plant.meshes.side_files import refused_names, side_files
 from workbench.plant.model import Inertial, Link, LinkShape, Model
 from workbench.plant.packages import exists
 from workbench.plant.remarks import Remarks
 from workbench.plant.rotors import Rotor
 from workbench.plant.shapes import Box, Cylinder, Mesh, Shape
 
-MOST_BYTES = 200_000_000
+MOST_BYTES = 100_000_000
 """Size limit of a mesh file [bytes]."""
 _CHILD = "workbench.plant.meshes.child"
-_SECONDS, _MEGABYTES = 60.0, 3000
-_PATIENCE = 180.0
-"""Time limit for all meshes together [s]; a mesh not begun by then is rejected."""
+_SECONDS, _SECONDS_A_TASK, _SECONDS_A_MEGABYTE = 2.0, 1.0, 0.3
+_MEGABYTES, _MEGABYTES_A_MEGABYTE = 560, 14
+"""Limits of the child process by the size of the files.
+
+Its libraries take 1 s and 300 MB of address space. A megabyte of STL takes 0.1 s and 11 MB, other
+formats take less.
+"""
+_PATIENCE = 30.0
+"""Time after which no other process is started for the meshes that one left over [s]."""
 _REFUSED_FOR = 600.0
 """Time before another attempt at a mesh that could not be converted [s]."""
 _GREY = (0.55, 0.57, 0.6, 1.0)
@@ -116,73 +129,84 @@ def _outcome(task: _Task) -> str | None:
     """Return why a conversion failed recently, "" if it is done, None if it is still to do."""
     if is_sealed(task[1]):
         return ""
-    note = _note(task)
+    note = reason_file(task[1])
     try:
         if time.time() - note.stat().st_mtime > _REFUSED_FOR:
             return None
-        return note.read_bytes()[:1000].decode("utf-8", "replace") or None
+        return read_reason(task[1]) or None
     except OSError:
         return None
-
-
-def _note(task: _Task) -> Path:
-    return task[1].with_suffix(f"{task[1].suffix}.refused")
 
 
 def _run(tasks: Sequence[_Task]) -> dict[_Task, str]:
     """Convert, and return why that failed, or "".
 
-    If the process for all of them dies, each is tried in its own process. So a bad mesh is
-    identified and does not affect the others.
+    If the process dies, that is the fault of the first mesh that it left over, and another process
+    converts those after it. So a bad mesh does not affect the others.
     """
-    if not tasks:
-        return {}
+    reasons: dict[_Task, str] = {}
     until = time.monotonic() + _PATIENCE
-    try:
-        reasons = dict(zip(tasks, _ask(tasks), strict=True))
-    except LimitedError as error:
-        reasons = dict.fromkeys(tasks, str(error))
-        for task in tasks if len(tasks) > 1 else ():
-            reasons[task] = "" if is_sealed(task[1]) else _ask_alone(task, until)
+    while left := [task for task in tasks if task not in reasons]:
+        found, death = _ask(left)
+        reasons |= found
+        culprit = next((task for task in left if task not in found), None)
+        for task in left:
+            if culprit and task[0].file == culprit[0].file:
+                reasons.setdefault(task, death)
+            elif time.monotonic() > until:
+                late = f"the meshes before it took more than {_PATIENCE:g} s"
+                reasons.setdefault(task, late)
     for task, reason in reasons.items():
         if reason:
             with contextlib.suppress(OSError):  # then it is only tried again
-                write_whole(_note(task), reason.encode("utf-8", "replace"))
+                write_whole(reason_file(task[1]), reason.encode("utf-8", "replace"))
     return reasons
 
 
-def _ask_alone(task: _Task, until: float) -> str:
-    if time.monotonic() > until:
-        return f"the meshes before it took more than {_PATIENCE:g} s"
-    try:
-        return _ask([task])[0]
-    except LimitedError as error:
-        return str(error)
+def _ask(tasks: Sequence[_Task]) -> tuple[dict[_Task, str], str]:
+    """Convert in one process, which writes to a folder of its own and not to the cache.
 
-
-def _ask(tasks: Sequence[_Task]) -> list[str]:
-    """Convert in one process, which writes to a folder of its own and not to the cache."""
+    Returns:
+        Why each conversion failed, or "", without those that it left over; and why it died, or "".
+    """
     with tempfile.TemporaryDirectory(dir=tasks[0][1].parent, prefix=".") as folder:
-        made = [Path(folder) / target.name for _, target in tasks]
-        files = [Path(job.file) for job, _ in tasks]
-        request = [
-            (dataclasses.asdict(job), str(path)) for (job, _), path in zip(tasks, made, strict=True)
-        ]
-        sides = (side for file in files for side in side_files(file, _content(file)))
+        made = {task: Path(folder) / task[1].name for task in tasks}
+        reads = {task: [Path(task[0].file), *_side_files(Path(task[0].file))] for task in tasks}
+        sizes = {task: sum(map(_megabytes, files)) for task, files in reads.items()}
+        seconds = sum(_SECONDS_A_TASK + _SECONDS_A_MEGABYTE * size for size in sizes.values())
+        death = ""
         try:
-            answer = run_limited(
+            run_limited(
                 _CHILD,
-                request,
-                seconds=_SECONDS,
-                megabytes=_MEGABYTES,
-                reads=[*files, *sides],
+                [(dataclasses.asdict(job), str(made[job, target])) for job, target in tasks],
+                seconds=_SECONDS + seconds,
+                megabytes=round(_MEGABYTES + _MEGABYTES_A_MEGABYTE * max(sizes.values())),
+                reads=[file for files in reads.values() for file in files],
                 writes=[folder],
             )
-        finally:  # what was done before it died is not done again
-            for path, (_, target) in zip(made, tasks, strict=True):
-                if is_sealed(path):
-                    path.replace(target)
-    return [str(reason) for reason in answer]
+        except LimitedError as error:
+            death = str(error)
+        found: dict[_Task, str] = {}
+        for task, path in made.items():
+            if is_sealed(path):
+                path.replace(task[1])
+                found[task] = ""
+            elif (reason := read_reason(path)) is not None:
+                found[task] = reason
+        if not death and len(found) < len(tasks):
+            death = "it was not converted"
+        return found, death
+
+
+def _side_files(file: Path) -> list[Path]:
+    return side_files(file, _content(file))
+
+
+def _megabytes(file: Path) -> float:
+    try:
+        return file.stat().st_size / 1e6
+    except OSError:  # deleted meanwhile: the child says so
+        return 0.0
 
 
 def _content(file: Path) -> bytes:
@@ -345,6 +369,9 @@ def _drawable(model: Model, link: Link, files: Files, remarks: Remarks, fate: st
         if isinstance(file, WorkbenchError):
             remarks.add("ignored", model.source, element, f"{file}; {fate}")
             return dataclasses.replace(shape, shape=dataclasses.replace(mesh, path=None))
+        for name in refused_names(mesh.path, _content(mesh.path)) if use == "visual" else ():
+            text = f"{mesh.path}: it names '{shortened(name)}' outside of its folder; not read"
+            remarks.add("ignored", model.source, element, text)
         return dataclasses.replace(shape, shape=Mesh(mesh.uri, file), rgba=None)
 
     visuals = tuple(converted("visual", each, fate) for each in link.visuals)

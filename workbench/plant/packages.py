@@ -28,9 +28,9 @@ _MODEL_PATHS = (
 _MARKERS = ("package.xml", "model.config", "model.sdf")
 _INNER = (
     *("urdf", "xacro", "sdf", "mjcf", "xml", "robot", "robots", "model", "models"),
-    *("description", "world", "worlds"),
+    *("description", "world", "worlds", "mesh", "meshes", "visual", "collision", "assets"),
 )
-"""Usual names of a folder of descriptions within the folder of a drone."""
+"""Usual names of a folder of descriptions or meshes within the folder of a drone."""
 _NEAR = 3
 """Number of ancestors of the description to search with their child folders."""
 _DEPTH = 4
@@ -66,7 +66,7 @@ class PackageFinder:
         above = [*self.source.parents, *_resolved(self.source).parents]
         self._above = tuple(dict.fromkeys(above))
         tops = (_resolved(self.source.parent), _resolved(self.source).parent)
-        self._own = tuple(dict.fromkeys(_own_folder(top, self._shallow) for top in tops))
+        self._own = tuple(dict.fromkeys(map(own_folder, tops)))
         self._found: dict[str, tuple[Path, ...]] = {}
         self._crawled: dict[tuple[Path, int], dict[str, list[Path]]] = {}
 
@@ -132,20 +132,31 @@ class PackageFinder:
             An absolute path to an existing file or folder that the description may read, or None.
             Web addresses are not followed.
         """
+        return next((found for found, allowed in self._existing(uri, file) if allowed), None)
+
+    def refuse_outside(self, uri: str, file: Path, place: object) -> None:
+        """Reject a URI or path that only a file refers to which the description may not read.
+
+        Args:
+            uri: see `resolve`.
+            file: see `resolve`.
+            place: what names it, for the beginning of a message.
+
+        Raises:
+            WorkbenchError: for such a file.
+        """
+        existing = dict(self._existing(uri, file))
+        if existing and not any(existing.values()):
+            self.allowed(next(iter(existing)), place)
+
+    def _existing(self, uri: str, file: Path) -> Iterator[tuple[Path, bool]]:
+        """Yield the files and folders that a URI may refer to, and whether each may be read."""
         text = uri.strip()
-        return next(
-            (
-                found
-                for spelling in dict.fromkeys((text, unquote(text)))
-                for found, package in self._places(spelling, file.absolute())
-                if exists(found)
-                and (
-                    (package and _resolved(found).is_relative_to(_resolved(package)))
-                    or self.reach(found)
-                )
-            ),
-            None,
-        )
+        for spelling in dict.fromkeys((text, unquote(text))):
+            for found, package in self._places(spelling, file.absolute()):
+                if exists(found):
+                    inside = package and _resolved(found).is_relative_to(_resolved(package))
+                    yield found, bool(inside or self.reach(found))
 
     @staticmethod
     def hint(name: str) -> str:
@@ -287,8 +298,9 @@ def _model_folders() -> list[Path]:
     return [folder for variable in _MODEL_PATHS for folder in _folders_in(variable)]
 
 
-def _own_folder(folder: Path, shallow: set[Path]) -> Path:
+def own_folder(folder: Path) -> Path:
     """Return the repository, else the package, else the folder of the drone around a folder."""
+    shallow = _shallow()
     above = [each for each in (folder, *folder.parents) if each not in shallow]
     for marks in ((".git",), _MARKERS):
         for each in above:

@@ -15,7 +15,7 @@ from pydrake.geometry import Convex
 from workbench.common.errors import WorkbenchError
 from workbench.plant.meshes import child, gltf
 from workbench.plant.meshes.child import convert, convert_all
-from workbench.plant.meshes.job import MeshJob, is_sealed
+from workbench.plant.meshes.job import MeshJob, is_sealed, read_reason
 
 CORNERS = ((0, 0, 0), (1, 0, 0), (0, 2, 0), (0, 0, 3))
 FACES = ((0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3))
@@ -413,9 +413,24 @@ def test_what_is_no_mesh_is_refused_in_a_clause(written, name, content, said):
     assert said in failure(job(written(name, content)))
 
 
-def test_too_many_faces_are_refused(written, monkeypatch):
+@pytest.mark.parametrize(
+    ("name", "content"),
+    [
+        ("a.stl", stl()),
+        ("a.stl", binary_stl()),
+        ("a.ply", ply(True)),
+        ("a.obj", obj()),
+        ("a.off", "OFF\n4 4 6\n"),
+    ],
+)
+def test_too_many_faces_are_refused_before_they_are_read(written, monkeypatch, name, content):
     monkeypatch.setattr(child, "MOST_FACES", 3)
-    assert failure(job(written("a.stl", stl()))) == "it has more than 3 faces"
+    assert failure(job(written(name, content))) == "it states 4 faces, more than 3"
+
+
+def test_too_many_faces_of_a_scene_are_refused(written, monkeypatch):
+    monkeypatch.setattr(child, "MOST_FACES", 3)
+    assert failure(job(written("a.glb", TWO["a.glb"]))) == "it has more than 3 faces"
 
 
 def test_vertices_that_no_face_uses_do_not_matter(written, bounds):
@@ -431,11 +446,12 @@ def test_all_requests_are_answered_and_the_good_ones_written(written, tmp_path):
     requests = [
         (vars(job(path)), str(tmp_path / f"{path.stem}.gltf")) for path in (bad, good, ugly)
     ]
-    reasons = convert_all(requests)
-    assert reasons[1] == ""
+    convert_all(requests)
+    b, a, c = (read_reason(Path(target)) for _, target in requests)
+    assert a is None
     assert is_sealed(tmp_path / "a.gltf")
-    assert reasons[0] == "it has no faces"
-    assert reasons[2].startswith("it cannot be read: ") and "\n" not in reasons[2]
+    assert b == "it has no faces"
+    assert c.startswith("it cannot be read: ") and "\n" not in c
     assert not (tmp_path / "b.gltf").exists()
 
 
@@ -453,7 +469,8 @@ def test_whatever_a_reader_raises_is_a_clause(written, tmp_path, monkeypatch, er
 
     monkeypatch.setattr(child, "read_parts", fail)
     path = written("a.stl", stl())
-    assert convert_all([(vars(job(path)), str(tmp_path / "a.gltf"))]) == [said]
+    convert_all([(vars(job(path)), str(tmp_path / "a.gltf"))])
+    assert read_reason(tmp_path / "a.gltf") == said
 
 
 def test_parts_that_look_alike_are_one(written):

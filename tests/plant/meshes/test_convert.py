@@ -17,7 +17,7 @@ from workbench.common.errors import WorkbenchError
 from workbench.ipc.limited import LimitedError
 from workbench.plant import drawable as meshes
 from workbench.plant.drawable import MeshUse, convert
-from workbench.plant.meshes.job import is_sealed, sealed
+from workbench.plant.meshes.job import is_sealed, reason_file, sealed
 from workbench.plant.shapes import Mesh
 
 OBJ = "v 0 0 0\nv 1 0 0\nv 0 2 0\nv 0 0 3\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
@@ -48,15 +48,14 @@ def child(monkeypatch):
 
     def run_limited(module, request, **bounds):
         calls.append([Path(fields["file"]).stem for fields, _ in request])
-        reasons = []
-        for fields, target in request:
-            name = Path(fields["file"]).stem
-            if "deadly" in name:
+        for _, name in request:
+            target = Path(name)
+            if "deadly" in target.stem:
                 raise LimitedError("it took more than 60 s")
-            if "bad" not in name:
-                Path(target).write_bytes(sealed(b"{}", Path(target).suffix))
-            reasons.append("it has no faces" if "bad" in name else "")
-        return reasons
+            if "bad" in target.stem:
+                reason_file(target).write_text("it has no faces")
+            else:
+                target.write_bytes(sealed(b"{}", target.suffix))
 
     monkeypatch.setattr(meshes, "run_limited", run_limited)
     return calls
@@ -181,16 +180,24 @@ def test_a_deadly_mesh_does_not_spoil_the_others(tmp_path, child):
     assert is_sealed(one) and is_sealed(two)
     assert str(deadly) == f"{tmp_path}/deadly.obj: it took more than 60 s"
     assert str(bad) == f"{tmp_path}/bad.obj: it has no faces"
-    # What was done before the process died is not done again.
-    assert child == [["one", "deadly", "bad", "two"], ["deadly"], ["bad"], ["two"]]
+    # What was done before the process died is not done again, nor is what it died of.
+    assert child == [["one", "deadly", "bad", "two"], ["bad", "two"]]
+
+
+def test_a_deadly_mesh_is_tried_once_for_all_its_uses(tmp_path, child):
+    mesh = mesh_of(tmp_path / "deadly.obj", "")
+    found = convert(MeshUse(mesh, use) for use in ("visual", "collision"))
+    assert child == [["deadly", "deadly"]]
+    assert {str(error) for error in found.values()} == {f"{mesh.path}: it took more than 60 s"}
 
 
 def test_many_deadly_meshes_end_in_bounded_time(tmp_path, child, monkeypatch):
     monkeypatch.setattr(meshes, "_PATIENCE", -1.0)
     uses = [MeshUse(mesh_of(tmp_path / f"deadly{i}.obj", str(i)), "visual") for i in range(5)]
-    found = convert(uses)
+    first, *others = convert(uses).values()
     assert len(child) == 1
-    assert all("the meshes before it took more than" in str(error) for error in found.values())
+    assert "it took more than 60 s" in str(first)
+    assert all("the meshes before it took more than" in str(error) for error in others)
 
 
 @pytest.mark.parametrize("scale", [math.nan, math.inf, -math.inf])
@@ -217,8 +224,8 @@ def test_a_mesh_that_was_not_found_is_refused_by_its_uri():
 def test_a_huge_file_is_refused_unread(tmp_path):
     path = tmp_path / "huge.stl"
     with path.open("wb") as file:
-        file.truncate(200_000_001)
-    with pytest.raises(WorkbenchError, match=r"huge\.stl: it is larger than 200 MB$"):
+        file.truncate(100_000_001)
+    with pytest.raises(WorkbenchError, match=r"huge\.stl: it is larger than 100 MB$"):
         visual_mesh(Mesh("huge.stl", path))
 
 

@@ -84,6 +84,8 @@ class SdfFiles:
                 found = None  # a local wrapper of the model online, by the same name
         if found:
             return found
+        if not online:
+            self._finder.refuse_outside(uri, include.file, f"{place(include.element)}: <include>")
         problem = (
             "is on the internet, and nothing is downloaded: download the model and"
             if online

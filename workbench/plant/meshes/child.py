@@ -2,6 +2,7 @@
 
 import io
 import math
+import re
 from collections.abc import Callable, Iterable
 from dataclasses import replace
 from functools import cache, partial
@@ -21,7 +22,7 @@ from trimesh.visual.material import PBRMaterial
 from workbench.common.errors import WorkbenchError
 from workbench.ipc.limited import one_line, serve
 from workbench.plant.meshes.gltf import GENERATOR, to_z_up, write_gltf
-from workbench.plant.meshes.job import MeshJob, sealed
+from workbench.plant.meshes.job import MeshJob, reason_file, sealed
 from workbench.plant.meshes.materials import make_material, material_of, open_picture, vertex_colors
 from workbench.plant.meshes.parts import MOST_FACES, Array, Part, joined
 from workbench.plant.meshes.side_files import find_side_file
@@ -36,6 +37,7 @@ _MANY_DIRECTIONS = 800
 _FEW_VERTICES = 50
 _FEW_DIRECTIONS = 20
 _MOST_NODES = 100_000
+_LONGEST_HEAD = 10_000
 _LUMINANCE = np.array([0.212671, 0.715160, 0.072169])
 """Luminance of red, green and blue: ITU-R BT.709, as in the COLLADA specification."""
 _FORMATS = {
@@ -147,13 +149,16 @@ def _few(points: Array) -> Array:
     return corners[chosen]
 
 
-def convert_all(request: Any) -> list[str]:
-    """Write the requested files; return for each the reason for a failure, or "".
+def convert_all(request: Any) -> None:
+    """Write the requested files one after the other, or files with the reasons for failures.
 
     Args:
         request: pairs of the fields of a job and the path to write to.
     """
-    return [_reason(MeshJob(**fields), Path(target)) for fields, target in request]
+    for fields, path in request:
+        target = Path(path)
+        if reason := _reason(MeshJob(**fields), target):
+            reason_file(target).write_bytes(reason.encode("utf-8", "replace"))
 
 
 def _reason(job: MeshJob, target: Path) -> str:
@@ -421,6 +426,8 @@ def read_parts(file: Path, submesh: str) -> list[Part]:
     """
     suffix = file.suffix.lower()
     data = file.read_bytes()
+    if (faces := _stated_faces(data, suffix)) > MOST_FACES:
+        raise WorkbenchError(f"it states {faces} faces, more than {MOST_FACES}")
     if suffix == ".dae":
         parts = read_collada(data, Beside(file))
     elif suffix in _FORMATS:
@@ -437,6 +444,23 @@ def read_parts(file: Path, submesh: str) -> list[Part]:
     if not chosen:
         raise _no_such(submesh, (part.names[0] for part in parts if part.names))
     return chosen
+
+
+def _stated_faces(data: bytes, suffix: str) -> int:
+    """Return the number of faces by the head or the lines of a file, 0 if that needs a parser."""
+    match suffix:
+        case ".stl" | ".stla" | ".stlb":
+            length = 84 + 50 * (faces := int.from_bytes(data[80:84], "little"))
+            return data.count(b"endfacet") if length > len(data) else faces
+        case ".obj":
+            return data.count(b"\nf ")
+        case ".ply":
+            stated = re.search(rb"element\s+face\s+(\d{1,18})", data[:_LONGEST_HEAD])
+            return int(stated[1]) if stated else 0
+        case ".off":
+            stated = re.search(rb"\A(?:OFF)?\s*\d+\s+(\d{1,18})", data[:_LONGEST_HEAD])
+            return int(stated[1]) if stated else 0
+    return 0
 
 
 def _repaired(data: bytes, kind: str) -> bytes:

@@ -80,6 +80,19 @@ def is_sealed(path: Path) -> bool:
     return end > 0 and data[end:] == before + _SEAL % zlib.crc32(data[:end]) + after
 
 
+def reason_file(target: Path) -> Path:
+    """Return the file that says why there is no file of a conversion."""
+    return target.with_suffix(f"{target.suffix}.refused")
+
+
+def read_reason(target: Path) -> str | None:
+    """Return why a conversion failed, None if there is no such file."""
+    try:
+        return reason_file(target).read_bytes()[:1000].decode("utf-8", "replace")
+    except OSError:
+        return None
+
+
 def write_whole(path: Path, data: bytes) -> None:
     """Write a file atomically, even if others write it at the same time."""
     handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.stem}-")

@@ -9,7 +9,8 @@ from trimesh.visual.material import PBRMaterial, SimpleMaterial
 
 from workbench.plant.meshes.parts import Array
 
-_MOST_PIXELS = 64_000_000
+_MOST_PIXELS = 25_000_000
+"""Limit of the size of a picture; 4096 x 4096 has 17 million."""
 _SIDE = 2048
 """Largest side of a picture after reduction [pixels]."""
 _OPAQUE = 250

@@ -3,7 +3,10 @@
 import html
 import re
 from collections.abc import Iterator
+from itertools import islice
 from pathlib import Path
+
+from workbench.plant.packages import exists, own_folder
 
 MOST_BYTES = 64_000_000
 """Size limit of a side file [bytes]."""
@@ -23,15 +26,15 @@ def find_side_file(mesh_file: Path, name: str) -> Path | None:
     """Return the file for a name in a mesh file, or None.
 
     For an absolute path or an address, the last part is searched where Gazebo searches: next to the
-    mesh, and in `../materials/textures`. Only textures, materials and buffers in the parent of the
-    mesh's folder or below are found, after resolving symbolic links.
+    mesh, and in `../materials/textures`. Only textures, materials and buffers in the repository,
+    package or folder of the mesh are found, after resolving symbolic links.
 
     Args:
         mesh_file: resolved.
         name: as in the mesh file: a path, which may have %20 for spaces, or a URI.
     """
     folder = mesh_file.parent
-    package = folder.parent if folder.parent != folder.parent.parent else folder
+    package = own_folder(folder)
     from urllib.parse import unquote  # slow to load, and most meshes name no other file
 
     plain = unquote(html.unescape(name)).strip().replace("\\", "/")
@@ -52,6 +55,17 @@ def find_side_file(mesh_file: Path, name: str) -> Path | None:
     return None
 
 
+def refused_names(mesh_file: Path, data: bytes) -> list[str]:
+    """Return the names of files in the content of a mesh file that exist and are not used."""
+    found = []
+    for material in (mesh_file, *side_files(mesh_file, data)):
+        content = data if material == mesh_file else material.read_bytes()
+        for name in _names_in(material.suffix.lower(), content):
+            if find_side_file(mesh_file, name) is None and exists(material.parent / name):
+                found.append(name)
+    return found
+
+
 def side_files(mesh_file: Path, data: bytes) -> list[Path]:
     """Return the files named in the content of a mesh file, and the files named in those.
 
@@ -65,9 +79,14 @@ def side_files(mesh_file: Path, data: bytes) -> list[Path]:
 
 
 def _named_in(mesh_file: Path, suffix: str, data: bytes) -> Iterator[Path]:
-    pattern = _NAMES_IN.get(suffix)
-    names = pattern.finditer(data) if pattern else ()
-    for _, match in zip(range(_MOST_NAMES), names, strict=False):
-        path = find_side_file(mesh_file, match[1].decode("utf-8", "replace"))
+    for name in _names_in(suffix, data):
+        path = find_side_file(mesh_file, name)
         if path:
             yield path
+
+
+def _names_in(suffix: str, data: bytes) -> Iterator[str]:
+    """Yield the names of files in the content of a mesh or material file."""
+    pattern = _NAMES_IN.get(suffix)
+    for match in islice(pattern.finditer(data) if pattern else (), _MOST_NAMES):
+        yield match[1].decode("utf-8", "replace").strip()
