@@ -139,8 +139,10 @@ def test_an_endless_plane_is_refused(fault, write):
 def test_a_file_that_is_no_model_is_refused(fault, write):
     path = write("<sdf", "box.sdf")
     assert f":2: {path}:1: not XML" in fault(f"directives:\n{ADD}{WELD}")
-    write("<robot", "box.urdf")
+    path = write("<robot", "box.urdf")
     text = f"directives:\n{ADD}{WELD}".replace("box.sdf", "box.urdf")
+    assert f":2: {path}:1: not XML" in fault(text)
+    write("<robot><link/></robot>", "box.urdf")
     assert ":2: Drake refuses it:" in fault(text)
 
 

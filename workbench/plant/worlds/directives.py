@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import NamedTuple
+from xml.etree import ElementTree as ET
 
 import numpy as np
 import yaml
@@ -40,7 +41,7 @@ from workbench.common.plain_files import read_plain
 from workbench.common.yaml_files import YamlFile, read_yaml, tagged_loader
 from workbench.plant.drawable import MOST_BYTES, MeshUse, convert
 from workbench.plant.formats.values import shortened
-from workbench.plant.formats.xml import read_xml
+from workbench.plant.formats.xml import place, read_xml
 from workbench.plant.packages import PackageFinder
 from workbench.plant.shapes import Mesh as MeshFile
 from workbench.plant.worlds.geometry import drawn_if_none
@@ -122,9 +123,17 @@ class Includes:
             yield from self._in_directives(file.path)
         elif file.path.suffix.lower() == ".xml":
             raise WorkbenchError(f"{file.path}: is a MuJoCo model: give it as SDF or URDF")
-        elif file.path.suffix.lower() not in (".urdf", ".obj"):  # these include nothing
-            for element in read_xml(file.path).iter("include"):
-                yield from self._of_uri(element.findtext("uri", ""), file.path)
+        elif file.path.suffix.lower() != ".obj":
+            for element in read_xml(file.path).iter():
+                self._refuse_outside(element, file.path)
+                if element.tag == "include":
+                    yield from self._of_uri(element.findtext("uri", ""), file.path)
+
+    def _refuse_outside(self, element: ET.Element, file: Path) -> None:
+        """Reject a model or mesh outside of the world's folder, which Drake would read."""
+        uri = element.text if element.tag == "uri" else element.get("filename")
+        for near in _near(file) if uri else ():
+            self._finder.refuse_outside(uri or "", near, place(element))
 
     def _in_directives(self, path: Path) -> Iterator[_File]:
         items = read_yaml(path, tagged_loader()).data.get("directives")
@@ -136,13 +145,17 @@ class Includes:
                     yield _File(found.resolve(), kind == "add_directives")
 
     def _of_uri(self, uri: str, file: Path) -> Iterator[_File]:
-        """Yield the possible files of an `<include>`; Drake also searches the working directory."""
-        places = (file, Path.cwd() / file.name)
-        for found in dict.fromkeys(self._finder.resolve(uri, place) for place in places):
+        """Yield the possible files of an `<include>`."""
+        for found in dict.fromkeys(self._finder.resolve(uri, near) for near in _near(file)):
             if found and found.is_dir():
                 yield from (_File(each, False) for each in _of_folder(found))
             elif found:
                 yield _File(found.resolve(), False)
+
+
+def _near(file: Path) -> tuple[Path, Path]:
+    """Return a file, and one of its name in the working directory, which Drake searches, too."""
+    return file, Path.cwd() / file.name
 
 
 def _of_folder(folder: Path) -> Iterator[Path]:
@@ -278,6 +291,7 @@ def _find(
         if key.value != "file" or not isinstance(node, yaml.ScalarNode):
             continue
         path = finder.resolve(node.value, finder.source)
+        finder.refuse_outside(node.value, finder.source, where.removesuffix(": "))
         if path is None or not path.is_file():
             scheme, _, rest = node.value.partition("://")
             package = rest.partition("/")[0]
