@@ -8,6 +8,7 @@ import pytest
 
 from workbench.commands.cli import main
 from workbench.dynamics.air.settings import calm_air
+from workbench.ipc import sandbox
 from workbench.plant.gravity import GRAVITY
 from workbench.plant.loading import load_vehicle
 from workbench.scenario.parameters import parameter_table
@@ -38,6 +39,16 @@ def plate(tmp_path):
 def read_json(capsys, *words: str):
     assert main(["inspect", *words, "--json"]) == 0
     return json.loads(capsys.readouterr().out)
+
+
+def test_a_kernel_without_limits_for_processes_is_named(capsys, plate, monkeypatch):
+    said = "limits of the kernel: this kernel has no seccomp filters and no Landlock"
+    assert main(["inspect", str(plate)]) == 0
+    assert said not in capsys.readouterr().out
+    monkeypatch.setattr(sandbox, "_call", lambda *_: -1)
+    assert main(["inspect", str(plate)]) == 0
+    assert said in capsys.readouterr().out.partition("\nmissing\n")[2]
+    assert any(said in text for text in read_json(capsys, str(plate))["warnings"])
 
 
 def test_json_says_what_a_program_needs(capsys):

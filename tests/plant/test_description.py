@@ -140,3 +140,46 @@ def test_xacro_may_stand_for_sdf(write):
 
 def test_a_plain_urdf_takes_no_arguments(write, quad):
     assert "mass" in fault(write(quad), {"mass": "2"})
+
+
+def many(kind: str, count: int) -> tuple[str, str]:
+    """Return a file and its text with a number of links or shapes."""
+    box = {
+        "urdf": '<{0}><geometry><box size="1 1 1"/></geometry></{0}>',
+        "sdf": '<{0} name="{0}{1}"><geometry><box><size>1 1 1</size></box></geometry></{0}>',
+    }
+    format_, _, what = kind.partition(" ")
+    if format_ == "mjcf":
+        part = {"links": '<body><geom size="1"/></body>', "shapes": '<geom size="1"/>'}
+        part["collisions"] = '<geom size="1" group="4"/>'
+        return "a.xml", (
+            f"<mujoco><worldbody><body><freejoint/>{part[what] * count}</body></worldbody></mujoco>"
+        )
+    shape = {"shapes": "visual", "collisions": "collision"}.get(what, "")
+    inside = "".join(box[format_].format(shape, i) for i in range(count)) if shape else ""
+    links = "" if shape else "".join(f'<link name="l{i}"/>' for i in range(count))
+    content = f'<link name="base">{inside}</link>{links}'
+    if format_ == "urdf":
+        return "a.urdf", f'<robot name="a">{content}</robot>'
+    return "a.sdf", f'<sdf version="1.9"><model name="a">{content}</model></sdf>'
+
+
+@pytest.mark.parametrize(
+    ("kind", "count", "said"),
+    [
+        *(
+            (f"{format_} {what}", count, said)
+            for format_ in ("urdf", "sdf", "mjcf")
+            for what, count, said in (
+                ("links", 500, "it has 501 links, more than 500"),
+                ("shapes", 1001, "it has 1001 shapes, more than 1000"),
+                ("collisions", 301, "it has 301 collision shapes, more than 300"),
+            )
+        )
+    ],
+)
+def test_too_many_parts_are_refused_before_they_are_read(write, monkeypatch, kind, count, said):
+    monkeypatch.setattr("workbench.plant.tree.links_below", None)  # nothing is done with them
+    name, text = many(kind, count)
+    path = write(text, name)
+    assert fault(path) == f"{path}: {said}: give the file of one drone"

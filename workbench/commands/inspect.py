@@ -308,7 +308,7 @@ def run(args: argparse.Namespace) -> int:
     from workbench.plant.plausible import doubts
     from workbench.scenario.configured import read_configured
 
-    description = read_configured(chosen_model(args))
+    description = _with_lack(read_configured(chosen_model(args)))
     try:
         vehicle = make_vehicle(description)
     except WorkbenchError:
@@ -320,6 +320,21 @@ def run(args: argparse.Namespace) -> int:
     result, shown = _json(description, vehicle, unlikely), (description, vehicle, unlikely)
     print_result(args, result, print_description, *shown, files=files)
     return ExitCode.DONE
+
+
+def _with_lack(description: "Description") -> "Description":
+    """Return a description with a remark if the kernel does not hold the processes that read it."""
+    from workbench.ipc.sandbox import lacking
+
+    missing = lacking()
+    if not missing:
+        return description
+    text = (
+        f"this kernel has no {' and no '.join(missing)}: a fault in a reader of xacro files or "
+        "meshes could reach your files and the network"
+    )
+    remark = Remark("missing", description.source, "limits of the kernel", text)
+    return dataclasses.replace(description, remarks=(*description.remarks, remark))
 
 
 def _write(description: "Description", folder: Path) -> list[Path]:

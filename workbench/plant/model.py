@@ -10,8 +10,32 @@ from pathlib import Path
 import numpy as np
 from pydrake.math import RigidTransform
 
+from workbench.common.errors import WorkbenchError
 from workbench.plant.formats.xml import Element
 from workbench.plant.shapes import Mesh, Shape
+
+MOST_LINKS = 500
+MOST_SHAPES = 1000
+"""Limit of the number of visuals and collisions together."""
+MOST_COLLISIONS = 300
+"""Limit of the number of collisions: Drake takes time and memory for each two of them."""
+
+
+def refuse_too_many(source: Path, links: int, shapes: int, collisions: int) -> None:
+    """Reject a description with too many parts, before any time is spent on them.
+
+    Raises:
+        WorkbenchError: naming the file.
+    """
+    for count, most, what in (
+        (links, MOST_LINKS, "links"),
+        (shapes, MOST_SHAPES, "shapes"),
+        (collisions, MOST_COLLISIONS, "collision shapes"),
+    ):
+        if count > most:
+            raise WorkbenchError(
+                f"{source}: it has {count} {what}, more than {most}: give the file of one drone"
+            )
 
 
 @dataclass(frozen=True)

@@ -7,9 +7,6 @@ from workbench.plant.formats.values import shortened
 from workbench.plant.model import Joint, Model
 from workbench.plant.remarks import Remarks
 
-MOST_LINKS = 500
-"""Limit of the number of links."""
-
 
 def find_base_link(model: Model) -> str:
     """Return the link that is not the child of a joint; of several, that with the most links below.
@@ -17,10 +14,8 @@ def find_base_link(model: Model) -> str:
     Raises:
         WorkbenchError: if there is none, or if it is fixed to the world.
     """
-    if not 0 < len(model.links) <= MOST_LINKS:
-        raise WorkbenchError(
-            f"{model.source}: it has {len(model.links) or 'no'} links: give the file of one drone"
-        )
+    if not model.links:
+        raise WorkbenchError(f"{model.source}: it has no links: give the file of one drone")
     children = {joint.child for joint in model.joints if joint.parent != "world"}
     roots = [link.name for link in model.links if link.name not in children]
     if not roots:

@@ -34,7 +34,15 @@ from workbench.plant.formats.solids import (
 )
 from workbench.plant.formats.values import listed, number, numbers, shortened, triple
 from workbench.plant.formats.xml import Element, place
-from workbench.plant.model import Inertial, Joint, Link, LinkShape, Model, inertial_of
+from workbench.plant.model import (
+    Inertial,
+    Joint,
+    Link,
+    LinkShape,
+    Model,
+    inertial_of,
+    refuse_too_many,
+)
 from workbench.plant.packages import PackageFinder
 from workbench.plant.remarks import Remarks
 from workbench.plant.shapes import Box, Capsule, Cylinder, Ellipsoid, Shape, Sphere
@@ -71,10 +79,13 @@ def read_mjcf(path: Path, root: Element, finder: PackageFinder, remarks: Remarks
     tops = [each for world in elements(root, "worldbody") for each in _bodies(world, "")]
     drone = _free_body(path, root, tops, defaults, remarks)
     check_words(path, root, drone[0], remarks)
+    counts = (sum(1 for _ in drone[0].iter(tag)) for tag in ("body", "geom"))
+    refuse_too_many(path, *counts, 0)
     meshes = Meshes(path, root, compiler, defaults, finder)
     reader = _Reader(path, root, compiler, defaults, meshes, remarks)
     reader.add(drone[0], RigidTransform(), "", drone[1])
     links = reader.links
+    refuse_too_many(path, 0, 0, sum(len(link.collisions) for link in links))
     if compiler.settotalmass > 0.0:
         others = _Reader(path, root, compiler, defaults, meshes, Remarks())
         for body, childclass in tops:

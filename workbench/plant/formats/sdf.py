@@ -32,6 +32,7 @@ from workbench.plant.model import (
     Link,
     Model,
     NamedFrame,
+    refuse_too_many,
 )
 from workbench.plant.packages import PackageFinder
 from workbench.plant.remarks import RemarkKind, Remarks
@@ -318,6 +319,10 @@ def _without_missing(tree: SdfTree, remarks: Remarks) -> SdfTree:
 
 def _model(path: Path, tree: SdfTree, finder: PackageFinder, remarks: Remarks) -> Model:
     """Return the records of a model."""
+    visuals, collisions = (
+        sum(len(link.children(tag)) for link in tree.links) for tag in ("visual", "collision")
+    )
+    refuse_too_many(path, len(tree.links), visuals + collisions, collisions)
     note_unknown(tree.sources, remarks)
     if not tree.links:
         raise WorkbenchError(f"{path}: model '{shortened(tree.name)}' has no link: add one")

@@ -28,6 +28,7 @@ from workbench.plant.model import (
     Link,
     LinkShape,
     Model,
+    refuse_too_many,
 )
 from workbench.plant.packages import PackageFinder
 from workbench.plant.remarks import Remarks
@@ -250,8 +251,11 @@ def read_urdf(path: Path, robot: Element, finder: PackageFinder, remarks: Remark
         raise WorkbenchError(
             f"{path}: the root element is <{robot.tag}>, a URDF has <robot>, an MJCF <mujoco>"
         )
-    note_unknown(path, robot, remarks)
     elements = _children(robot, "link")
+    collisions = sum(len(_children(link, "collision")) for link in elements)
+    visuals = sum(len(_children(link, "visual")) for link in elements)
+    refuse_too_many(path, len(elements), visuals + collisions, collisions)
+    note_unknown(path, robot, remarks)
     joint_elements = _children(robot, "joint")
     _refuse_twins([*elements])
     _refuse_twins([*joint_elements])

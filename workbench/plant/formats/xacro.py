@@ -6,6 +6,7 @@ returns these names, this one decides about them, and another process begins ane
 
 import hashlib
 import json
+import math
 import re
 import time
 from collections.abc import Iterable, Mapping, Sequence
@@ -101,7 +102,7 @@ def _expanded(path: Path, args: Mapping[str, str], finder: PackageFinder) -> Any
             answer = run_limited(
                 _CHILD,
                 {"path": str(path), "args": dict(args), "packages": packages, "roots": [*roots]},
-                seconds=max(1.0, until - time.monotonic()),
+                seconds=max(1, math.ceil(until - time.monotonic())),
                 megabytes=_MEGABYTES,
                 reads=roots,
             )
