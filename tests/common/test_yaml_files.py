@@ -107,6 +107,7 @@ def test_a_missing_file_or_a_folder_is_named(tmp_path):
         ("a: &a [1, *a]", ":1: has an alias"),
         ("a: &a [1, 1]\nb: *a", ":2: has an alias"),
         ("a: " + "[" * 3000, ":1: is nested more than 20 deep"),
+        ("a: [" + "1," * 100_000 + "]", ":1: here are more than 200000 keys, values and signs"),
         ("a: " + "9" * 5000, "not YAML"),
         ("a: 2001-99-99", "not YAML"),
         ("#" * 1_000_001, "larger than 1000 kB"),

@@ -26,6 +26,8 @@ Keys = tuple[str | int, ...]
 
 MOST_BYTES = 1_000_000
 DEEPEST = 20
+MOST_TOKENS = 200_000
+"""Limit of the number of keys, values, brackets, colons and commas; they take a second."""
 _NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
 
 
@@ -81,8 +83,12 @@ def _parsed(path: Path, text: str, loader: Any) -> YamlFile:
 
     try:
         refuse_bombs(path, text)
-        node = yaml.compose(text, Loader=loader)
-        data = yaml.load(text, Loader=loader)
+        parser = loader(text)
+        try:
+            node = parser.get_single_node()
+            data = None if node is None else parser.construct_document(node)
+        finally:
+            parser.dispose()
     except yaml.MarkedYAMLError as error:
         line = error.problem_mark.line + 1 if error.problem_mark else 1
         line = min(line, 1 + text.count("\n"))  # libyaml has a file's end on a line of its own
@@ -99,7 +105,7 @@ def _parsed(path: Path, text: str, loader: Any) -> YamlFile:
 
 
 def refuse_bombs(path: Path, text: str) -> None:
-    """Reject files that would take endless time or memory: aliases of aliases, and deep nesting."""
+    """Reject files that take long or much memory: aliases of aliases, deep nesting, many values."""
     import yaml
 
     opening = (
@@ -110,7 +116,13 @@ def refuse_bombs(path: Path, text: str) -> None:
     )
     closing = (yaml.BlockEndToken, yaml.FlowMappingEndToken, yaml.FlowSequenceEndToken)
     depth = 0
-    for token in yaml.scan(text, Loader=fast_loader()):
+    for count, token in enumerate(yaml.scan(text, Loader=fast_loader())):
+        if count > MOST_TOKENS:
+            line = token.start_mark.line + 1
+            raise WorkbenchError(
+                f"{path}:{line}: here are more than {MOST_TOKENS} keys, values and signs: leave "
+                "some out"
+            )
         depth += isinstance(token, opening) - isinstance(token, closing)
         if depth > DEEPEST:
             line = token.start_mark.line + 1
