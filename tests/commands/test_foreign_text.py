@@ -86,6 +86,15 @@ def test_json_has_the_name_itself(run, hostile_log):
     assert run("log", "a.ulg", "--json").json["name"] == name
 
 
+def test_a_log_s_own_name_leads_to_no_other_folder(run, hostile_log, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("workbench.logs.imported.write_flight", lambda _, path: path.touch())
+    hostile_log("../../elsewhere")
+    assert run("import", "a.ulg").code == 0
+    assert [each.name for each in tmp_path.rglob("*.mcap")] == ["_.._elsewhere.mcap"]
+    assert [each.name for each in tmp_path.iterdir()] == ["out"]
+
+
 def test_errors_repeat_a_name_as_text(run, case):
     for name in SAYABLE:
         with case(name[:60]):

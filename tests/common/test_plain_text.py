@@ -7,6 +7,7 @@ import unicodedata
 from workbench.common.plain_text import (
     LONGEST_NAME,
     escaped_json,
+    file_stem,
     html_text,
     plain_name,
     plain_text,
@@ -54,6 +55,21 @@ def test_a_text_is_cut_and_says_how_long_it_is():
     assert plain_name("x" * 1_000_000) == "x" * LONGEST_NAME + "… (1,000,000 characters)"
     # escapes are longer than what they stand for
     assert plain_name("\x1b" * 79) == r"\x1b" * (LONGEST_NAME // 4) + "… (79 characters)"
+
+
+def test_a_file_s_name_names_no_other_folder(case):
+    for name, stem in (
+        ("dh_drone", "dh_drone"),
+        ("My drone.v2", "My drone.v2"),
+        ("../../.bashrc", "_.._.bashrc"),
+        ("/etc/passwd", "_etc_passwd"),
+        ("..\\x", "_x"),
+        ("a\0b\n", r"a_x00b_n"),
+        ("..", "unnamed"),
+        ("", "unnamed"),
+    ):
+        with case(name):
+            assert file_stem(name) == stem
 
 
 def test_json_stays_the_same_json():

@@ -30,6 +30,7 @@ from workbench.commands.printing import (
 from workbench.commands.progress import progress_bar
 from workbench.commands.stopping import stop_on_interrupt
 from workbench.common.errors import WorkbenchError
+from workbench.common.plain_text import file_stem
 
 if TYPE_CHECKING:
     from workbench.design.identify.report import Report
@@ -95,13 +96,15 @@ def run(args: argparse.Namespace) -> int:
     trims = _trims(vehicle, records, args.order)
     report = _identified(args, vehicle, records)
     with Outputs() as outputs:
-        sidecar = args.sidecar or args.output / f"{vehicle.name}.rotors.yaml"
+        sidecar = args.sidecar or args.output / f"{file_stem(vehicle.name)}.rotors.yaml"
         outputs.add(sidecar).write_text(report.sidecar, encoding="utf-8")
         if not args.no_plots:
             from workbench.design.identify.plots_identified import draw_identified
 
             say("drawing")
-            draw_identified(report, outputs.add(args.output / f"{vehicle.name}-identified.png"))
+            draw_identified(
+                report, outputs.add(args.output / f"{file_stem(vehicle.name)}-identified.png")
+            )
     result = report.as_dictionary() | {"trim": trims, "remarks": remark_rows(records)}
     print_result(args, result, _print, report, trims, files=outputs.files)
     return ExitCode.DONE

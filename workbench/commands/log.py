@@ -22,7 +22,7 @@ from workbench.commands.outputs import Outputs
 from workbench.commands.printing import pick, print_remarks, print_result, print_table, say
 from workbench.commands.progress import progress_bar
 from workbench.common.errors import WorkbenchError
-from workbench.common.plain_text import plain_name, plain_text
+from workbench.common.plain_text import file_stem, plain_name, plain_text
 
 if TYPE_CHECKING:
     from workbench.logs.flight_contents import FlightContents
@@ -179,7 +179,7 @@ def run_import(args: argparse.Namespace) -> int:
 
     with progress_bar(f"reading {args.log.name}") as progress:
         flight = read_flight(args.log, args.mapping, progress, args.log_number)
-    output = args.output or Path("out") / f"{flight.name}.mcap"
+    output = args.output or Path("out") / f"{file_stem(flight.name)}.mcap"
     if output.suffix != ".mcap":
         raise WorkbenchError(f"{output}: a log is MCAP: let its name end in .mcap")
     if output.exists() and output.samefile(args.log):

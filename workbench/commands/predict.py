@@ -30,6 +30,7 @@ from workbench.commands.printing import (
 )
 from workbench.commands.progress import progress_bar
 from workbench.common.errors import WorkbenchError, unknown_name
+from workbench.common.plain_text import file_stem
 from workbench.common.resources import existing, find_file
 from workbench.control.controller import SHIPPED
 from workbench.scenario.parameters import split_setting
@@ -366,8 +367,8 @@ def run_what_if(args: argparse.Namespace) -> int:
         flight = read_flight(args.log, args.mapping, progress, args.log_number)
     print_remarks(flight)
     with Outputs() as outputs:
-        table = outputs.add(args.output / f"{flight.name}-what-if.csv")
-        picture = outputs.picture(args, f"{flight.name}-what-if.png")
+        table = outputs.add(args.output / f"{file_stem(flight.name)}-what-if.csv")
+        picture = outputs.picture(args, f"{file_stem(flight.name)}-what-if.png")
         vehicle = read_vehicle(args)
         flown, other = _laws(args, flight, vehicle)
         flights = []

@@ -40,6 +40,11 @@ def plain_name(name: str, longest: int = LONGEST_NAME) -> str:
     return text if text.isprintable() else text.replace("\n", "\\n").replace("\t", "\\t")
 
 
+def file_stem(name: str) -> str:
+    """Return a name for a file of that name, which is never in another folder or hidden."""
+    return re.sub(r"[/\\]", "_", plain_name(name)).lstrip(".") or "unnamed"
+
+
 def html_text(text: str) -> str:
     """Return `plain_text` as HTML, also for the value of an attribute."""
     import html
