@@ -18,7 +18,7 @@ from pymavlink.dialects.v20 import common as mavlink
 from workbench.commands.cli import main
 from workbench.common.errors import WorkbenchError
 from workbench.control.controller import SHIPPED, load_controller
-from workbench.gateways.mavlink import FORCED, check_station, serve_mavlink
+from workbench.gateways.mavlink import FORCED, MavlinkVehicle, check_station, serve_mavlink
 from workbench.gateways.mavlink_messages import (
     LONGEST_ID,
     motion_messages,
@@ -100,6 +100,93 @@ def test_commands_are_taken_from_this_computer_only(capsys):
         check_station(Address("192.168.1.20", 14550), link)
     assert main(["gateway", "mavlink", "127.0.0.1:1"]) == 2
     assert "nobody listens at 127.0.0.1:1" in capsys.readouterr().err
+
+
+class FakeControl:
+    """Controls whose operations are done at 10 s, once the test lets them."""
+
+    lost = ""
+
+    def __init__(self):
+        self.released, self.go_on = False, asyncio.Event()
+
+    async def __aenter__(self):
+        return self
+
+    async def __aexit__(self, *_):
+        self.released = True
+
+    async def take_off(self, height):
+        await self.go_on.wait()
+        return 10.0
+
+
+class FakeClient:
+    """A client of a flight that is always at the time and in the state that a test gives."""
+
+    def __init__(self):
+        self.time, self.on, self.given = 9.0, 0, []
+
+    def control(self):
+        self.given.append(FakeControl())
+        return self.given[-1]
+
+    def latest(self, topic):
+        return (
+            type("Sample", (), {"time": self.time, "__getitem__": lambda *_: self.on})()
+            if (topic == "on_off_state")
+            else None
+        )
+
+
+class FakeStation:
+    """A ground station that was heard just now."""
+
+    heard_at = math.inf
+
+    def __init__(self):
+        self.sent = []
+
+    def send(self, *messages):
+        self.sent += messages
+
+
+def test_control_is_kept_until_an_operation_shows(case):
+    """A heartbeat beside a TAKEOFF knows only rotors that stand still, and must not end it."""
+
+    async def scenario():
+        client, station = FakeClient(), FakeStation()
+        vehicle = MavlinkVehicle(client, station, {}, True, lambda said: None)
+        message = mavlink.MAVLink_command_long_message(
+            1, 1, mavlink.MAV_CMD_NAV_TAKEOFF, 0, 0, 0, 0, 0, 0, 0, 1.5
+        )
+        message._header = mavlink.MAVLink_header(message.get_msgId(), srcSystem=255)
+        order = asyncio.create_task(vehicle._command(message))
+        await asyncio.sleep(0)
+        [control] = client.given
+        for time_, on, done, kept in [
+            (9.0, 0, False, True),  # it is on its way
+            (11.5, 0, False, True),
+            (9.9, 0, True, True),  # the flight has done it, and its rotors are to turn yet
+            (10.5, 0, True, True),
+            (10.6, 1, True, True),
+            (20.0, 1, True, True),
+            (30.0, 0, True, False),  # landed
+        ]:
+            client.time, client.on = time_, on
+            if done:
+                control.go_on.set()
+                await order
+            beat = asyncio.create_task(vehicle.beat())
+            await asyncio.sleep(0)
+            await asyncio.sleep(0)
+            beat.cancel()
+            with case(time_, on, done):
+                assert control.released is not kept
+        [ack] = [each for each in station.sent if each.get_type() == "COMMAND_ACK"]
+        assert ack.result == mavlink.MAV_RESULT_ACCEPTED
+
+    asyncio.run(scenario())
 
 
 @pytest.fixture(scope="module")

@@ -3,7 +3,7 @@
 import asyncio
 import contextlib
 import math
-from collections.abc import Callable
+from collections.abc import Awaitable, Callable
 from dataclasses import replace
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
@@ -35,6 +35,8 @@ GONE = 5.0
 """Silence after which a station counts as gone [s]."""
 IN_A_ROW = 20
 """Number of parameters sent before other work gets a turn."""
+SETTLED = 1.0
+"""Simulated time after an operation from which the state of the rotors shows its effect [s]."""
 FORCED = 21196.0
 """The code to stop rotors in flight (MAV_CMD_COMPONENT_ARM_DISARM)."""
 
@@ -190,6 +192,7 @@ class MavlinkVehicle:
         self._allow = allow_commands
         self._make = mavlink_messages
         self._control: AsyncControl | None = None
+        self._carried_out = -math.inf  # when, in simulated time [s]; infinite until it is
         self._texts = 0
 
     async def publish(self) -> None:
@@ -215,7 +218,9 @@ class MavlinkVehicle:
             state, switch = self._client.latest("drone_state"), self._client.latest("on_off_state")
             on = switch is not None and bool(switch["on"])
             self._station.send(*self._make.status_messages(state.values if state else None, on))
-            await self._look(on)
+            # The state of before an operation says nothing of what it does.
+            since = switch.time - self._carried_out if switch is not None else 0.0
+            await self._look(on or since < SETTLED)
             await asyncio.sleep(BEAT)
 
     async def obey(self) -> None:
@@ -332,20 +337,20 @@ class MavlinkVehicle:
                     return False
                 self._send_version()
             case mavlink.MAV_CMD_COMPONENT_ARM_DISARM if message.param1 == 1.0:
-                await (await self._controls()).arm()
+                await self._carry_out(AsyncControl.arm)
             case mavlink.MAV_CMD_COMPONENT_ARM_DISARM:
                 state = self._client.latest("drone_state")
                 flies = state is not None and state["mode"] not in self._make.ON_THE_GROUND
                 if flies and message.param2 != FORCED:
                     raise WorkbenchError("the drone flies: land first, or force the rotors to stop")
-                await (await self._controls()).stop()
+                await self._carry_out(AsyncControl.stop)
             case mavlink.MAV_CMD_NAV_TAKEOFF:
                 height = float(message.z if message.get_type() == "COMMAND_INT" else message.param7)
-                await (await self._controls()).take_off(height)
+                await self._carry_out(lambda control: control.take_off(height))
             case mavlink.MAV_CMD_NAV_LAND:
-                await (await self._controls()).land()
+                await self._carry_out(AsyncControl.land)
             case mavlink.MAV_CMD_DO_PAUSE_CONTINUE if message.param1 == 0.0:
-                await (await self._controls()).hold()
+                await self._carry_out(AsyncControl.hold)
             case _:
                 return False
         return True
@@ -366,6 +371,15 @@ class MavlinkVehicle:
         if not self._allow:
             raise WorkbenchError("this gateway only watches: start it with --allow-commands")
 
+    async def _carry_out(self, operation: Callable[[AsyncControl], Awaitable[float]]) -> None:
+        """Let the flight do an operation; control is kept meanwhile, and until it shows."""
+        carried_out = -math.inf
+        self._carried_out = math.inf
+        try:
+            carried_out = await operation(await self._controls())
+        finally:
+            self._carried_out = carried_out
+
     async def _controls(self) -> AsyncControl:
         """Return the controls; they are kept until the drone has landed or the station is gone."""
         self._check_allowed()
@@ -378,8 +392,8 @@ class MavlinkVehicle:
             self._say("control was granted: the ground station flies")
         return self._control
 
-    async def _look(self, on: bool) -> None:
-        """Release control when it is no longer needed."""
+    async def _look(self, in_use: bool) -> None:
+        """Release control when it is no longer needed, as the rotors stand still."""
         control = self._control
         if control is None:
             return
@@ -390,7 +404,7 @@ class MavlinkVehicle:
         elif silent > GONE:
             self._tell(f"the ground station was silent for {silent:.0f} s: the drone holds")
             await self._release()
-        elif not on:
+        elif not in_use:
             await self._release()
 
     async def _release(self) -> None:
