@@ -101,6 +101,21 @@ def test_the_ladder(authority):
     assert authority.state(7.0).stage is Stage.LAND
 
 
+def test_a_grant_waits_for_a_round_trip(authority):
+    """Only the first sign of life, be it an operation, may take that long."""
+    lease = authority.request(1, "far", 1.0)
+    assert authority.effect_due(1.0) is Effect.HOLD
+    authority.check(1, lease, 2.499)
+    assert authority.effect_due(2.499) is None
+    assert authority.effect_due(2.5) is Effect.HOLD
+    lease = authority.request(1, "far", 2.9)
+    authority.effect_due(2.9)
+    authority.renew(4.3)
+    assert authority.effect_due(4.799) is None
+    assert authority.effect_due(4.8) is Effect.HOLD
+    assert "0.5 s" in authority.state(4.8).reason
+
+
 def test_a_leap_of_time_misses_no_rung(authority):
     flying(authority, 1.0)
     assert authority.effect_due(60.0) is Effect.HOLD

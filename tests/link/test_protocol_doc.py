@@ -239,7 +239,8 @@ def test_the_files_that_the_page_names_are_there():
 
 
 def test_the_figures_of_the_server_are_told():
-    from workbench.link.server import admission, outgoing
+    from workbench.link.authority import FIRST_AFTER
+    from workbench.link.server import acceptor, admission, outgoing, web
     from workbench.link.server import client_session as session
 
     told = " ".join(PAGE.split())
@@ -255,6 +256,11 @@ def test_the_figures_of_the_server_are_told():
         f"{SLOWEST:g} to {FASTEST:.0f}; events come all the same",
         f"[m], {TAKE_OFF_HEIGHT:g} if left out",
         f"of at most {HEADER.size + LARGEST} bytes",
+        f"It holds for {FIRST_AFTER:g} s",
+        f"A request has {web.IDLE_TIME:g} s, {web.LONGEST_REQUEST // 1024} kB, {web.MOST_HEADERS} "
+        f"headers and {web.MOST_READS} reads",
+        f"A port has {acceptor.MOST} connections at once, and {acceptor.MOST_WAITING} more wait",
+        f"At most {acceptor.BEGIN_RATE:,.0f} connections begin in a second",
     ):
         assert sentence in told, sentence
     assert outgoing.BATCHES == 2 and "at most two unacknowledged batches" in told

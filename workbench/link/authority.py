@@ -18,6 +18,9 @@ from workbench.link.messages import ControlState, Hand, Stage
 
 HOLD_AFTER = 0.5
 """Silence after which the drone holds its position, and the lease cannot be renewed [s]."""
+FIRST_AFTER = 1.5
+"""The same until the first sign of life after a grant, as the grant and the first command need a
+round trip [s]."""
 LOST_AFTER = 2.0
 """Silence after which anybody may request control [s]."""
 LAND_AFTER = 5.0
@@ -81,7 +84,7 @@ class Authority:
         """Start at a time [s], with nobody in control."""
         self._hand, self._peer, self._name, self._lease = Hand.NOBODY, 0, "", 0
         self._stage, self._reason = Stage.LIVE, reason
-        self._since = now
+        self._since, self._hold_after = now, HOLD_AFTER
         self._hold_due = self._land_due = self._neutral_due = False
         self._hold_by = LADDER
 
@@ -103,6 +106,7 @@ class Authority:
         self._hand, self._peer, self._name = Hand.CLIENT, peer, name
         self._lease = self._new_lease()
         self._hold_due = self._neutral_due = True
+        self._hold_after = FIRST_AFTER
         self._hold_by = name or f"client {peer}"
         return self._lease
 
@@ -130,7 +134,8 @@ class Authority:
         if self._hand is Hand.CLIENT and self._peer == peer and self._lease == lease != 0:
             return
         if self._hand is Hand.CLIENT and self._peer == peer and self._stage is Stage.HOLD:
-            said = f"control was silent for {HOLD_AFTER:g} s: ask for it again, begin from neutral"
+            silence = f"control was silent for {self._hold_after:g} s"
+            said = f"{silence}: ask for it again, begin from neutral"
         elif self._hand is Hand.NOBODY:
             said = f"nobody flies, because {self._reason}: ask for control first"
         else:
@@ -139,7 +144,7 @@ class Authority:
 
     def renew(self, now: float) -> None:
         """Count an action of the holder as a sign of life."""
-        self._since = now
+        self._since, self._hold_after = now, HOLD_AFTER
 
     def command(self, command: Command, now: float) -> Command:
         """Return the command to fly for a requested one.
@@ -202,10 +207,11 @@ class Authority:
     def _climb(self, now: float) -> None:
         """Advance the stages of silence."""
         silence = now - self._since
-        if self._hand is Hand.CLIENT and self._stage is Stage.LIVE and silence >= HOLD_AFTER:
+        limit = self._hold_after
+        if self._hand is Hand.CLIENT and self._stage is Stage.LIVE and silence >= limit:
             self._stage, self._lease, self._hold_due = Stage.HOLD, 0, True
             self._hold_by = LADDER
-            self._reason = f"{self._who()} was silent for {HOLD_AFTER:g} s: the drone holds"
+            self._reason = f"{self._who()} was silent for {limit:g} s: the drone holds"
         if self._hand is Hand.CLIENT and self._stage is Stage.HOLD and silence >= LOST_AFTER:
             self._lose(f"{self._who()} was silent for {LOST_AFTER:g} s: control is lost")
         if self._stage is Stage.LOST and silence >= LAND_AFTER:

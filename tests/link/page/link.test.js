@@ -138,6 +138,23 @@ timed("a batch is acknowledged by its last frame's number", ({ link, socket }) =
   assert.deepEqual(socket().sent.map((each) => [each.kind, each.seq]), [[2, 3]]);
 });
 
+timed("commands carry the newest time that a state or a pong tells, also of a flight begun anew", (on) => {
+  flying(on);
+  const told = () => on.socket().sent.findLast((each) => each.kind === 1).tNs;
+  on.socket().say({ op: "pong", id: 0, t_ns: 5_600_000_000 });
+  on.go(100);
+  assert.equal(told(), 5_600_000_000n);
+  on.socket().place(5_300_000_000n); // was on its way for longer
+  on.go(100);
+  assert.equal(told(), 5_600_000_000n);
+  on.socket().place(5_700_000_000n);
+  on.go(100);
+  assert.equal(told(), 5_700_000_000n);
+  on.socket().place(100_000_000n);
+  on.go(100);
+  assert.equal(told(), 100_000_000n);
+});
+
 timed("the first command after a grant is neutral, then come the sticks 20 times a second", (on) => {
   flying(on);
   assert.equal(on.listener.grants, 1);

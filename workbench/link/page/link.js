@@ -20,6 +20,7 @@ const RATE = 20; // frames a second of each topic, more than an eye needs
 const PING = 200; // between pings [ms], so that a link that works is never silent for long
 const WATCH = 100; // between looks whether it is [ms]
 const LEASE = 0.5; // how long the server's lease lasts, where hello does not say so [s]
+const RESTART = 2_000_000_000n; // by which time goes back where a flight begins again, at least [ns]
 const SILENCE = 6000; // of a server that answers pings, after which the connection is given up [ms]
 const PAUSES = [500, 1000, 2000, 4000, 8000]; // before attempts [ms]
 const PATIENT = ["too_many", "back_off", "disconnected"]; // ends that a quick return only repeats
@@ -56,7 +57,7 @@ export class Link {
     this.seq = 0;
     this.nextId = 1;
     this.asked = new Map(); // what was asked, by id
-    this.newest = 0n; // time of the newest state [ns]
+    this.newest = 0n; // time of the newest state, or of the flight as the last pong told it [ns]
     this.heardAt = null;
     this.trip = null; // there and back [ms]
     this.pinged = new Map(); // when, by id
@@ -213,7 +214,9 @@ export class Link {
   sample(frame) {
     const topic = this.topics.get(frame.topic);
     if (!topic) return;
-    if (topic.name === STATE) this.newest = frame.tNs;
+    const { tNs } = frame;
+    const anew = tNs < this.newest - RESTART; // the flight began again
+    if (topic.name === STATE && (tNs > this.newest || anew)) this.newest = tNs;
     this.listener.sample(topic.name.slice(PREFIX.length), topic.unpack(frame.payload), topic.about);
   }
 
@@ -223,7 +226,7 @@ export class Link {
       login: () => this.welcome(operation.role),
       request_control: () => this.lease.begin(operation.lease),
       control_state: () => this.told(operation),
-      pong: () => this.ponged(operation.id),
+      pong: () => this.ponged(operation),
       nack: () => this.refused(operation),
       error: () => this.ended(operation),
       bye: () => this.listener.said(operation.said || "The server stops"),
@@ -272,7 +275,9 @@ export class Link {
     this.listener.changed();
   }
 
-  ponged(id) {
+  ponged({ id, t_ns }) {
+    // Far away the states come late: a command on the last of them would be too old.
+    if (BigInt(t_ns) > this.newest) this.newest = BigInt(t_ns);
     if (this.pinged.has(id)) this.trip = this.now() - this.pinged.get(id);
     this.pinged.clear();
   }

@@ -230,7 +230,7 @@ class Outgoing:
             self._add_operation(parts, _ACKNOWLEDGE, self._question)
             self._question = b""
             self._batches.append(_Batch(self.seq, 0, now, 0))
-        if len(self._batches) < BATCHES and (self._events or self._states.waiting):
+        if self._may_send(now) and (self._events or self._states.waiting):
             self._add_batch(parts, now)
         return b"".join(parts)
 
@@ -249,8 +249,7 @@ class Outgoing:
         self._heard = now
         while self._batches and self._batches[0].seq <= seq:
             batch = self._batches.popleft()
-            if batch.frames:
-                self._reading.batch(batch.frames, now - batch.sent)
+            self._reading.batch(batch.frames, now - batch.sent)
             self.acknowledged_ns = max(self.acknowledged_ns, batch.wall_ns)
         return True
 
@@ -264,9 +263,21 @@ class Outgoing:
         """Return the rate at which the client reads frames [1/s]."""
         return self._reading.shown(now)
 
+    def _may_send(self, now: float) -> bool:
+        """Return whether a batch may be sent now.
+
+        The batches on a long way are spread evenly over it. Otherwise they would come together,
+        and a client far away would hear nothing for a whole round trip.
+        """
+        if not self._batches:
+            return True
+        spread = self._reading.trip / BATCHES
+        return len(self._batches) < BATCHES and now - self._batches[-1].sent >= spread
+
     def _add_batch(self, parts: list[bytes], now: float) -> None:
         shown = self._reading.shown(now)
-        most = max(SMALLEST_BATCH, int(BATCH_TIME * shown))
+        # As a far client reads a batch in each part of the round trip, it must have all of that.
+        most = max(SMALLEST_BATCH, int((BATCH_TIME + self._reading.trip / BATCHES) * shown))
         # A fast client may not have received many frames yet, so its last batches count, too.
         keep = max(SMALLEST_BATCH, int(KEPT_TIME * shown), int(BATCH_TIME * self._reading.of_batch))
         self._states.thin(keep)
@@ -292,9 +303,14 @@ class Outgoing:
 
 
 class ReadRate:
-    """The rate at which a client reads, from its acknowledgements; callers pass the time [s]."""
+    """The rate at which a client reads, from its acknowledgements; callers pass the time [s].
+
+    Attributes:
+        trip: shortest time from a batch to its acknowledgement [s], 0 before the first.
+    """
 
     def __init__(self) -> None:
+        self.trip = 0.0
         self._batches: deque[float] = deque(maxlen=LAST_BATCHES)
         self._counts: deque[tuple[float, int]] = deque()
         self._sum = 0
@@ -314,8 +330,10 @@ class ReadRate:
         self._forget(now)
 
     def batch(self, frames: int, seconds: float) -> None:
-        """Add the time that it took to read a batch."""
-        self._batches.append(frames / max(seconds, SHORTEST_BATCH))
+        """Add the time that it took to read a batch, of no frames if that was a question."""
+        self.trip = min(self.trip or seconds, seconds)
+        if frames:
+            self._batches.append(frames / max(seconds, SHORTEST_BATCH))
 
     def shown(self, now: float) -> float:
         """Return the number of frames read in the last second [1/s]."""
