@@ -79,8 +79,8 @@ def read_mjcf(path: Path, root: Element, finder: PackageFinder, remarks: Remarks
     tops = [each for world in elements(root, "worldbody") for each in _bodies(world, "")]
     drone = _free_body(path, root, tops, defaults, remarks)
     check_words(path, root, drone[0], remarks)
-    counts = (sum(1 for _ in drone[0].iter(tag)) for tag in ("body", "geom"))
-    refuse_too_many(path, *counts, 0)
+    bodies, geoms = (sum(1 for _ in drone[0].iter(tag)) for tag in ("body", "geom"))
+    refuse_too_many(path, bodies, geoms, 0)
     meshes = Meshes(path, root, compiler, defaults, finder)
     reader = _Reader(path, root, compiler, defaults, meshes, remarks)
     reader.add(drone[0], RigidTransform(), "", drone[1])
