@@ -6,7 +6,7 @@ import threading
 
 import pytest
 
-from workbench.commands.stopping import stop_on_interrupt
+from workbench.commands.stopping import ENDING, stop_on_interrupt
 
 
 def press_ctrl_c():
@@ -19,10 +19,26 @@ def test_the_first_asks_to_stop_and_the_second_interrupts(capsys):
         assert not stopped()
         press_ctrl_c()
         assert stopped()
+        assert stopped.exit_code == 130
         with pytest.raises(KeyboardInterrupt):
             press_ctrl_c()
     assert signal.getsignal(signal.SIGINT) is before
-    assert "stopping with what is done" in capsys.readouterr().err
+    assert "stopping with what is done; press Ctrl-C again to quit" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])
+def test_a_system_that_ends_the_program_is_heard_as_ctrl_c(number, capsys):
+    before = [signal.getsignal(each) for each in ENDING]
+    signal.signal(signal.SIGHUP, signal.SIG_IGN)  # as under nohup
+    with stop_on_interrupt() as stopped:
+        assert signal.getsignal(signal.SIGHUP) is signal.SIG_IGN
+    signal.signal(signal.SIGHUP, before[-1])
+    with stop_on_interrupt() as stopped:
+        os.kill(os.getpid(), number)
+        assert stopped()
+        assert stopped.exit_code == 128 + number
+    assert [signal.getsignal(each) for each in ENDING] == before
+    assert "send the signal again to quit" in capsys.readouterr().err
 
 
 def test_what_was_there_before_is_there_afterwards():

@@ -1,13 +1,15 @@
 """`workbench sweep`."""
 
 import csv
+import os
+import signal
 import sys
 
 import pytest
 
-from workbench.commands import stopping
-from workbench.commands import sweep as command
 from workbench.design.step_response import fly_step
+from workbench.design.sweep import compiled_flights, kept_flights
+from workbench.design.sweep.kept_flights import KeptFlights
 from workbench.design.sweep.sweep import sweep
 
 pytestmark = pytest.mark.usefixtures("pictures_here")
@@ -119,24 +121,34 @@ def test_no_drone_is_chosen_as_the_best(run, out, ranges):
     assert gains.json["no_best"] == ""
 
 
-def test_an_interrupt_keeps_what_was_flown(run, out, monkeypatch):
-    """As when Ctrl-C is pressed after the first candidates."""
-    import contextlib
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_a_sweep_that_is_ended_goes_on_from_there(run, out, tmp_path, monkeypatch, number):
+    monkeypatch.setattr(kept_flights, "SOON", 0.0)
+    monkeypatch.setattr(compiled_flights, "CHUNK", 4)
+    keep, kept = KeptFlights.keep, []
 
-    asked = []
+    def keep_and_end(self, *flight):
+        keep(self, *flight)
+        kept.append(flight)
+        if len(kept) == 6:
+            os.kill(os.getpid(), number)
 
-    @contextlib.contextmanager
-    def soon():
-        yield lambda: asked.append(1) or len(asked) > 1
-
-    monkeypatch.setattr(command, "stop_on_interrupt", soon)
-    said = run("sweep", "kp_velocity_z=2..6:500", "--duration", "0.3", "--output", out)
-    assert said.code == 130
+    words = ("sweep", "kp_velocity_z=2..6:20", "--duration", "0.3", "--output")
+    with monkeypatch.context() as patched:
+        patched.setattr(KeptFlights, "keep", keep_and_end)
+        said = run(*words, out)
+    assert said.code == 128 + number
     rows = (out / "sweep-z.csv").read_text().splitlines()
-    assert 1 < len(rows) < 500
-    assert f"interrupted after {len(rows) - 1} of 500 candidates" in said.err
+    assert 1 < len(rows) < 20
+    assert f"interrupted after {len(rows) - 1} of 20 candidates; those are in the" in said.err
     assert (out / "sweep-z.png").is_file()
-    assert stopping.stop_on_interrupt is not soon
+    said = run(*words, out)
+    assert said.code == 0
+    assert f"{len(rows)} of 21 flights are kept from the sweep that was ended" in said.err
+    assert {path.name for path in out.iterdir()} == {"sweep-z.csv", "sweep-z.png"}
+    run(*words, tmp_path / "whole")
+    whole = (tmp_path / "whole" / "sweep-z.csv").read_bytes()
+    assert (out / "sweep-z.csv").read_bytes() == whole
 
 
 def test_bad_input_is_a_sentence_and_leaves_nothing(case, refused, out):

@@ -12,4 +12,3 @@ class ExitCode(IntEnum):
 
     DONE = 0
     NOT_AS_DEMANDED = 1
-    INTERRUPTED = 130

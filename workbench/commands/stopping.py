@@ -1,4 +1,4 @@
-"""Handle Ctrl-C to end long work with the results so far."""
+"""Handle signals to end long work with the results so far."""
 
 import signal
 import threading
@@ -8,35 +8,67 @@ from types import FrameType
 
 from workbench.commands.printing import say
 
+ENDING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+"""Signals that end a program: Ctrl-C, a system shutdown, a closed terminal."""
+
+
+class Stopped:
+    """Whether the program was asked to end; a call returns it.
+
+    Attributes:
+        number: of the signal, 0 for none.
+    """
+
+    number = 0
+
+    def __call__(self) -> bool:
+        return self.number != 0
+
+    @property
+    def exit_code(self) -> int:
+        """Exit code of a program that this signal ends."""
+        return 128 + self.number
+
 
 @contextmanager
 def stop_on_interrupt(
     stop: Callable[[], None] = lambda: None, keeps: str = "what is done"
-) -> Iterator[Callable[[], bool]]:
-    """Yield a function that returns whether Ctrl-C was pressed; a second one ends the program.
+) -> Iterator[Stopped]:
+    """Yield whether Ctrl-C was pressed, or another signal came; a second one ends the program.
 
     Outside of the main thread it is always false, as no signal arrives there.
 
     Args:
-        stop: called on Ctrl-C.
+        stop: called with the signal.
         keeps: the results kept then, for a message.
     """
-    stopped = threading.Event()
+    stopped = Stopped()
     if threading.current_thread() is not threading.main_thread():
-        yield stopped.is_set
+        yield stopped
         return
+    before = {
+        number: signal.getsignal(number)
+        for number in ENDING
+        if signal.getsignal(number) is not signal.SIG_IGN  # as under nohup
+    }
+
+    def restore() -> None:
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
     def note(number: int, frame: FrameType | None) -> None:
-        stopped.set()
+        stopped.number = number
         stop()
-        signal.signal(signal.SIGINT, before)
-        say(f"stopping with {keeps}; press Ctrl-C again to quit at once")
+        restore()
+        again = "press Ctrl-C again" if number == signal.SIGINT else "send the signal again"
+        say(f"stopping with {keeps}; {again} to quit at once")
 
-    before = signal.signal(signal.SIGINT, note)
+    for number in before:
+        signal.signal(number, note)
     try:
-        yield stopped.is_set
+        yield stopped
     finally:
-        signal.signal(signal.SIGINT, before)
+        restore()
 
 
 @contextmanager

@@ -115,12 +115,14 @@ def run(args: argparse.Namespace) -> int:
     from workbench.design.executor.executor import all_cores
     from workbench.design.sweep.best import prove_best
     from workbench.design.sweep.case import default_axis
+    from workbench.design.sweep.kept_flights import SUFFIX
     from workbench.design.sweep.table import check_table_path, write_table
 
     names = [text.partition("=")[0].strip() for text in args.ranges]
     args.axis = args.axis or default_axis(names, load_controller(args.controller or DEFAULT))
     table_path = args.table or args.output / f"sweep-{args.axis}.csv"
     check_table_path(table_path)
+    kept = table_path.with_name(f"{table_path.name}{SUFFIX}")
     if args.scheduler and not args.full:
         raise WorkbenchError("a cluster flies the full diagram: add --full to --scheduler")
     with Outputs() as outputs, stop_on_interrupt() as stopped, ExitStack() as stack:
@@ -133,26 +135,32 @@ def run(args: argparse.Namespace) -> int:
             chosen_executor(args.scheduler, all_cores()) as executor,
             progress_bar(f"sweeping {len(args.ranges)} parameters") as progress,
         ):
-            table = _sweep(args, executor, progress, stopped)
+            table = _sweep(args, executor, progress, stopped, kept)
         if not len(table):
-            raise KeyboardInterrupt  # there is nothing to keep
+            raise KeyboardInterrupt  # there is nothing to write
         best = prove_best(table, args.metric)
         if drawer:
             drawer.begin(plot, _PICTURE, "plot_sweep", table, args.metric, best)
         write_table(table, log)
         if drawer:
             drawer.finish()
+    if len(table) == table.planned:
+        kept.unlink(missing_ok=True)
     shown = (table, best, args.metric)
     result = sweep_result(*shown)
     print_result(args, result, print_sweep, *shown, flown_with(args), files=outputs.files)
     if len(table) < table.planned:
-        say(f"interrupted after {len(table)} of {table.planned} candidates; those are in the table")
-        return ExitCode.INTERRUPTED
+        again = "; the same command flies the others" if kept.exists() else ""
+        say(
+            f"interrupted after {len(table)} of {table.planned} candidates; those are in the table"
+            f"{again}"
+        )
+        return stopped.exit_code
     return ExitCode.DONE
 
 
 def _sweep(
-    args: argparse.Namespace, executor: "Executor", progress: Any, stopped: Any
+    args: argparse.Namespace, executor: "Executor", progress: Any, stopped: Any, kept: Path
 ) -> "SweepTable":
     """Fly the sweep from the command line."""
     from workbench.design.metrics import MARGINS, SWEPT, find_metric
@@ -181,6 +189,7 @@ def _sweep(
         fly=partial(fly_full if args.full else fly_fastest, executor=executor),
         progress=progress,
         stop=stopped,
+        kept=kept,
     )
 
 

@@ -17,7 +17,7 @@ from workbench.commands.options import (
 )
 from workbench.commands.outputs import Outputs, check_writable, make_folder_of
 from workbench.commands.printing import pick, print_result, print_table, say, terminal
-from workbench.commands.stopping import stop_on_interrupt
+from workbench.commands.stopping import Stopped, stop_on_interrupt
 from workbench.common.errors import WorkbenchError
 from workbench.common.plain_text import plain_name
 
@@ -120,7 +120,7 @@ def run(args: argparse.Namespace) -> int:
     with Outputs() as outputs:
         report = outputs.add(args.output / "tuning.html")
         picture = outputs.picture(args, "tuning.png")
-        found = _tuned(tuner)
+        found, stopped = _tuned(tuner)
         _write(found, report, picture)
     files = outputs.files
     if found.met:
@@ -131,7 +131,7 @@ def run(args: argparse.Namespace) -> int:
         return ExitCode.DONE
     for sentence in conclusion(found):
         say(sentence)
-    return ExitCode.INTERRUPTED if found.stopped else ExitCode.NOT_AS_DEMANDED
+    return stopped.exit_code if stopped() else ExitCode.NOT_AS_DEMANDED
 
 
 def _wishes(args: argparse.Namespace, law: "Controller", rotors: str) -> "Wishes":
@@ -163,10 +163,11 @@ def _wishes(args: argparse.Namespace, law: "Controller", rotors: str) -> "Wishes
     )
 
 
-def _tuned(tuner: "Tuner") -> "Tuning":
+def _tuned(tuner: "Tuner") -> "tuple[Tuning, Stopped]":
     """Run, and show the best so far; the first Ctrl-C ends the search and keeps its results."""
-    with _bar() as show, stop_on_interrupt(tuner.stop, "the best so far"):
-        return tuner.run(lambda progress: show(progress.share, progress_line(progress)))
+    with _bar() as show, stop_on_interrupt(tuner.stop, "the best so far") as stopped:
+        found = tuner.run(lambda progress: show(progress.share, progress_line(progress)))
+        return found, stopped
 
 
 @contextmanager

@@ -214,12 +214,15 @@ def _pass_on(said: "SimpleQueue[logging.LogRecord]") -> None:
 
 @contextmanager
 def _starting() -> Iterator[None]:
-    """Start processes that leave Ctrl-C to this one: they inherit what is blocked.
+    """Start processes that leave signals to end to this one: they inherit what is blocked.
+
+    A terminal, a batch system and `timeout` send them to all processes of a group.
 
     They import nothing from the current folder, where a file may have a module's name, such as
     signal.py.
     """
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT])
+    ending = [signal.SIGINT, signal.SIGTERM, signal.SIGHUP]
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, ending)
     path = os.environ.get(_SAFE_PATH)
     os.environ[_SAFE_PATH] = "1"
     try:

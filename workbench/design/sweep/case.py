@@ -35,6 +35,8 @@ Progress = Callable[[float], None]
 """Function called with the share done, 0 .. 1."""
 Stop = Callable[[], bool]
 """Function called regularly; True ends the work with the results so far."""
+Keep = Callable[[int, np.ndarray, float], None]
+"""Function called with each flight: number of the candidate, metrics, time of its loss [s]."""
 
 
 @dataclass(frozen=True)
@@ -161,16 +163,8 @@ class Flown(NamedTuple):
     diverged_at: np.ndarray
 
 
-FlySweep = Callable[[SweepCase, Vehicle, Sequence[Candidate], Progress | None, Stop | None], Flown]
+FlySweep = Callable[..., Flown]
 """Function that flies candidates: `fly_compiled` or `fly_full`."""
-
-
-def part(progress: Progress | None, first: float, last: float) -> Progress | None:
-    """Return a function for the progress of a part of the work."""
-    if progress is None:
-        return None
-    tell = progress
-    return lambda share: tell(first + share * (last - first))
 
 
 def nothing_flown(count: int) -> Flown:
@@ -180,6 +174,14 @@ def nothing_flown(count: int) -> Flown:
         np.full((count, len(FLOWN)), np.nan),
         np.full(count, np.nan),
     )
+
+
+def part_of(progress: Progress | None, first: float, last: float) -> Progress | None:
+    """Return a function for the progress of a part of the work, between two shares."""
+    if progress is None:
+        return None
+    tell = progress
+    return lambda share: tell(first + share * (last - first))
 
 
 def axis_loop(axis: str, controller: Controller | None = None) -> str:

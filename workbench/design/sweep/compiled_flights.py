@@ -15,6 +15,7 @@ from workbench.design.rollout.senses import make_senses, why_not
 from workbench.design.sweep.case import (
     Candidate,
     Flown,
+    Keep,
     Progress,
     Stop,
     SweepCase,
@@ -25,8 +26,8 @@ from workbench.plant.vehicle import Vehicle
 if TYPE_CHECKING:
     from workbench.design.executor.executor import Executor
 
-_CHUNK = 64
-"""Number of candidates that are flown between two looks at whether to stop."""
+CHUNK = 64
+"""Number of candidates between two times that flights are kept, and that a stop is seen."""
 
 
 def fly_compiled(
@@ -35,6 +36,7 @@ def fly_compiled(
     candidates: Sequence[Candidate],
     progress: Progress | None = None,
     stop: Stop | None = None,
+    keep: Keep | None = None,
 ) -> Flown:
     """Fly candidates with the compiled engine.
 
@@ -44,6 +46,7 @@ def fly_compiled(
         candidates: (N) to fly.
         progress: called with the share done.
         stop: True ends the work with the results so far.
+        keep: called with each flight, after each `CHUNK` of them.
     """
     seed = case.scenario.sensors.seed
     engine = RolloutEngine(
@@ -55,8 +58,8 @@ def fly_compiled(
     )
     decay_times = DecayTimes(case.scenario)
     flown = nothing_flown(len(candidates))
-    for first in range(0, len(candidates), _CHUNK):
-        chunk = range(first, min(first + _CHUNK, len(candidates)))
+    for first in range(0, len(candidates), CHUNK):
+        chunk = range(first, min(first + CHUNK, len(candidates)))
         decays: dict[float, dict[int, float]] = {}
         for index in chunk:
             if stop and stop() and first:
@@ -83,6 +86,9 @@ def fly_compiled(
             flown.done[done] = True
             flown.values[done] = values
             flown.diverged_at[done] = measured.diverged_at
+        if keep:
+            for index in chunk:
+                keep(index, flown.values[index], flown.diverged_at[index])
         if progress:
             progress(chunk.stop / len(candidates))
     return flown
@@ -94,6 +100,7 @@ def fly_fastest(
     candidates: Sequence[Candidate],
     progress: Progress | None = None,
     stop: Stop | None = None,
+    keep: Keep | None = None,
     *,
     executor: "Executor | None" = None,
 ) -> Flown:
@@ -105,6 +112,7 @@ def fly_fastest(
         candidates: (N) to fly.
         progress: called with the share done.
         stop: True ends the work with the results so far.
+        keep: called with each flight.
         executor: for flights on the full diagram, see `fly_full`.
     """
     law = case.controller
@@ -113,8 +121,8 @@ def fly_fastest(
     if not law.compiles:
         reason = f"{law.name} is not compiled"
     if not reason:
-        return fly_compiled(case, vehicle, candidates, progress, stop)
+        return fly_compiled(case, vehicle, candidates, progress, stop, keep)
     from workbench.design.sweep.full_flights import fly_full  # it loads all of a session
 
     logging.getLogger(PROGRESS_LOGGER).warning(f"{reason}: candidates fly on the full diagram")
-    return fly_full(case, vehicle, candidates, progress, stop, executor=executor)
+    return fly_full(case, vehicle, candidates, progress, stop, keep, executor=executor)

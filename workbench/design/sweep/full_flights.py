@@ -13,7 +13,15 @@ from workbench.design.lost import find_loss
 from workbench.design.metrics import FLOWN
 from workbench.design.response_metrics import step_duration, step_metrics
 from workbench.design.step_response import EDGE, axis_velocity, step_scenario
-from workbench.design.sweep.case import Candidate, Flown, Progress, Stop, SweepCase, nothing_flown
+from workbench.design.sweep.case import (
+    Candidate,
+    Flown,
+    Keep,
+    Progress,
+    Stop,
+    SweepCase,
+    nothing_flown,
+)
 from workbench.plant.vehicle import Vehicle
 from workbench.scenario.scenario import Scenario
 from workbench.session.recording import Recording
@@ -26,6 +34,7 @@ def fly_full(
     candidates: Sequence[Candidate],
     progress: Progress | None = None,
     stop: Stop | None = None,
+    keep: Keep | None = None,
     *,
     executor: Executor | None = None,
 ) -> Flown:
@@ -40,6 +49,7 @@ def fly_full(
         candidates: (N) to fly.
         progress: called with the share done.
         stop: True ends the work with the results so far.
+        keep: called with each flight, in the order of their ends.
         executor: runs the flights; None for a local process for each core.
 
     Raises:
@@ -51,6 +61,8 @@ def fly_full(
     for count, (index, result) in enumerate(found, start=1):
         flown.values[index], flown.diverged_at[index] = result
         flown.done[index] = True
+        if keep:
+            keep(index, flown.values[index], flown.diverged_at[index])
         if progress:
             progress(count / len(candidates))
     return flown

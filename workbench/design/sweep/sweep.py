@@ -1,8 +1,12 @@
 """Fly and measure many candidates: a sweep, and a map over two gains in real time."""
 
+import hashlib
+import logging
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
 
 import numpy as np
 
@@ -12,17 +16,20 @@ from workbench.design.metrics import FLOWN, MARGINS, SWEPT, Metric, find_metric
 from workbench.design.rollout.engine import RolloutEngine
 from workbench.design.sweep.case import (
     Candidate,
+    Flown,
     FlySweep,
     Progress,
     Stop,
     SweepCase,
     default_axis,
-    part,
+    part_of,
 )
 from workbench.design.sweep.compiled_flights import fly_fastest
+from workbench.design.sweep.kept_flights import KeptFlights
 from workbench.design.sweep.ranges import SweepRange, parse_range
 from workbench.design.sweep.table import SweepTable
 from workbench.plant.variation import Variation
+from workbench.plant.vehicle import Vehicle
 from workbench.scenario.parameters import SIGNAL_PATH, parameter_table
 from workbench.scenario.scenario import Scenario, at_own_period, flown_controller
 
@@ -47,6 +54,7 @@ def sweep(
     fly: FlySweep | None = None,
     progress: Progress | None = None,
     stop: Stop | None = None,
+    kept: Path | None = None,
 ) -> SweepTable:
     """Fly a step with every candidate of a sweep and measure it.
 
@@ -67,9 +75,11 @@ def sweep(
             with its executor bound by `functools.partial`, anywhere.
         progress: called with the share done, 0 .. 1.
         stop: called regularly; True ends the sweep with the results so far.
+        kept: file that keeps the flights of a sweep that takes long: an equal sweep that finds it
+            flies the others only. Remove it when the table is written. None for no file.
 
     Raises:
-        WorkbenchError: if the sweep is invalid.
+        WorkbenchError: if the sweep is invalid, or the file keeps the flights of another one.
     """
     scenario = at_own_period(scenario or Scenario())
     law = flown_controller(scenario)
@@ -85,14 +95,20 @@ def sweep(
     rows = np.vstack([present, parameters])
     candidates = [case.candidate(parsed, row) for row in rows]
     share = FLIGHT_SHARE if cut else 1.0
-    flown = (fly or fly_fastest)(case, vehicle, candidates, part(progress, 0.0, share), stop)
+    tell, fly = part_of(progress, 0.0, share), fly or fly_fastest
+    if kept is None:
+        flown = fly(case, vehicle, candidates, tell, stop)
+    else:
+        depends = partial(_dependencies, fly, case, [each.name for each in parsed], rows)
+        with KeptFlights(kept, depends, len(candidates)) as keeper:
+            flown = _fly_rest(fly, case, vehicle, candidates, tell, stop, keeper)
     metrics, values = FLOWN, flown.values
     if cut:
         flying = flown.done & np.isnan(flown.diverged_at)
-        tell = part(progress, share, 1.0)
+        tell = part_of(progress, share, 1.0)
         margins = _candidate_margins(case, candidates, flying, cut, tell, stop)
         metrics, values = (*FLOWN, *MARGINS), np.hstack([values, margins])
-    kept = flown.done[1:]
+    done = flown.done[1:]
     return SweepTable(
         case=case,
         vehicle=vehicle.name,
@@ -101,12 +117,73 @@ def sweep(
         seed=seed,
         planned=len(parameters),
         metrics=metrics,
-        parameters=parameters[kept],
-        values=values[1:][kept],
-        diverged_at=flown.diverged_at[1:][kept],
+        parameters=parameters[done],
+        values=values[1:][done],
+        diverged_at=flown.diverged_at[1:][done],
         present=present,
         present_values=values[0],
     )
+
+
+def _fly_rest(
+    fly: FlySweep,
+    case: SweepCase,
+    vehicle: Vehicle,
+    candidates: Sequence[Candidate],
+    progress: Progress | None,
+    stop: Stop | None,
+    kept: KeptFlights,
+) -> Flown:
+    """Fly the candidates that are not in a file yet, and keep them there."""
+    flown, count = kept.flown, len(candidates)
+    todo = np.flatnonzero(~flown.done)
+    if len(todo) < count:
+        logging.getLogger("workbench").warning(
+            "%d of %d flights are kept from the sweep that was ended: flying the others",
+            count - len(todo),
+            count,
+        )
+    found = fly(
+        case,
+        vehicle,
+        [candidates[index] for index in todo.tolist()],
+        part_of(progress, 1.0 - len(todo) / count, 1.0),
+        stop,
+        lambda index, values, diverged_at: kept.keep(int(todo[index]), values, diverged_at),
+    )
+    for whole, part in zip(flown, found, strict=True):
+        whole[todo[found.done]] = part[found.done]
+    return flown
+
+
+def _dependencies(
+    fly: FlySweep, case: SweepCase, names: Sequence[str], rows: np.ndarray
+) -> dict[str, str]:
+    """Return what the flights of a sweep depend on, by its description.
+
+    Args:
+        fly: flies the candidates.
+        case: the step.
+        names: of the swept numbers.
+        rows: their values, a row a candidate.
+    """
+    from workbench.design.executor.cluster import versions
+    from workbench.design.executor.shipment import shipment, with_absolute_paths
+
+    files = shipment(with_absolute_paths(case.scenario)) or {}
+    parts: dict[str, object] = {
+        "engine": getattr(fly, "func", fly).__name__,
+        "step": (case.axis, case.amplitude, case.duration),
+        "candidates": (names, rows.tobytes()),
+        "settings": sorted(case.settings.items()),
+        "scenario": case.scenario,
+        "files": sorted(files.items()),
+        "versions": versions(),
+    }
+    return {
+        name: hashlib.sha256(repr(part).encode("utf-8", "replace")).hexdigest()[:16]
+        for name, part in parts.items()
+    }
 
 
 def sample(ranges: Sequence[SweepRange], method: str, samples: int, seed: int) -> np.ndarray:
