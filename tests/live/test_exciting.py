@@ -792,7 +792,7 @@ def test_a_slow_swing_is_told_with_the_velocity_or_position_loop(case):
     """Below 1 Hz; the frequency is that of the flown velocity, by its turns."""
     for gains, loop in (
         ({"ki_velocity_xy": 12.0, "kp_velocity_xy": 1.5}, "velocity x"),
-        ({"kp_position_xy": 5.0, "kp_velocity_xy": 1.8}, "position x"),
+        ({"kp_position_xy": 5.0, "kp_velocity_xy": 1.8, "ki_velocity_xy": 2.1}, "position x"),
     ):
         with case(loop):
             bench = Bench(dataclasses.replace(HIGH, controller="pid"))
