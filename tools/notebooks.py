@@ -55,6 +55,8 @@ def run(path: Path, folder: Path) -> nbformat.NotebookNode:
         "language_info": {"name": "python"},
     }
     for cell in notebook.cells:
+        if "outputs" in cell:  # progress, as of a first compilation, is not of the lecture
+            cell.outputs = [each for each in cell.outputs if each.get("name") != "stderr"]
         for output in cell.get("outputs", ()):
             if "image/png" in output.get("data", ()):
                 output["data"]["image/png"] = _small(output["data"]["image/png"])
