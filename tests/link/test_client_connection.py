@@ -24,6 +24,25 @@ def test_a_lost_connection_is_made_and_subscribed_to_again(server, fakes):
         ] * 2
 
 
+def test_a_server_that_had_to_make_room_is_asked_again(server):
+    """As long as strangers crowd at it, it may end a connection before the login."""
+    greet = server.greet
+    server.greet = lambda peer: greet(peer) if peer.number > 3 else peer.stream.close()
+    with Client(server.address, reconnect=False) as client:
+        assert client.parameters()
+    assert server.connections == 4
+
+
+def test_what_always_hangs_up_is_no_server(server):
+    server.greet = lambda peer: peer.stream.close()
+    with (
+        pytest.raises(WorkbenchError, match=f"{server.address}: .*connection"),
+        Client(server.address),
+    ):
+        pass
+    assert server.connections > 1
+
+
 def test_a_server_that_stopped_is_waited_for(server, fakes):
     with Client(server.address) as client:
         server.say(Bye(said="the flight is over"))

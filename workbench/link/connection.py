@@ -103,6 +103,10 @@ LIMIT = 5.0
 """Time limit to connect [s]."""
 GREETING_LIMIT = 5.0
 """Time limit for the greeting [s]."""
+CROWDED = 1.0
+"""Time for which to try again if the server ends a connection before its login: it may have to make
+room, as strangers take all of its connections [s]."""
+CROWD_PAUSE = 0.02
 CHUNK = 256 * 1024
 QUIET = 2.0
 """Silence after which a client pings the server [s]; after another such time it disconnects."""
@@ -211,10 +215,28 @@ async def open_connection(address: Address, trust: Trust, options: ClientOptions
     Raises:
         RefusedError: if the connection fails, or the server rejects it.
     """
-    try:
-        connection = Connection(options, *await connect(address, trust))
-    except WorkbenchError as error:
-        raise RefusedError("lost", str(error)) from None
+    give_up = time.monotonic() + CROWDED
+    while True:
+        try:
+            connection = Connection(options, *await connect(address, trust))
+        except WorkbenchError as error:
+            raise RefusedError("lost", str(error)) from None
+        await _greet(connection, address)
+        if connection.end is None:
+            return connection
+        await connection.close()
+        if connection.end.code != "lost" or time.monotonic() > give_up:
+            said = f"{address}: {connection.end.said}{_hint(connection.end, options)}"
+            raise RefusedError(connection.end.code, said)
+        await asyncio.sleep(CROWD_PAUSE)
+
+
+async def _greet(connection: Connection, address: Address) -> None:
+    """Read until the greeting is done, or the connection has ended.
+
+    Raises:
+        RefusedError: if the server is silent.
+    """
     try:
         async with asyncio.timeout(GREETING_LIMIT):
             while not connection.protocol.ready and connection.end is None:
@@ -229,12 +251,6 @@ async def open_connection(address: Address, trust: Trust, options: ClientOptions
     except BaseException:
         await connection.close()
         raise
-    if connection.end is not None:
-        await connection.close()
-        raise RefusedError(
-            connection.end.code, f"{address}: {connection.end.said}{_hint(connection.end, options)}"
-        )
-    return connection
 
 
 class RefusedError(WorkbenchError):
