@@ -92,3 +92,13 @@ class Reading:
         if "mute" in text:
             raise WorkbenchError(f"{path}:1: it is mute: write something else")
         return str(path), text
+
+
+@dataclass(frozen=True)
+class Signalled(Square):
+    """The same, in a process that a terminal or a batch system asks to end meanwhile."""
+
+    def run(self) -> int:
+        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+            os.kill(os.getpid(), number)
+        return super().run()

@@ -3,7 +3,7 @@
 import multiprocessing
 
 import pytest
-from far_tasks import Losing, Remarking, Square
+from far_tasks import Losing, Remarking, Signalled, Square
 
 from workbench.common.errors import WorkbenchError
 from workbench.design.executor import executor
@@ -40,6 +40,11 @@ def test_what_a_killed_process_was_at_is_done_again(tmp_path):
     found = list(Losing(LocalProcesses(2), marker).run([Square(n) for n in range(4)]))
     assert marker.exists()
     assert sorted(found) == [(number, number**2) for number in range(4)]
+
+
+def test_signals_to_end_are_left_to_the_caller():
+    """A group of processes gets them, as from a terminal: what flies ends with its caller."""
+    assert list(LocalProcesses(1).run([Signalled(3)])) == [(0, 9)]
 
 
 def test_processes_that_are_killed_too_often_are_a_sentence(tmp_path, monkeypatch):
