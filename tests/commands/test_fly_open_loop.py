@@ -111,4 +111,24 @@ def test_it_flies_in_its_world(run, table, out, write, vehicle):
 def test_without_a_controller_there_are_no_sensors_either(refused, table, out):
     rows = table((0.0, 1.0))
     said = refused("fly", "hover", "--rotor-commands", rows, "--sensors", "imu", "--output", out)
-    assert "leave out --set, --gains, --sensors" in said
+    assert "leave out --controller, --set, --gains, --sensors" in said
+
+
+def test_what_the_table_replaces_is_said(run, table, write, out):
+    """The script of a scenario takes off and lands; a table of commands does neither."""
+    scenario = write(
+        "climb.yaml",
+        "script: [{at: 0.1, request: take_off}]\nestimator: ekf\n"
+        "sensors: {use: [imu, gps]}\nduration: 0.1\n",
+    )
+    said = run("fly", scenario, "--rotor-commands", table((0.0, 1.0)), "--output", out)
+    assert said.code == 0
+    told = "the table flies alone, without what climb has: a script, sensors, the estimator ekf"
+    assert f"workbench: {told}" in said.err.splitlines()
+    said = run("fly", "hover", "--rotor-commands", table((0.0, 1.0)), "--output", out)
+    assert "without what" not in said.err
+
+
+def test_a_law_does_not_go_with_a_table(refused, table):
+    said = refused("fly", "hover", "--rotor-commands", table((0.0, 1.0)), "--controller", "pid")
+    assert "leave out --controller" in said

@@ -228,12 +228,15 @@ def _fly(scenario: "Scenario", name: str, args: argparse.Namespace, page: Path |
                 or args.log
                 or args.watch
                 or args.estimator
+                or args.controller
             ):
                 raise WorkbenchError(
                     "--rotor-commands flies without controller, sensors, estimator, replay page "
-                    "and topics: leave out --set, --gains, --sensors, --html, --log, --watch and "
-                    "--estimator"
+                    "and topics: leave out --controller, --set, --gains, --sensors, --html, --log, "
+                    "--watch and --estimator"
                 )
+            if unused := _without_effect(scenario):
+                say(f"the table flies alone, without what {name} has: {', '.join(unused)}")
             recording = fly_open_loop(scenario, args.rotor_commands, progress)
             return _Flown(recording, read_configured_world(scenario))
         broken = log_said = ""
@@ -258,6 +261,19 @@ def _fly(scenario: "Scenario", name: str, args: argparse.Namespace, page: Path |
             ended=session.ended,
             records=session.records,
         )
+
+
+def _without_effect(scenario: "Scenario") -> list[str]:
+    """Return the parts of a scenario without effect on a flight under a table of commands."""
+    from workbench.estimation.settings import TRUTH
+
+    parts = {
+        "a script": scenario.script,
+        "a figure of eight": scenario.figure_eight,
+        "sensors": scenario.sensors.use,
+        f"the estimator {scenario.estimator}": scenario.estimator != TRUTH,
+    }
+    return [name for name, there in parts.items() if there]
 
 
 def _watched(scenario: "Scenario", args: argparse.Namespace) -> _Flown:
