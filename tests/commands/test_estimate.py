@@ -7,6 +7,8 @@ import math
 import numpy as np
 import pytest
 
+from workbench.commands.estimate import surprises
+from workbench.design.estimation_errors import Innovations
 from workbench.estimation.settings import EkfSettings
 from workbench.logs.flight_log import FlightLog, LoggedFlight
 from workbench.logs.record import read_log
@@ -184,3 +186,27 @@ def test_a_log_of_a_flight_on_an_estimate_needs_no_further_option(run, out):
                 assert 0.0 < x["worst"] < 0.5
     assert flown[:2] == flown[2:]
     assert flown[0] != flown[1]
+
+
+def test_a_sensor_that_is_worse_than_its_setting_is_named():
+    """A GPS with errors of 1 m, of which the filter assumes 0.5 m, has half of them in bounds."""
+    told = [
+        Innovations("gps_x", 300, 0.51, 2.1, "ekf_gps_position"),
+        Innovations("gps_y", 300, 0.6, 1.8, "ekf_gps_position"),
+        Innovations("gps_z", 300, 0.93, 1.1, "ekf_gps_height"),
+        Innovations("barometer", 20, 0.8, 1.3, "ekf_barometer"),  # of so few, by chance
+        Innovations("magnetometer", 300, 0.7, 1.5, "ekf_magnetometer"),
+    ]
+    assert surprises(told) == [
+        "gps_x, gps_y: up to 2.1 times as far from the estimate as it assumes: raise "
+        "ekf_gps_position about as much (--set), or look for a fault of the sensor",
+        "magnetometer: up to 1.5 times as far from the estimate as it assumes: raise "
+        "ekf_magnetometer about as much (--set), or look for a fault of the sensor",
+    ]
+
+
+def test_the_setting_that_is_too_small_is_named(run, path, out):
+    words = ("estimate", path, "--no-plots", "--output", out)
+    assert "as it assumes" not in run(*words).out
+    said = run(*words, "--set", "ekf_magnetometer=1e-7").out
+    assert "magnetometer: up to " in said and "raise ekf_magnetometer about as much" in said

@@ -111,6 +111,8 @@ def test_innovations_count_channel_by_channel(recording):
     ]
     assert found[0].within == pytest.approx(0.95, abs=0.02)
     assert found[1].within == 0.0
+    assert [each.surprises for each in found[:2]] == [False, True]
+    assert found[0].scale == pytest.approx(1.0, abs=0.05)
 
 
 def test_what_an_estimator_does_not_know_is_not_judged(recording):

@@ -2,6 +2,7 @@
 
 import argparse
 import math
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -20,7 +21,7 @@ from workbench.estimation.settings import EKF, ESTIMATORS, HEARD, TRUTH
 from workbench.scenario.parameters import split_setting
 
 if TYPE_CHECKING:
-    from workbench.design.estimation_errors import EstimateOverTruth, EstimateReport
+    from workbench.design.estimation_errors import EstimateOverTruth, EstimateReport, Innovations
     from workbench.estimation.estimators import Estimator
     from workbench.estimation.run import Gap, SensorSamples
     from workbench.logs.record import LogRecord
@@ -231,3 +232,24 @@ def print_estimate(report: "EstimateReport", title: str = "") -> None:
         for each in report.innovations
     ]
     print_table(told, left=(0,))
+    for sentence in surprises(report.innovations):
+        print(sentence)
+
+
+def surprises(innovations: "Sequence[Innovations]") -> list[str]:
+    """Return a sentence for each setting of the estimator that is too small for the sensor."""
+    found: dict[str, list[Innovations]] = {}
+    for each in innovations:
+        if each.surprises:
+            found.setdefault(each.setting, []).append(each)
+    told = []
+    for setting, channels in found.items():
+        names, scale = (
+            ", ".join(each.channel for each in channels),
+            max(each.scale for each in channels),
+        )
+        told.append(
+            f"{names}: up to {scale:.2g} times as far from the estimate as it assumes: raise "
+            f"{setting} about as much (--set), or look for a fault of the sensor"
+        )
+    return told

@@ -1,5 +1,6 @@
 """Errors of an estimate against the truth, and their consistency with its covariance."""
 
+import math
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -15,6 +16,8 @@ STATES = 9
 """Number of errors in NEES: attitude, position and velocity."""
 SHARE = 0.95
 """Share of the samples of a consistent estimator that lie within the bounds."""
+TOLERATED = 0.05
+"""Share below that which is tolerated: neighbouring samples are not independent."""
 _ROWS = (
     ("attitude_B", ("roll", "pitch", "yaw"), "rad"),
     ("position", ("x", "y", "z"), "m"),
@@ -142,11 +145,20 @@ class Innovations:
         count: number of innovations.
         within: share of NIS, the innovation squared over its variance, within the bounds that hold
             95 % for a consistent estimator, 0 .. 1.
+        scale: root of its mean, 1 for a consistent estimator.
+        setting: parameter with the standard deviation that the estimator assumes.
     """
 
     channel: str
     count: int
     within: float
+    scale: float
+    setting: str
+
+    @property
+    def surprises(self) -> bool:
+        """Whether measurements are further from the estimate than it assumes, beyond chance."""
+        return self.within < SHARE - TOLERATED - 3.0 * math.sqrt(SHARE * (1 - SHARE) / self.count)
 
 
 @dataclass(frozen=True)
@@ -251,7 +263,8 @@ def _told(recording: Estimated) -> tuple[Innovations, ...]:
         if new.any():
             squared = gaps[new] ** 2 / variances[new]
             within = float((squared <= chi2.ppf(SHARE, 1)).mean())
-            found.append(Innovations(name, int(new.sum()), within))
+            scale, setting = float(np.sqrt(squared.mean())), ekf.SETTINGS[channel]
+            found.append(Innovations(name, int(new.sum()), within, scale, setting))
     return tuple(found)
 
 

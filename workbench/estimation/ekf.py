@@ -69,6 +69,18 @@ NAMES = (
     "range_finder",
 )
 """Names of the measurements."""
+SETTINGS = (
+    "ekf_gps_position",
+    "ekf_gps_position",
+    "ekf_gps_height",
+    "ekf_gps_velocity",
+    "ekf_gps_velocity",
+    "ekf_gps_velocity",
+    "ekf_barometer",
+    "ekf_magnetometer",
+    "ekf_range_finder",
+)
+"""Parameter with the standard deviation of each measurement."""
 HEIGHT, HEADING, DISTANCE = 6, 7, 8
 """Places of the measurements after those of the GPS."""
 COVARIANCE = NOMINAL
