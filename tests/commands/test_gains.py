@@ -130,7 +130,7 @@ def test_restore_brings_a_state_back(run, gain_file):
     ("words", "said"),
     [
         ([], "show, diff, save, history or restore"),
-        (["shoe"], "invalid choice"),
+        (["shoe"], "unknown command 'shoe'"),
         (["show", "gone.yaml"], "gone.yaml: no such file"),
         (["diff", "dh_drone"], "required: B"),
         (["diff", "dh_drone", "dh_dron"], "did you mean 'dh_drone'"),

@@ -87,7 +87,7 @@ def test_what_cannot_be_is_a_sentence(case, refused, tmp_path):
         ((), "--mass is missing: give the all-up mass with battery, as 1.4kg"),
         (("--mass", "1400"), "is 1400 kg, but a multirotor has 0.005 to 500 kg"),
         (("--mass", "1,4kg"), "is not a number with a unit: write it as 1.2kg or 1200g"),
-        (("--mass", "-1kg"), "expected one argument"),
+        (("--mass", "-1kg"), "is not a number with a unit: write it as 1.2kg"),
         (("--mass", "1.4lightyears"), "has no known unit (these are kg, g, lb, oz)"),
         (("--mass", "nan"), "is not a number with a unit"),
         ((*F450, "--arm", "1m"), "not allowed with argument --diagonal"),

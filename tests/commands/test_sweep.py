@@ -169,7 +169,7 @@ def test_bad_input_is_a_sentence_and_leaves_nothing(case, refused, out):
         (["kp_roll=1..2", "--amplitude", "nan"], "amplitude"),
         (["kp_roll=1..2", "--duration", "0"], "0.1 s or more"),
         (["kp_roll=1..2", "--duration", "601"], "600 s at most"),
-        (["kp_roll=1..2", "--axis", "w"], "invalid choice"),
+        (["kp_roll=1..2", "--axis", "w"], "unknown --axis 'w'"),
         (["kp_roll=1..2", "--table", "a.txt"], ".csv or .parquet"),
         (["kp_roll=1..2", "--model", "gone.urdf"], "gone.urdf"),
         (["rotor_9=0..1"], "4 rotors"),

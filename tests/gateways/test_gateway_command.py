@@ -12,7 +12,7 @@ from workbench.commands.cli import main
     ("words", "said"),
     [
         ([], "no kind of gateway is named: write foxglove, plotjuggler, ros2 or mavlink"),
-        (["mqtt"], "invalid choice: 'mqtt'"),
+        (["mqtt"], "unknown kind 'mqtt'"),
         (["foxglove", "127.0.0.1:1"], "nobody listens at 127.0.0.1:1"),
         (["plotjuggler", "127.0.0.1:1"], "nobody listens at 127.0.0.1:1"),
         (["ros2", "127.0.0.1:1"], "nobody listens at 127.0.0.1:1"),

@@ -8,6 +8,7 @@ import contextlib
 import errno
 import io
 import os
+import re
 import signal
 import sys
 from collections.abc import Iterator, Sequence
@@ -17,7 +18,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 from workbench.commands import ExitCode
 from workbench.commands.printing import plain_output, say
-from workbench.common.errors import WorkbenchError
+from workbench.common.errors import LONGEST_ECHO, WorkbenchError, unknown_name
 
 if TYPE_CHECKING:
     import logging
@@ -88,10 +89,44 @@ class Terminated(KeyboardInterrupt):
 
 
 class Parser(argparse.ArgumentParser):
-    """An argument parser with errors of one sentence, like those for all other bad input."""
+    """An argument parser with errors of one sentence, like those for all other bad input.
+
+    What begins with a minus and a number is a value, as -1e-3 and -20cm; argparse knows only plain
+    numbers.
+    """
+
+    def __init__(self, *args: Any, **options: Any) -> None:
+        super().__init__(*args, **options)
+        self._negative_number_matcher = re.compile(r"-\.?\d|-(inf|nan)$", re.IGNORECASE)
 
     def error(self, message: str) -> NoReturn:
         raise WorkbenchError(f"{message} (see `{self.prog} --help`)")
+
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
+        """Refuse what is unknown here: the program's own parser would name its help instead."""
+        found, unknown = super().parse_known_args(args, namespace)
+        if unknown:
+            self.error(self._unknown(unknown[0].partition("=")[0]))
+        return found, unknown
+
+    def _unknown(self, word: str) -> str:
+        """Return what is wrong with a word that no argument takes."""
+        from difflib import get_close_matches
+
+        shown = f"'{word:.{LONGEST_ECHO}}'"
+        if not word.startswith("-"):
+            return f"{shown} is one argument too many"
+        names = [name for action in self._actions for name in action.option_strings]
+        near = get_close_matches(word, names, n=1)
+        return f"unknown option {shown}" + (f": did you mean '{near[0]}'?" if near else "")
+
+    def _check_value(self, action: argparse.Action, value: Any) -> None:
+        """Refuse what is not among the choices, with the nearest one."""
+        if action.choices is not None and value not in action.choices:
+            what = "command" if action.dest == "command" else (action.option_strings or [""])[0]
+            raise unknown_name(
+                what or str(action.metavar or action.dest).lower(), value, action.choices
+            )
 
     def print_help(self, file: Any = None) -> None:
         """Print the help; unlike argparse's own, an error of the output is raised."""
