@@ -239,7 +239,7 @@ def test_a_row_is_found_by_name():
 
 
 def test_of_an_endless_name_the_beginning_is_repeated():
-    with pytest.raises(WorkbenchError, match=f"'{60 * 'a'}...': known are"):
+    with pytest.raises(WorkbenchError, match=f"'{60 * 'a'}… \\(100,000 characters\\)': known are"):
         TABLE.find(100_000 * "a")
 
 

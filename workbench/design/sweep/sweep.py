@@ -54,7 +54,7 @@ def sweep(
     fly: FlySweep | None = None,
     progress: Progress | None = None,
     stop: Stop | None = None,
-    kept: Path | None = None,
+    kept: Path | str | None = None,
 ) -> SweepTable:
     """Fly a step with every candidate of a sweep and measure it.
 
@@ -100,7 +100,7 @@ def sweep(
         flown = fly(case, vehicle, candidates, tell, stop)
     else:
         depends = partial(_dependencies, fly, case, [each.name for each in parsed], rows)
-        with KeptFlights(kept, depends, len(candidates)) as keeper:
+        with KeptFlights(Path(kept), depends, len(candidates)) as keeper:
             flown = _fly_rest(fly, case, vehicle, candidates, tell, stop, keeper)
     metrics, values = FLOWN, flown.values
     if cut:
