@@ -1,5 +1,6 @@
 """A log in the charts: read beside the app, scrubbed and played, refused with a sentence."""
 
+import contextlib
 import dataclasses
 import math
 import threading
@@ -7,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from mcap.reader import make_reader
 from PyQt6.QtCore import Qt
 from PyQt6.QtTest import QTest
 from PyQt6.QtWidgets import QPushButton
@@ -203,6 +205,27 @@ def test_reading_can_be_cancelled_and_leaves_nothing(begun, log):
     assert not begun.is_reading
     assert not begun.cancel.isVisible()
     assert set(threading.enumerate()) <= threads
+
+
+def test_a_reader_that_is_no_longer_wanted_ends_all_that_it_started(
+    begun, log, qtbot, tmp_path, monkeypatch
+):
+    """Its own process would go on reading, and leave its files."""
+    monkeypatch.setenv("TMPDIR", str(tmp_path))
+    with log.open("rb") as file:
+        first, *_ = make_reader(file).get_summary().chunk_indexes
+    end = first.chunk_start_offset + first.chunk_length
+    data, big = log.read_bytes()[:end], tmp_path / "big.mcap"
+    big.write_bytes(data + data[first.chunk_start_offset :] * 500)
+    begun.open_log(big)
+    qtbot.waitUntil(lambda: any(tmp_path.glob("*/progress")), timeout=LIMIT)
+    QTest.mouseClick(begun.cancel, Qt.MouseButton.LeftButton)
+    qtbot.waitUntil(lambda: [*tmp_path.iterdir()] == [big], timeout=LIMIT)
+    assert not begun.is_reading
+    folder = str(tmp_path)
+    for file in Path("/proc").glob("[0-9]*/fd/*"):
+        with contextlib.suppress(OSError):
+            assert not str(file.readlink()).startswith(folder)
 
 
 def test_the_newest_of_two_logs_wins(begun, log, told, qtbot, tmp_path):

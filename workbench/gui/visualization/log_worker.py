@@ -3,7 +3,9 @@
 import contextlib
 import math
 import re
+import signal
 import sys
+import threading
 from collections.abc import Callable, Container
 from itertools import chain, count
 from multiprocessing.connection import Connection
@@ -148,9 +150,11 @@ def limits_of(path: Path) -> SpecContents:
 
 
 def main(connection: Connection) -> None:
-    """Read the requested file, send its content, and exit; also exit when the app is gone."""
-    with contextlib.suppress(EOFError, OSError):
+    """Read the requested file, send its content, and exit; also exit when the app wants no more."""
+    # Ctrl-C, by which the process that reads the log ends, too, and its files are removed.
+    with contextlib.suppress(EOFError, OSError, KeyboardInterrupt):
         asked = connection.recv()
+        threading.Thread(target=_end_with_app, args=(connection,), daemon=True).start()
         assert isinstance(asked, Request)
         path, told = asked.what, 0.0
 
@@ -159,7 +163,8 @@ def main(connection: Connection) -> None:
             nonlocal told
             if share >= told + STEP:
                 told = share
-                connection.send(share)
+                with contextlib.suppress(OSError):  # the app is gone, and this process ends
+                    connection.send(share)
 
         try:
             is_spec = path.suffix in SPECS
@@ -170,6 +175,15 @@ def main(connection: Connection) -> None:
         except MemoryError:
             said = f"{path}: there is not enough memory for this log"
             connection.send(Refusal(asked.number, said))
+
+
+def _end_with_app(connection: Connection) -> None:
+    """Interrupt the main thread when the app says that it wants no more, or is gone."""
+    with contextlib.suppress(EOFError, OSError):
+        connection.recv()
+    main_thread = threading.main_thread().ident
+    assert main_thread is not None
+    signal.pthread_kill(main_thread, signal.SIGINT)
 
 
 if __name__ == "__main__":

@@ -180,6 +180,8 @@ PERIOD = 16
 """Period between pictures while it plays [ms]."""
 LONGEST_EVENT = 300
 """Largest number of characters of an event in the table; its tool tip has the rest."""
+ENDING = 1.0
+"""Time for a log reader to end what it has started, before it is killed [s]."""
 SPEC_FILES = "Specs (*.yaml *.yml)"
 PARTS = 100
 """Number of the slider's steps per second."""
@@ -496,7 +498,7 @@ class LogReader(QObject):
         process, self._process = self._process, None
         self._number += 1
         if process is not None:
-            process.close()
+            process.close(ENDING, last="no more")
 
     def _deliver(self, number: int, message: "float | Future[Any]") -> None:
         if number != self._number:
