@@ -5,6 +5,7 @@ holds the child to reading the files named for it, see `sandbox`. `run_trusted` 
 or of the user, which may also start programs.
 """
 
+import errno
 import json
 import math
 import os
@@ -25,6 +26,8 @@ from workbench.ipc.sandbox import SandboxError, confine
 
 LARGEST_FILE = 128_000_000
 """Largest file that the process may write, its answer included [bytes]."""
+_FULL = {errno.ENOSPC, errno.EFBIG, errno.EDQUOT}
+"""Errors of a full device, or of a limit that acts like one."""
 _SLOWNESS, _START = 3.0, 10.0
 """Limit of wall time as a multiple of the computing time, plus a time to start [s], as machines are
 shared."""
@@ -106,6 +109,11 @@ def _answer(
             answer.seek(0)
             said = json.loads(answer.read(LARGEST_FILE + 1))
     except OSError as error:
+        if error.errno in _FULL:
+            raise LimitedError(
+                f"a file in {tempfile.gettempdir()} cannot be written: {error.strerror}: make room "
+                "there, or set TMPDIR to another folder"
+            ) from error
         raise LimitedError(f"no process can be started for it: {error}") from error
     except (ValueError, RecursionError) as error:
         raise LimitedError(f"the answer cannot be read: {one_line(error)}") from error

@@ -95,9 +95,9 @@ def _limits(path: Path) -> tuple[float, int]:
     Raises:
         WorkbenchError: if the file cannot be read.
     """
-    with open_plain(path) as file:
-        size = size_of(file) / 1e6 * (PACKED if file.read(len(GZIP)) == GZIP else 1.0)
     machine = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE") // 2_000_000
+    with open_plain(path, machine * 1_000_000) as file:
+        size = size_of(file) / 1e6 * (PACKED if file.read(len(GZIP)) == GZIP else 1.0)
     return (
         min(SECONDS + SECONDS_A_MEGABYTE * size, MOST_SECONDS),
         round(min(MEGABYTES + MEGABYTES_A_MEGABYTE * size, MOST_MEGABYTES, machine)),

@@ -149,14 +149,17 @@ def _check_unpacked_size(path: Path, file: BinaryIO) -> None:
 
 
 def _records_of(file: BinaryIO) -> Iterator[_Record]:
-    """Yield the complete records of a file; the file may be moved in between."""
+    """Yield the complete records of a file; the file may be moved in between.
+
+    Zeros, which a file system may leave behind the last record after a crash, end it.
+    """
     at, size = len(MCAP0_MAGIC), size_of(file)
     while at + _HEAD.size <= size:
         file.seek(at)
         opcode, length = _HEAD.unpack(file.read(_HEAD.size))
         begin = at + _HEAD.size
         at = begin + length
-        if at > size:
+        if at > size or opcode == 0:
             return
         yield _Record(opcode, begin, at)
 

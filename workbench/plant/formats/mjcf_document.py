@@ -256,7 +256,7 @@ def without_replicates(root: Element, compiler: Compiler) -> tuple[Element, Copi
     def copied(element: Element) -> Element:
         copy = element.like(element.attrib)
         copy.text = element.text
-        copy.extend(content(element))
+        copy.extend(list(content(element)))  # a list: 3.11 hides errors of generators
         return copy
 
     def content(element: Element) -> Iterator[Element]:
@@ -292,7 +292,7 @@ def without_replicates(root: Element, compiler: Compiler) -> tuple[Element, Copi
             frame = element.like(words | childclass)
             frame.tag = "frame"
             suffix = f"{element.get('sep', '')}{index:0{len(str(int(times)))}}"
-            frame.extend(renamed(child, suffix) for child in originals)
+            frame.extend([renamed(child, suffix) for child in originals])
             yield frame
             p = p + R.multiply(offset)
         for site in (site for child in originals for site in child.iter("site")):
@@ -312,7 +312,7 @@ def without_replicates(root: Element, compiler: Compiler) -> tuple[Element, Copi
             copy.set("name", name + suffix)
             if element.tag == "site":
                 copies.earlier[name + suffix] = [*copies.earlier.get(name, []), name]
-        copy.extend(renamed(child, suffix) for child in elements(element))
+        copy.extend([renamed(child, suffix) for child in elements(element)])
         return copy
 
     return copied(root), copies
