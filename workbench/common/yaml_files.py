@@ -28,7 +28,10 @@ MOST_BYTES = 1_000_000
 DEEPEST = 20
 MOST_TOKENS = 200_000
 """Limit of the number of keys, values, brackets, colons and commas; they take a second."""
+LONGEST_NUMBER = 400
+"""Limit of the characters of a number; YAML's digits in base 60 take the square of their number."""
 _NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
+_NUMERIC = re.compile(r"[-+.]?\d\S*")
 
 
 @dataclass(frozen=True)
@@ -105,7 +108,7 @@ def _parsed(path: Path, text: str, loader: Any) -> YamlFile:
 
 
 def refuse_bombs(path: Path, text: str) -> None:
-    """Reject files that take long or much memory: aliases of aliases, deep nesting, many values."""
+    """Reject files that take long or much memory: aliases, depth, many values, long numbers."""
     import yaml
 
     opening = (
@@ -122,6 +125,12 @@ def refuse_bombs(path: Path, text: str) -> None:
             raise WorkbenchError(
                 f"{path}:{line}: here are more than {MOST_TOKENS} keys, values and signs: leave "
                 "some out"
+            )
+        word = token.value if isinstance(token, yaml.ScalarToken) and token.plain else ""
+        if len(word) > LONGEST_NUMBER and _NUMERIC.fullmatch(word):
+            line = token.start_mark.line + 1
+            raise WorkbenchError(
+                f"{path}:{line}: a number has more than {LONGEST_NUMBER} characters: shorten it"
             )
         depth += isinstance(token, opening) - isinstance(token, closing)
         if depth > DEEPEST:

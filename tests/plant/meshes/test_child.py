@@ -433,6 +433,11 @@ def test_too_many_faces_of_a_scene_are_refused(written, monkeypatch):
     assert failure(job(written("a.glb", TWO["a.glb"]))) == "it has more than 3 faces"
 
 
+def test_too_many_nodes_of_a_scene_are_refused(written, monkeypatch):
+    monkeypatch.setattr(child, "_MOST_NODES", 1)
+    assert failure(job(written("a.glb", TWO["a.glb"]))) == "it has more than 1 nodes"
+
+
 def test_vertices_that_no_face_uses_do_not_matter(written, bounds):
     path = written(
         "a.ply", ply(False).replace("vertex 4", "vertex 5").replace("3 0 2 1", "nan 9e9 0\n3 0 2 1")

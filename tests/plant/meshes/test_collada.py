@@ -249,7 +249,7 @@ def test_a_bomb_of_instances_is_refused_at_once(read):
     double = "<node id='n{}'><instance_node url='#n{}'/><instance_node url='#n{}'/></node>"
     library = f"<node id='n0'>{GEOMETRY}</node>"
     library += "".join(double.format(i + 1, i, i) for i in range(40))
-    with pytest.raises(WorkbenchError, match="it has more than 100000 nodes"):
+    with pytest.raises(WorkbenchError, match="it has more than 20000 nodes"):
         read(document("<node><instance_node url='#n40'/></node>", library=library))
 
 

@@ -36,7 +36,7 @@ _MANY = 20_000
 _MANY_DIRECTIONS = 800
 _FEW_VERTICES = 50
 _FEW_DIRECTIONS = 20
-_MOST_NODES = 100_000
+_MOST_NODES = 20_000
 _LONGEST_HEAD = 10_000
 _LUMINANCE = np.array([0.212671, 0.715160, 0.072169])
 """Luminance of red, green and blue: ITU-R BT.709, as in the COLLADA specification."""
@@ -490,6 +490,8 @@ def _read_scene(data: bytes, kind: str, resolver: Resolver) -> list[Part]:
     materials: dict[int, PBRMaterial | None] = {}
     parts = []
     faces = 0
+    if len(scene.graph.nodes_geometry) > _MOST_NODES:
+        raise WorkbenchError(f"it has more than {_MOST_NODES} nodes")
     for node in sorted(scene.graph.nodes_geometry, key=str):
         T, name = scene.graph[node]
         mesh = scene.geometry[name]
