@@ -174,14 +174,14 @@ def test_a_bad_mesh_is_tried_again_later_and_when_it_has_changed(tmp_path, child
 
 
 def test_a_deadly_mesh_does_not_spoil_the_others(tmp_path, child):
-    names = ("one", "deadly", "bad", "two")
+    names = ("one", "bad", "deadly", "two")
     uses = [MeshUse(mesh_of(tmp_path / f"{name}.obj", name), "visual") for name in names]
-    one, deadly, bad, two = convert(uses).values()
+    one, bad, deadly, two = convert(uses).values()
     assert is_sealed(one) and is_sealed(two)
     assert str(deadly) == f"{tmp_path}/deadly.obj: it took more than 60 s"
     assert str(bad) == f"{tmp_path}/bad.obj: it has no faces"
     # What was done before the process died is not done again, nor is what it died of.
-    assert child == [["one", "deadly", "bad", "two"], ["bad", "two"]]
+    assert child == [["one", "bad", "deadly", "two"], ["two"]]
 
 
 def test_a_deadly_mesh_is_tried_once_for_all_its_uses(tmp_path, child):
