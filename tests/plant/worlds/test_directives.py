@@ -136,6 +136,14 @@ def test_an_endless_plane_is_refused(fault, write):
     )
 
 
+def test_a_mesh_that_is_too_large_for_drake_is_refused_unread(fault, write, tmp_path):
+    shape = "<collision name='c'><geometry><mesh><uri>m.obj</uri></mesh></geometry></collision>"
+    path = write(BOX_SDF.format(shape), "box.sdf")
+    with (tmp_path / "m.obj").open("wb") as file:
+        file.truncate(15_000_001)
+    assert f"{path}:1: 'm.obj' is larger than 15 MB" in fault(f"directives:\n{ADD}{WELD}")
+
+
 def test_a_file_that_is_no_model_is_refused(fault, write):
     path = write("<sdf", "box.sdf")
     assert f":2: {path}:1: not XML" in fault(f"directives:\n{ADD}{WELD}")

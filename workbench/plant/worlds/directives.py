@@ -52,6 +52,8 @@ DEEPEST = 20
 MOST_FILES = 1000
 """Largest number of included files; repeated ones count again."""
 MOST_DIRECTIVES = 1000
+_MOST_MESH_BYTES = 15_000_000
+"""Size limit of a mesh, which takes Drake 25 times as much memory [bytes]."""
 _MOST_SAID = 300
 """Largest number of characters of Drake's messages to pass on."""
 _KINDS = (
@@ -125,15 +127,21 @@ class Includes:
             raise WorkbenchError(f"{file.path}: is a MuJoCo model: give it as SDF or URDF")
         elif file.path.suffix.lower() != ".obj":
             for element in read_xml(file.path).iter():
-                self._refuse_outside(element, file.path)
+                self._check_named(element, file.path)
                 if element.tag == "include":
                     yield from self._of_uri(element.findtext("uri", ""), file.path)
 
-    def _refuse_outside(self, element: ET.Element, file: Path) -> None:
-        """Reject a model or mesh outside of the world's folder, which Drake would read."""
-        uri = element.text if element.tag == "uri" else element.get("filename")
-        for near in _near(file) if uri else ():
-            self._finder.refuse_outside(uri or "", near, place(element))
+    def _check_named(self, element: ET.Element, file: Path) -> None:
+        """Reject a file named in an element that is outside of the world's folder, or too large."""
+        uri = (element.text if element.tag == "uri" else element.get("filename")) or ""
+        for near in _near(file) if uri.strip() else ():
+            self._finder.refuse_outside(uri, near, place(element))
+            found = self._finder.resolve(uri, near)
+            if found and found.is_file() and found.stat().st_size > _MOST_MESH_BYTES:
+                most = f"{_MOST_MESH_BYTES // 1_000_000} MB"
+                raise WorkbenchError(
+                    f"{place(element)}: '{shortened(uri)}' is larger than {most}: give it fewer faces"
+                )
 
     def _in_directives(self, path: Path) -> Iterator[_File]:
         items = read_yaml(path, tagged_loader()).data.get("directives")
