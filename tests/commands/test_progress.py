@@ -1,11 +1,14 @@
 """Progress goes to a terminal and nowhere else."""
 
 import io
+import logging
 import sys
 import time
 
 from workbench.commands import progress
+from workbench.commands.cli import _is_new
 from workbench.commands.progress import above_bars, progress_bar
+from workbench.common.cache import PROGRESS_LOGGER
 
 
 class Terminal(io.StringIO):
@@ -56,3 +59,44 @@ def test_a_sentence_stands_above_the_bar(monkeypatch):
     cleared, _, again = terminal.getvalue()[shown:].partition("compiling\n")
     assert cleared.replace("\r", "").strip() == ""
     assert "flying" in again
+
+
+def test_long_work_in_a_pipe_is_said_ever_less_often():
+    """Five minutes took 75 lines."""
+    at, pause, lines = 1.0, 1.0, 0
+    while at < 300.0:
+        lines += 1
+        pause = progress.longer(pause)
+        at += pause
+    assert 8 <= lines <= 14
+    assert progress.longer(1e9) == progress.SELDOM
+
+
+def logged(messages, terminal):
+    """Return what is printed of messages about progress at times [s]."""
+    said, printed = {}, []
+    for time_of, message, repeated in messages:
+        record = logging.makeLogRecord({"name": PROGRESS_LOGGER, "msg": message})
+        record.created = time_of
+        if repeated:
+            record.repeated = True
+        if _is_new(record, said, terminal):
+            printed.append(message)
+    return printed
+
+
+def test_a_minute_of_compiling_is_said_ever_less_often_in_a_pipe():
+    messages = [(3.0 * n, f"compiling a law: {n} %, {3 * n} s", True) for n in range(1, 21)]
+    messages.append((61.0, "compiled a law in 61 s", False))
+    assert logged(messages, terminal=True) == [message for _, message, _ in messages]
+    piped = logged(messages, terminal=False)
+    assert 5 <= len(piped) <= 8
+    assert (piped[0], piped[-1]) == (messages[0][1], messages[-1][1])
+
+
+def test_other_processes_that_wait_for_the_same_are_told_once():
+    waiting = [
+        (t, "waiting for another process, which compiles a law", True) for t in (0.0, 0.1, 3.0)
+    ]
+    assert len(logged(waiting, terminal=True)) == 2
+    assert len(logged(waiting[:2], terminal=False)) == 1

@@ -306,7 +306,6 @@ def _remarks_as_sentences() -> Iterator[None]:
     import logging
 
     from workbench.commands.progress import above_bars
-    from workbench.common.cache import PROGRESS_LOGGER
 
     class Handler(logging.StreamHandler):
         """Prints a sentence above a progress bar, not into it."""
@@ -318,8 +317,8 @@ def _remarks_as_sentences() -> Iterator[None]:
     logger = logging.getLogger("workbench")
     handler = Handler()
     handler.setFormatter(logging.Formatter("workbench: %(message)s"))
-    said: dict[str, float] = {}
-    handler.addFilter(lambda record: _is_new(record, said, record.name == PROGRESS_LOGGER))
+    said: dict[str, tuple[float, float]] = {}
+    handler.addFilter(lambda record: _is_new(record, said, sys.stderr.isatty()))
     logger.setLevel(logging.INFO)
     logger.addHandler(handler)
     logger.propagate = False
@@ -331,22 +330,33 @@ def _remarks_as_sentences() -> Iterator[None]:
         logger.setLevel(logging.NOTSET)
 
 
-def _is_new(record: "logging.LogRecord", said: dict[str, float], progress: bool) -> bool:
+def _is_new(
+    record: "logging.LogRecord", said: dict[str, tuple[float, float]], terminal: bool
+) -> bool:
     """Return whether to print a message: a remark only once, as a command may fly several times.
 
     Progress is reported again even if unchanged, as silence looks like a program that hangs, but
-    only once for all processes that wait at a time.
+    only once for all processes that wait at a time, and ever less often in a file or a pipe.
 
     Args:
         record: of the message.
-        said: last time of each message [s].
-        progress: whether it reports progress.
+        said: time of the next message that may be printed, and time until that, of each [s].
+        terminal: whether it is printed on one.
     """
+    from workbench.commands.progress import longer
+    from workbench.common.cache import PROGRESS_LOGGER
+
     message, now = record.getMessage(), record.created
-    last = said.get(message)
-    if last is not None and (not progress or now < last + AGAIN):
+    if getattr(record, "repeated", False) and not terminal:
+        message = message.partition(":")[0]
+        due, pause = said.get(message, (now, AGAIN))
+        pause = longer(pause)
+    else:
+        due, pause = said.get(message, (now, 0.0))
+        pause = AGAIN if record.name == PROGRESS_LOGGER else float("inf")
+    if now < due:
         return False
-    said[message] = now
+    said[message] = now + pause, pause
     return True
 
 

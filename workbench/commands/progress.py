@@ -8,8 +8,10 @@ from contextlib import contextmanager
 from workbench.commands.printing import say, terminal
 from workbench.common.plain_text import plain_name
 
-SOON, SELDOM = 1.0, 4.0
-"""Time to the first line without a terminal, and between lines [s]."""
+SOON, SELDOM = 1.0, 120.0
+"""Time to the first line without a terminal, and longest time between lines [s]."""
+GROWTH = 1.6
+"""Factor on the time between lines with each line: an hour takes some forty."""
 
 
 @contextmanager
@@ -40,7 +42,7 @@ def progress_bar(what: str) -> Iterator[Callable[[float], None]]:
 
 @contextmanager
 def _lines(what: str) -> Iterator[Callable[[float], None]]:
-    """Yield a function of the share done, and print it in a line at intervals.
+    """Yield a function of the share done, and print it in a line, ever less often.
 
     A thread prints it, as the first share may take long. Short work prints no line.
     """
@@ -54,7 +56,7 @@ def _lines(what: str) -> Iterator[Callable[[float], None]]:
         pause = SOON
         while not over.wait(pause) and done < 1.0:
             say(f"{what}: {100.0 * done:.0f} %")
-            pause = SELDOM
+            pause = longer(pause)
 
     teller = threading.Thread(target=tell, daemon=True)
     teller.start()
@@ -63,6 +65,11 @@ def _lines(what: str) -> Iterator[Callable[[float], None]]:
     finally:
         over.set()
         teller.join()
+
+
+def longer(pause: float) -> float:
+    """Return the time until the line after the next [s], from the time until the next."""
+    return min(SELDOM, GROWTH * pause)
 
 
 @contextmanager

@@ -12,6 +12,8 @@ from workbench.common.errors import WorkbenchError
 _OURS = "drake-drone-workbench"
 PROGRESS_LOGGER = "workbench.progress"
 """Name of the logger for the progress of slow computations."""
+REPEATED = {"repeated": True}
+"""Marks a record of that logger as one of many about the same work."""
 
 
 def cache_folder(name: str) -> Path:

@@ -16,7 +16,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import IO, Any
 
-from workbench.common.cache import PROGRESS_LOGGER, cache_folder, release
+from workbench.common.cache import PROGRESS_LOGGER, REPEATED, cache_folder, release
 from workbench.common.errors import WorkbenchError
 from workbench.common.jitable import tell_numba
 from workbench.common.machine_code import (
@@ -261,7 +261,8 @@ def _told(dispatcher: Any, what: str, parts: int) -> Iterator[None]:
     def tell() -> None:
         while not ended.wait(PERIOD):
             share = min(99, 100 * listener.done // parts)
-            logger.warning("compiling %s: %d %%, %.0f s", what, share, time.monotonic() - began)
+            seconds = time.monotonic() - began
+            logger.warning("compiling %s: %d %%, %.0f s", what, share, seconds, extra=REPEATED)
 
     clock = threading.Thread(target=tell, daemon=True)
     began = time.monotonic()
@@ -292,7 +293,7 @@ def _alone(folder: Path | None, what: str) -> Iterator[None]:
             while not _locks(file):
                 if time.monotonic() > told:
                     logging.getLogger(PROGRESS_LOGGER).warning(
-                        "waiting for another process, which compiles %s", what
+                        "waiting for another process, which compiles %s", what, extra=REPEATED
                     )
                     told = time.monotonic() + PERIOD
                 time.sleep(0.01)  # loading the result takes less
