@@ -8,6 +8,7 @@ import pytest
 from websockets.protocol import OPEN
 from websockets.server import ServerProtocol
 
+from workbench.link.authentication import Tokens
 from workbench.link.backplane import (
     Command,
     Disconnect,
@@ -508,3 +509,25 @@ def test_the_pieces_of_a_web_socket_share_the_turns_of_the_loop(parts):
         turns.clear()
         turn()
     assert done <= FRAME_BURST + TURN // FRAME_WORK, "and so many come in a second at most"
+
+
+def test_a_crowd_of_strangers_is_no_news_to_the_flight(parts):
+    """Nor to the operator, whose table would have a row for each, ten times a second."""
+    room = parts.Room(tokens=Tokens("v" * 20, "c" * 20))
+    room.wait(0.1)
+    room.told.clear()
+    crowd = [room.connect(f"10.0.{n}.1:1") for n in range(40)]
+    for each in crowd[:20]:
+        room.hub.lost(each.session)
+    room.wait(0.3)
+    assert not room.asked(ServerStatus)
+    room.wait(0.3)
+    [status] = room.asked(ServerStatus)
+    assert [each.peer for each in status.clients] == list(range(21, 29))
+    owner = room.connect()
+    fields, _ = parts.login_of("c" * 20, "command", owner.answer("hello")["nonce"])
+    owner.send(parts.operation("login", **fields))
+    room.told.clear()
+    room.wait(0.1)
+    [status] = room.asked(ServerStatus)
+    assert [each.peer for each in status.clients] == [*range(21, 29), 41]

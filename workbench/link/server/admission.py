@@ -109,16 +109,11 @@ class Admission:
 
 
 class Refusals:
-    """Counts rejections by code.
-
-    Attributes:
-        changed: whether there were any since this was last set to False.
-    """
+    """Counts rejections by code."""
 
     def __init__(self) -> None:
         self._counts: Counter[str] = Counter()
         self._log: deque[str] = deque(maxlen=LONGEST_LOG)
-        self.changed = False
 
     def add(self, code: str, said: str) -> None:
         """Add a rejection.
@@ -129,7 +124,6 @@ class Refusals:
         """
         self._counts[str(code)] += 1
         self._log.append(said[:LONGEST_LINE])
-        self.changed = True
 
     @property
     def counts(self) -> dict[str, int]:

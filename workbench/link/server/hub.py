@@ -27,7 +27,9 @@ from workbench.link.server.policy import Policy
 from workbench.link.wire import Decoder
 
 STATUS_PERIOD = 0.45
-"""Period between statuses without a change; they come with the next tick [s]."""
+"""Period between statuses without a change of clients; they come with the next tick [s]."""
+MOST_STRANGERS = 8
+"""Largest number of connections without a login in a status: a crowd is no news to the flight."""
 MOST_FAULTS = 10
 """Largest number of our own errors printed."""
 TURN = 4096
@@ -129,7 +131,7 @@ class Hub:
         session.out.answer(self.policy.hello(session.number, session.nonce, most))
         self._tell_control(session)
         self._flush(session, now)
-        self._changed = True
+        self._changed = self._changed or session.role is not None
         return session
 
     def receive(self, session: ClientSession, size: int | None = None) -> float:
@@ -184,8 +186,8 @@ class Hub:
         self._queue.pop(session.number, None)
         if session.role is not None:
             self._admission.leave(session.host)
+            self._changed = True
         self._tell(Gone(session.number))
-        self._changed = True
 
     def hear(self, records: Iterable[object]) -> None:
         """Process records from the flight."""
@@ -195,7 +197,7 @@ class Hub:
                     self._t_ns = record.t_ns
                     samples = data_frames(record)
                     for session in self._sessions.values():
-                        session.out.publish(record.t_ns, samples)
+                        session.out.publish(record.t_ns, samples if session.role else ())
                 case Reply(number, answer) if number in self._sessions:
                     self._sessions[number].reply(answer)
                 case Refused(number, seq, code, said) if number in self._sessions:
@@ -213,7 +215,8 @@ class Hub:
                     self.stopped.set()
         now = self._clock()
         for session in list(self._sessions.values()):
-            self._flush(session, now)
+            if session.role is not None or session.last is not None:
+                self._flush(session, now)
 
     def tick(self) -> None:
         """Check time limits, and report the status to the flight if it is due."""
@@ -224,18 +227,21 @@ class Hub:
                 session.asked = now
                 session.out.ask(self._control)
             self._flush(session, now)
-        if self._changed or self.refusals.changed or now - self._told > STATUS_PERIOD:
-            self._changed = self.refusals.changed = False
+        if self._changed or now - self._told > STATUS_PERIOD:
+            self._changed = False
             self._told = now
             self._tell(self.status())
 
     def status(self) -> ServerStatus:
         """Return the status of the server."""
         now, wall_ns = self._clock(), time.time_ns()
+        strangers = [each.number for each in self._sessions.values() if each.role is None]
+        left_out = set(strangers[MOST_STRANGERS:])
+        told = [each for each in self._sessions.values() if each.number not in left_out]
         return ServerStatus(
             address=self.address,
             page=self.page,
-            clients=tuple(session.status(now, wall_ns) for session in self._sessions.values()),
+            clients=tuple(session.status(now, wall_ns) for session in told),
             refusals=self.refusals.counts,
             log=self.refusals.log,
         )
