@@ -413,7 +413,7 @@ def test_a_table_has_bounds(tmp_path, case, monkeypatch):
     small.write_text(MAPPING)
     for data, said in (
         (b"t;gx;m1;v\n" + b"1" * 5_000_000, "has a line of more than 1 MB"),
-        (gzip.compress(b"t;gx;m1;v\n" + bytes(100_000_000)), "has a line of more than 1 MB"),
+        (gzip.compress(b"t;gx;m1;v\n" + bytes(100_000_000)), "unpacks to more than"),
         (gzip.compress(b"t;gx;m1;v\n" + b"1;2;3;4\n" * 200_000), "unpacks to more than 1 MB"),
         (b"t;gx;m1;v" + b";" * 60_000, "has more than 50000 columns"),
         (b't;gx;m1;v\n1;"2' + b"\n2" * 200_000, "cannot be read as CSV: field larger"),

@@ -14,12 +14,12 @@ from workbench.ipc.limited import LimitedError, run_limited
 from workbench.logs.array_files import ArrayReader
 from workbench.logs.readers.packed import GZIP, stem
 
-SECONDS, SECONDS_A_MEGABYTE = 4.0, 4.0
-MEGABYTES, MEGABYTES_A_MEGABYTE = 450, 40
+SECONDS, SECONDS_A_MEGABYTE = 3.0, 4.0
+MEGABYTES, MEGABYTES_A_MEGABYTE = 400, 30
 MOST_SECONDS, MOST_MEGABYTES = 900.0, 12_000
 """Limits of processor time and memory by the size of the file; blackbox logs take some 2 s and 20
 MB a megabyte."""
-PACKED = 3.0
+PACKED = 2.0
 """A file compressed by gzip counts as so many times its size."""
 BESIDE = ".mapping.yaml"
 """Ending of a mapping file that is found next to a CSV file."""
@@ -99,7 +99,7 @@ def _limits(path: Path) -> tuple[float, int]:
     with open_plain(path, machine * 1_000_000) as file:
         size = size_of(file) / 1e6 * (PACKED if file.read(len(GZIP)) == GZIP else 1.0)
     return (
-        min(SECONDS + SECONDS_A_MEGABYTE * size, MOST_SECONDS),
+        round(min(SECONDS + SECONDS_A_MEGABYTE * size, MOST_SECONDS), 1),
         round(min(MEGABYTES + MEGABYTES_A_MEGABYTE * size, MOST_MEGABYTES, machine)),
     )
 

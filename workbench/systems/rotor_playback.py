@@ -9,8 +9,9 @@ import numpy as np
 from pydrake.systems.primitives import TrajectorySource
 from pydrake.trajectories import PiecewisePolynomial
 
-from workbench.common.errors import WorkbenchError
+from workbench.common.errors import LONGEST_ECHO, WorkbenchError
 from workbench.common.plain_files import read_plain_text
+from workbench.common.plain_text import plain_name
 from workbench.dynamics.rotor_response import speed_command
 from workbench.plant.vehicle import Vehicle
 
@@ -83,7 +84,8 @@ def _row(where: str, cells: list[str], vehicle: Vehicle) -> list[float]:
         )
     for cell in cells:
         if not _is_number(cell) or not np.isfinite(float(cell)):
-            raise WorkbenchError(f"{where}'{cell.strip()}' is not a finite number")
+            shown = plain_name(cell.strip(), LONGEST_ECHO)
+            raise WorkbenchError(f"{where}'{shown}' is not a finite number")
     numbers = [float(cell) for cell in cells]
     for index, (thrust, rotor) in enumerate(zip(numbers[1:], rotors, strict=True), start=1):
         if not 0.0 <= thrust <= rotor.max_thrust:

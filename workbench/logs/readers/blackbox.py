@@ -35,6 +35,8 @@ from workbench.plant.gravity import GRAVITY
 FORMAT = "Betaflight blackbox log"
 MAGIC = b"H Product:Blackbox flight data recorder"
 NEEDS = "orangebox"
+_LONG_HEADER = re.compile(rb"(?:\A|\n)H [^\n]{10000}")
+"""Pattern of a header that is far longer than any of Betaflight's; orangebox takes minutes."""
 MOST_FRAMES = 5_000_000
 """Largest number of frames of all logs in a file."""
 MOTORS = 8
@@ -83,6 +85,8 @@ def read_blackbox(path: Path, number: int | None = None) -> FlightRecord:
     """
     from orangebox.reader import Reader
 
+    if _LONG_HEADER.search(path.read_bytes()):
+        raise WorkbenchError(f"{path}: has a header of more than 10 kB: it is damaged")
     try:
         count = Reader(str(path)).log_count
     except MemoryError:

@@ -26,7 +26,7 @@ from mcap.writer import MCAP0_MAGIC
 
 from workbench.common.errors import WorkbenchError
 from workbench.common.plain_files import open_plain, size_of
-from workbench.common.yaml_files import refuse_bombs
+from workbench.common.yaml_files import MOST_BYTES, refuse_bombs
 from workbench.logs.contents import (
     CONTROLLER,
     ESTIMATOR,
@@ -49,6 +49,9 @@ from workbench.logs.series import LoggedTopic
 
 LARGEST_RECORD = 64 * 1024 * 1024
 """Largest size of a record, and of an unpacked chunk [bytes]; one that states more is damaged."""
+LARGEST_SCHEMA = 4_000_000
+"""Largest size of the definition of a topic's messages [bytes]."""
+MOST_TOPICS = 2000
 LATEST_NS = round(LATEST * 1e9)
 _HEAD = struct.Struct("<BQ")
 _CHUNK = struct.Struct("<QQQ")
@@ -206,12 +209,14 @@ def _take_small(found: McapContents, opcode: int, content: memoryview) -> None:
                 raise ValueError("a time is damaged")
             found.messages[channel].add(t_ns, content[_MESSAGE.size :])
         case Opcode.SCHEMA:
+            if len(content) > LARGEST_SCHEMA:
+                raise ValueError(f"a schema of {len(content)} bytes is too large")
             schema = Schema.read(ReadDataStream(BytesIO(content)))
             found.schemas[schema.id] = schema
         case Opcode.CHANNEL:
             channel = Channel.read(ReadDataStream(BytesIO(content)))
-            if not _TOPIC.fullmatch(channel.topic):
-                raise ValueError("a topic's name is damaged")
+            if not _TOPIC.fullmatch(channel.topic) or len(found.channels) >= MOST_TOPICS:
+                raise ValueError("a topic's name is damaged, or there are too many")
             found.channels[channel.id] = channel
 
 
@@ -268,6 +273,8 @@ def _record(path: Path, found: McapContents) -> LogRecord:
     if IMPORTED in found.attachments:
         return _imported(path, found, remark)
     flight, gains = found.metadata[FLIGHT], found.attachments[GAINS].decode()
+    if len(gains) > MOST_BYTES:
+        raise ValueError("its gains are too large")
     refuse_bombs(path / GAINS, gains)
     return LogRecord(
         path=path,

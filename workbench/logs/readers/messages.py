@@ -13,7 +13,7 @@ from workbench.gateways.ros_messages.cdr import Codec, Layout
 from workbench.gateways.ros_messages.definitions import split_schema
 from workbench.logs.series import Column
 
-MOST_COLUMNS = 10_000
+MOST_COLUMNS = 50_000
 """Largest number of columns of a topic."""
 _STAMP = "header.stamp."
 _STAMPS = (f"{_STAMP}sec", f"{_STAMP}nanosec")

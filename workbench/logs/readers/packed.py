@@ -47,6 +47,9 @@ class PackedFile:
         with open_plain(self.path, LARGEST) as file:
             begin = file.read(_BLOCK)
             if begin.startswith(GZIP):
+                for _ in self._unpacked(file, begin):
+                    pass  # all that is too large is refused before anything is made of it
+                file.seek(len(begin))
                 yield from self._unpacked(file, begin)
                 return
             while begin:
