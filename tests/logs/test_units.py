@@ -6,7 +6,12 @@ from workbench.common.errors import WorkbenchError
 from workbench.logs.readers.units import BASES, TEMPERATURES, UNITS, find_unit
 
 UNKNOWN_TO_PINT = {"rev", "RPM", "RPS", "dps", "kmh"}
-OTHER_IN_PINT = {"g": "a gram", "mg": "a milligram", "hbar": "Planck's constant", "Nm": "a yarn count"}
+OTHER_IN_PINT = {
+    "g": "a gram",
+    "mg": "a milligram",
+    "hbar": "Planck's constant",
+    "Nm": "a yarn count",
+}
 """Names of other things there; of a gauss, with any prefix, the dimension differs."""
 
 

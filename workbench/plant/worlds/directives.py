@@ -140,7 +140,7 @@ class Includes:
             if found and found.is_file() and found.stat().st_size > _MOST_MESH_BYTES:
                 most = f"{_MOST_MESH_BYTES // 1_000_000} MB"
                 raise WorkbenchError(
-                    f"{place(element)}: '{shortened(uri)}' is larger than {most}: give it fewer faces"
+                    f"{place(element)}: '{shortened(uri)}' is larger than {most}: use fewer faces"
                 )
 
     def _in_directives(self, path: Path) -> Iterator[_File]:
