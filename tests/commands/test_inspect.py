@@ -115,6 +115,8 @@ def test_json_has_all_that_the_plant_flies_with(tmp_path, capsys):
         "capacity": 18000.0,
         "resistance": 0.02,
         "open_circuit_voltage": [[0.0, 9.0], [1.0, 12.0]],
+        "hover_duration": None,
+        "sag_compensation": None,
     }
     assert data["not_flown"] == []
     assert data["battery_duration"] == parameter_table().find("battery_duration").default
@@ -123,6 +125,11 @@ def test_json_has_all_that_the_plant_flies_with(tmp_path, capsys):
     for words in ("1e-06 N per rad/s", "11 (r/4h)²", "0.0001 N s", "12 V full"):
         assert words in said
     assert data["ground_clearance"] == vehicle.ground_clearance
+    stated = battery.replace("}", ", hover_duration: 900, sag_compensation: 0.5}")
+    (tmp_path / "plate.rotors.yaml").write_text(text.replace(battery, stated))
+    assert read_json(capsys, str(path))["battery_duration"] == 900.0
+    assert main(["inspect", str(path)]) == 0
+    assert "hovers 15 min, 50 % of its sag compensated" in capsys.readouterr().out
 
 
 def test_warnings_are_sentences_with_the_file(plate, capsys):

@@ -42,6 +42,66 @@ def test_a_data_sheet_becomes_a_description(run, tmp_path):
     assert told["next"] == f"workbench hover --model {target}"
 
 
+def test_a_battery_of_the_data_sheet_is_described(run, tmp_path):
+    """Four cells of 3.5 V empty and 4.2 V full, and 3 mohm each at 5 A h."""
+    said = run("new", tmp_path / "a", *F450, *STRONG, "--battery", "4S 5000mAh")
+    battery = load_vehicle(tmp_path / "a.urdf.xacro").battery
+    assert battery.capacity == pytest.approx(5.0 * 3600.0)
+    (empty, least), (full, most) = battery.open_circuit_voltage
+    assert (empty, full) == (0.0, 1.0)
+    assert (least, most) == pytest.approx((14.0, 16.8))
+    assert battery.resistance == pytest.approx(0.012)
+    told = run(
+        "new", tmp_path / "a", *F450, *STRONG, "--battery", "4S 5000mAh", "--force", "--json"
+    )
+    seconds = 0.56 * 14.8 * 5.0 * 3600.0 / told.json["hover_power"]
+    assert told.json["hover_time"] == pytest.approx(seconds)
+    assert battery.hover_duration == pytest.approx(seconds)
+    assert "battery_resistance 0.012 ohm" in " ".join(said.out.split())
+    for size in ("4S", "14.8V"):
+        said = run("new", tmp_path / "a", *F450, *STRONG, "--battery", size, "--force")
+        assert load_vehicle(tmp_path / "a.urdf.xacro").battery is None
+        assert "no battery is described without its capacity: give both, as" in said.err
+
+
+def test_sensors_are_described_with_usual_numbers(run, refused, tmp_path):
+    target = tmp_path / "a.urdf.xacro"
+    assert run("new", target, *F450, *STRONG, "--sensors", "imu, gps").code == 0
+    plain = load_vehicle(target)
+    assert [each.name for each in plain.sensors] == ["imu", "gps"]
+    assert run("new", target, *F450, *STRONG, "--sensors", "all", "--force").code == 0
+    assert not read_description(target).remarks
+    vehicle = load_vehicle(target)
+    assert {type(each).__name__ for each in vehicle.sensors} == {
+        *("Imu", "Gps", "Barometer", "Magnetometer", "RangeFinder", "Lidar", "DepthCamera")
+    }
+    assert (vehicle.mass, vehicle.I_BBcm_B) == (plain.mass, plain.I_BBcm_B)
+    words = ("fly", "hover", "--model", target, "--duration", "0.3", "--json", "--no-plots")
+    flown = run(*words, "--sensors", "all", "--output", tmp_path / "out", "--no-noise")
+    assert flown.code == 0, flown.err
+    assert {each["kind"] for each in flown.json["sensors"]} == {
+        *("imu", "gps", "barometer", "magnetometer", "range_finder", "lidar", "depth_camera")
+    }
+    height = (tmp_path / "out" / "hover-range_finder.csv").read_text().splitlines()[-1]
+    assert 1.3 < float(height.split(",")[1]) < 1.5  # from 1.5 m, under the body
+    said = refused("new", tmp_path / "b", *F450, *STRONG, "--sensors", "imu,gsp")
+    assert "unknown kind of a sensor 'gsp': did you mean 'gps'?" in said
+
+
+def test_a_new_drone_with_a_battery_hovers_as_one_without(run, tmp_path):
+    """PD gains without compensated sag sank by 4 cm, and the check of hover failed."""
+    size = "--battery", "4S 5000mAh"
+    for name, more in (("weak", size), ("strong", ())):
+        assert run("new", tmp_path / name, *F450, *STRONG, *more).code == 0
+    weak, strong = (
+        run("hover", "--model", tmp_path / f"{name}.urdf.xacro", "--json", "--no-plots")
+        for name in ("weak", "strong")
+    )
+    assert (weak.code, strong.code) == (0, 0), weak.err
+    drifts = [said.json["hover"]["drift"] for said in (weak, strong)]
+    assert drifts[0] == pytest.approx(drifts[1], abs=1e-3)
+
+
 @pytest.mark.parametrize(
     ("layout", "rotors"),
     [("x", 4), ("plus", 4), ("x", 6), ("plus", 8), ("coaxial", 6), ("coaxial", 8)],

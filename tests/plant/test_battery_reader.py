@@ -3,6 +3,7 @@
 import pytest
 
 from workbench.common.errors import WorkbenchError
+from workbench.gains.gains import flight_gains, make_profile
 from workbench.plant.description import read_description
 from workbench.plant.formats.urdf_writer import stored_files
 from workbench.plant.loading import make_vehicle
@@ -60,6 +61,35 @@ def test_a_sidecars_battery_counts_more_and_is_stored(powered, tmp_path):
     stored.parent.mkdir()
     stored.write_bytes(data)
     assert read_description(stored).battery == description.battery
+
+
+def test_a_battery_says_how_long_it_hovers_and_what_is_compensated(powered, tmp_path):
+    path = powered(
+        f"{ROWS}<hoverDuration>900</hoverDuration><sagCompensation>0.5</sagCompensation>"
+    )
+    description = read_description(path)
+    battery = description.battery
+    assert (battery.hover_duration, battery.sag_compensation) == (900.0, 0.5)
+    vehicle = make_vehicle(description)
+    values = flight_gains(vehicle)
+    assert (values["battery_duration"], values["sag_compensation"]) == (900.0, 0.5)
+    assert flight_gains(vehicle, settings={"battery_duration": 60.0})["battery_duration"] == 60.0
+    kept = make_profile(vehicle, values, "flown").gains
+    assert "drag_area" in kept and "battery_duration" not in kept  # a later edit of it counts
+    ((name, data), *_) = stored_files(description)
+    stored = tmp_path / "stored" / name
+    stored.parent.mkdir()
+    stored.write_bytes(data)
+    assert read_description(stored).battery == battery
+    beside = path.with_name("quad.rotors.yaml")
+    points = "[[0, 9], [1, 12]], hover_duration: 800, sag_compensation: 1"
+    beside.write_text(SIDECAR.format(capacity=9, points=points))
+    other = read_description(path).battery
+    assert (other.hover_duration, other.sag_compensation) == (800.0, 1.0)
+    for wrong, text in (("hover_duration: 0", "positive time"), ("sag_compensation: 2", "0 to 1")):
+        beside.write_text(SIDECAR.format(capacity=9, points=f"[[0, 9], [1, 12]], {wrong}"))
+        with pytest.raises(WorkbenchError, match=rf"quad\.rotors\.yaml:1: .*{text}"):
+            read_description(path)
 
 
 @pytest.mark.parametrize(

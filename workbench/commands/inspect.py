@@ -129,7 +129,10 @@ def _stated(vehicle: "Vehicle") -> Iterator[tuple[str, str]]:
     if vehicle.battery:
         points = vehicle.battery.open_circuit_voltage
         text = f"{vehicle.battery.capacity:.4g} C, {points[-1][1]:.4g} V full, {points[0][1]:.4g} V"
-        yield "battery", f"{text} empty, {vehicle.battery.resistance:.3g} ohm"
+        hover, sag = vehicle.battery.hover_duration, vehicle.battery.sag_compensation
+        more = "" if hover is None else f", hovers {hover / 60.0:.3g} min"
+        more += "" if sag is None else f", {100.0 * sag:.3g} % of its sag compensated"
+        yield "battery", f"{text} empty, {vehicle.battery.resistance:.3g} ohm{more}"
 
 
 def _rotors(vehicle: "Vehicle") -> list[tuple[str, ...]]:
@@ -387,7 +390,8 @@ def _json(description: "Description", vehicle: "Vehicle", unlikely: list[str]) -
             }
             for rotor, speed in zip(vehicle.rotors, hover, strict=True)
         ],
-        "battery_duration": parameter_table().find("battery_duration").default,
+        "battery_duration": (vehicle.battery and vehicle.battery.hover_duration)
+        or parameter_table().find("battery_duration").default,
         "not_flown": [],  # everything read is used; programs may expect the key
         "sensors": [
             {

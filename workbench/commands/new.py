@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from workbench.commands import ExitCode
-from workbench.commands.options import add_command, add_json_option, add_option
+from workbench.commands.options import NO_SENSORS, add_command, add_json_option, add_option
 from workbench.commands.outputs import Outputs
 from workbench.commands.printing import print_result, print_table, say
 from workbench.common.errors import LONGEST_ECHO, WorkbenchError
@@ -225,6 +225,13 @@ def add_parser(commands: Any) -> None:
         default="x",
         help="two arms in front, one arm in front, or two rotors on each arm (default: x)",
     )
+    sheet.add_argument(
+        "--sensors",
+        default="",
+        metavar="KIND[,KIND]",
+        help="with usual numbers: imu, gps, barometer, magnetometer, range_finder, lidar, "
+        f"depth_camera, all, or {NO_SENSORS} (default: {NO_SENSORS})",
+    )
     parser.add_argument("--force", action="store_true", help="replace an existing file")
     add_json_option(parser)
 
@@ -248,6 +255,10 @@ def run(args: argparse.Namespace) -> int:
         vehicle = load_vehicle(draft)  # verify that the written description flies
     made = (target, sheet, found, vehicle)
     unlikely = [*_slips(sheet), *doubts(vehicle)]
+    if sheet.voltage is not None and not sheet.has_battery:
+        unlikely.append(
+            'no battery is described without its capacity: give both, as --battery "4S 5000mAh"'
+        )
     result = _result(*made) | {"warnings": unlikely}
     print_result(args, result, _print, *made, files=[target])
     for each in unlikely:
@@ -334,6 +345,7 @@ def _or_none(read: Callable[[str], Value]) -> Callable[[str], Value | None]:
 def _sheet(args: argparse.Namespace, target: Path) -> "DataSheet":
     """Return the data sheet from the command line and the answers."""
     from workbench.plant.data_sheet import DataSheet, Propeller, read_thrust_curve
+    from workbench.plant.sensor_blocks import sensor_blocks
 
     voltage, capacity = args.battery or (None, None)
     sheet = DataSheet(
@@ -349,6 +361,7 @@ def _sheet(args: argparse.Namespace, target: Path) -> "DataSheet":
         voltage=voltage,
         capacity=capacity,
         motor_mass=args.motor_mass,
+        sensors=sensor_blocks([each.strip() for each in args.sensors.split(",") if each.strip()]),
     )
     sheet.check()
     return sheet
@@ -397,6 +410,11 @@ def _hover(vehicle: "Vehicle") -> tuple[float, float, float]:
     return speed, speed**2, power
 
 
+def _hover_time(found: "list[Figure]") -> float | None:
+    """Return the hover time with a full battery [s], None if the battery is unknown."""
+    return next((each.value for each in found if each.name == "hover_duration"), None)
+
+
 def _next(target: Path) -> str:
     return f"workbench hover --model {shlex.quote(str(target))}"
 
@@ -405,8 +423,6 @@ def _result(
     target: Path, sheet: "DataSheet", found: "list[Figure]", vehicle: "Vehicle"
 ) -> dict[str, Any]:
     """Return the result for JSON, in SI units."""
-    from workbench.plant.data_sheet import hover_time
-
     speed, thrust, power = _hover(vehicle)
     return {
         "file": target,
@@ -416,14 +432,14 @@ def _result(
         "hover_speed_share": speed,
         "hover_thrust_share": thrust,
         "hover_power": power,
-        "hover_time": hover_time(sheet, power),
+        "hover_time": _hover_time(found),
         "next": _next(target),
     }
 
 
 def _print(target: Path, sheet: "DataSheet", found: "list[Figure]", vehicle: "Vehicle") -> None:
     """Print the estimates with their sources, and the numbers of hover."""
-    from workbench.plant.data_sheet import GIVEN, HOVER_TIME_SOURCE, hover_time
+    from workbench.plant.data_sheet import GIVEN
 
     print(
         f"{vehicle.name}: {vehicle.mass:.4g} kg, {sheet.rotors} rotors ({sheet.layout}) "
@@ -443,14 +459,13 @@ def _print(target: Path, sheet: "DataSheet", found: "list[Figure]", vehicle: "Ve
         ],
         left=(0, 2, 3),
     )
-    speed, thrust, power = _hover(vehicle)
+    speed, thrust, _ = _hover(vehicle)
     print(f"\nthrust to weight  {vehicle.thrust_to_weight:.2f}")
     print(
         f"hover throttle    {100 * speed:.0f} % of the largest speed, "
         f"{100 * thrust:.0f} % of the largest thrust"
     )
-    seconds = hover_time(sheet, power)
+    seconds = _hover_time(found)
     if seconds is not None:
-        print(f"hover time        about {seconds / 60.0:.0f} min ({HOVER_TIME_SOURCE});")
-        print(f"                  fly with it by --set battery_duration={seconds:.0f}")
+        print(f"hover time        about {seconds / 60.0:.0f} min")
     print(f"\nnext: {_next(target)}")

@@ -31,6 +31,8 @@ _POWERS = str.maketrans({"²": "^2", "³": "^3"})
 _SAVE_KEYS = ("saved", "origin", "changed")
 DIGITS = 3
 """Number of significant digits of a value from a rule."""
+_OF_BATTERY = {"battery_duration": "hover_duration", "sag_compensation": "sag_compensation"}
+"""Attribute of a battery that gives a parameter."""
 
 
 @dataclass(frozen=True)
@@ -434,6 +436,9 @@ def rule_gains(vehicle: Vehicle, controller: Controller | None = None) -> dict[s
         with own_errors(law.file, "rule"):
             values = dict(law.rule(vehicle))
     values["drag_area"] = drag_area(vehicle.mass)
+    if vehicle.battery:
+        stated = {name: getattr(vehicle.battery, of) for name, of in _OF_BATTERY.items()}
+        values |= {name: value for name, value in stated.items() if value is not None}
     found = {}
     for name, value in values.items():
         row = table.find(name, f"{law.file}: rule: ")
@@ -482,7 +487,8 @@ def make_profile(
         controller: of the parameters; None for the default one.
     """
     table, ruled = parameter_table(controller), rule_gains(vehicle, controller)
-    rows = [row.name for row in table if row.system == "controller" or row.name in ruled]
+    names = ruled.keys() - _OF_BATTERY.keys()  # the description has those
+    rows = [row.name for row in table if row.system == "controller" or row.name in names]
     kept = {name: values[name] for name in rows if name in values}
     return GainFile(vehicle.name, origin, kept, controller=table.controller.name)
 

@@ -19,6 +19,7 @@ from workbench.common.plain_files import read_plain_text
 from workbench.plant.drag import AIR_DENSITY
 from workbench.plant.gravity import GRAVITY
 from workbench.plant.rotors import PROPELLER_DENSITY
+from workbench.plant.sensor_blocks import SensorBlock
 
 COUNTS = {"x": (4, 6, 8, 10, 12), "plus": (4, 6, 8, 10, 12), "coaxial": (6, 8, 12)}
 """Numbers of rotors by layout: two arms in front, one arm in front, or two with two rotors each."""
@@ -59,6 +60,10 @@ _MOTOR_EFFICIENCY = 0.7
 """Efficiency of motor and speed controller."""
 _USABLE = 0.8
 """Usable share of the charge of a battery."""
+_CELL = 3.7
+"""Nominal voltage of a lithium-polymer cell [V]."""
+_CELL_RESISTANCE = 0.015
+"""Resistance of a lithium-polymer cell times its capacity [ohm A h]: 3 mohm at 5 A h."""
 UIUC = "UIUC Propeller Data Site, static tests"
 GIVEN = "as given"
 HOVER_TIME_SOURCE = (
@@ -129,7 +134,31 @@ _TEXT = """\
   </xacro:macro>
 
 {rotors}
-</robot>
+{more}</robot>
+"""
+_BATTERY = """
+  <!-- THE BATTERY: as it empties, and under load, it weakens the rotors. -->
+  <gazebo>
+    <plugin filename="gz-sim-linear-battery-plugin-system"
+            name="gz::sim::systems::LinearBatteryPlugin">
+      <battery_name>battery</battery_name>
+      <voltage>${full_voltage}</voltage>
+      <open_circuit_voltage_constant_coef>${full_voltage}</open_circuit_voltage_constant_coef>
+      <open_circuit_voltage_linear_coef>
+        ${empty_voltage - full_voltage}
+      </open_circuit_voltage_linear_coef>
+      <capacity>${capacity}</capacity>
+      <resistance>${battery_resistance}</resistance>
+      <!-- Not Gazebo's: the second is the share of the sag that rotor commands make up for, as a
+           flight controller's do that measures its battery. -->
+      <hoverDuration>${hover_duration}</hoverDuration>
+      <sagCompensation>1</sagCompensation>
+    </plugin>
+  </gazebo>
+"""
+_SENSORS = """
+  <!-- THE SENSORS, on the base link. -->
+{}
 """
 
 
@@ -183,6 +212,7 @@ class DataSheet:
         voltage: nominal voltage of the battery [V], None if unknown.
         capacity: of the battery [A·h], None if unknown.
         motor_mass: of one motor with its propeller and speed controller [kg], None if unknown.
+        sensors: on it, with usual numbers.
     """
 
     name: str
@@ -197,6 +227,12 @@ class DataSheet:
     voltage: float | None = None
     capacity: float | None = None
     motor_mass: float | None = None
+    sensors: tuple[SensorBlock, ...] = ()
+
+    @property
+    def has_battery(self) -> bool:
+        """Whether voltage and capacity of the battery are known."""
+        return self.voltage is not None and self.capacity is not None
 
     @property
     def arms(self) -> int:
@@ -340,20 +376,12 @@ def figures(sheet: DataSheet) -> list[Figure]:
     made = _Figures()
     _add_body(made, sheet)
     _add_rotor(made, sheet)
+    if sheet.has_battery:
+        _add_battery(made, sheet)
+    for sensor in sheet.sensors:
+        for name, formula, unit, label in sensor.numbers:
+            made.derive(name, formula, unit, label, sensor.source)
     return made.found
-
-
-def hover_time(sheet: DataSheet, hover_power: float) -> float | None:
-    """Return the hover time with a full battery [s], None if the battery is unknown.
-
-    Args:
-        sheet: with the battery.
-        hover_power: torque times speed of all hovering rotors [W].
-    """
-    if sheet.voltage is None or sheet.capacity is None:
-        return None
-    energy = 3600.0 * sheet.voltage * sheet.capacity
-    return _USABLE * _MOTOR_EFFICIENCY * energy / hover_power
 
 
 def _add_body(made: _Figures, sheet: DataSheet) -> None:
@@ -457,6 +485,43 @@ def _add_largest_speed(made: _Figures, sheet: DataSheet, pair: float) -> None:
         made.derive(name, formula, unit, label, source)
 
 
+def _add_battery(made: _Figures, sheet: DataSheet) -> None:
+    """Add voltages, capacity and resistance of a lithium-polymer battery."""
+    assert sheet.voltage is not None and sheet.capacity is not None
+    made.state("battery_voltage", sheet.voltage, "V", "nominal voltage of the battery")
+    made.state("capacity", sheet.capacity, "A h", "its capacity")
+    for name, volts, when in (("full", 4.2, "full"), ("empty", 3.5, "empty")):
+        made.derive(
+            f"{name}_voltage",
+            f"{volts:g}/{_CELL:g}*battery_voltage",
+            "V",
+            f"voltage of the {when} battery without load",
+            f"{volts:g} V a cell, of {_CELL:g} V nominal",
+        )
+    made.derive(
+        "battery_resistance",
+        f"{_CELL_RESISTANCE:g}*battery_voltage/{_CELL:g}/capacity",
+        "ohm",
+        "resistance of the battery",
+        f"{1000 * _CELL_RESISTANCE:g} mohm A h a cell; packs differ by a factor of two",
+    )
+    weight = f"mass*{GRAVITY:g}"
+    made.derive(
+        "hover_power",
+        f"{weight}*moment_constant*({weight}/{sheet.rotors}/motor_constant)**0.5",
+        "W",
+        "torque times speed of the rotors in hover",
+        "from the constants of a rotor",
+    )
+    made.derive(
+        "hover_duration",
+        f"{_USABLE:g}*{_MOTOR_EFFICIENCY:g}*3600*battery_voltage*capacity/hover_power",
+        "s",
+        "hover time of the full battery",
+        HOVER_TIME_SOURCE,
+    )
+
+
 def _between(values: Sequence[float], pitch: float) -> float:
     """Return the value at a pitch over diameter, interpolated between two propellers."""
     low, high = _PITCHES
@@ -494,7 +559,15 @@ def write_xacro(sheet: DataSheet, figures: Sequence[Figure]) -> str:
         given=_properties([figure for figure in figures if figure.source == GIVEN]),
         estimated=_properties([figure for figure in figures if figure.source != GIVEN]),
         rotors=rotors,
+        more=_more(sheet),
     )
+
+
+def _more(sheet: DataSheet) -> str:
+    """Return battery and sensors."""
+    battery = _BATTERY if sheet.has_battery else ""
+    blocks = "\n".join(each.text for each in sheet.sensors)
+    return battery + (_SENSORS.format(blocks) if blocks else "")
 
 
 def _properties(figures: Sequence[Figure]) -> str:

@@ -34,6 +34,7 @@ from workbench.plant.rotor_sources.plugins import (
 )
 from workbench.plant.rotor_sources.pybullet import is_pybullet, read_pybullet
 from workbench.plant.rotor_sources.sidecar import (
+    BatteryRows,
     find_sidecar,
     load_sidecar,
     read_sidecar,
@@ -52,6 +53,8 @@ _EXACT = 1e-15
 _BATTERY_KIND = "battery plugin"
 _BATTERY_FILE = "linear-battery"
 _BATTERY_CLASS = "::LinearBatteryPlugin"
+_HOVER, _SAG = "hoverDuration", "sagCompensation"
+"""Our own elements of that plugin."""
 _HOUR = 3600.0
 
 
@@ -400,7 +403,7 @@ def read_battery(model: Model, sidecar: Path | None, remarks: Remarks) -> Batter
 
     The open-circuit voltage of the plugin is E0 + E1 (1 - q/c) with the state of charge q/c (see
     its LinearBatteryPlugin.cc). Our element `openCircuitVoltage` in it, pairs of share and voltage,
-    takes precedence.
+    takes precedence. `hoverDuration` [s] and `sagCompensation` are ours, too.
 
     Args:
         model: with the plugins.
@@ -415,8 +418,7 @@ def read_battery(model: Model, sidecar: Path | None, remarks: Remarks) -> Batter
         file, stated = load_sidecar(path)
         if (rows := stated.battery) and file.data["battery"]:
             where = file.where("battery").removesuffix(": ")
-            points = rows.open_circuit_voltage
-            return _checked_battery(rows.capacity, rows.resistance, points, where)
+            return _checked_battery(rows, where)
     plugins = [plugin for plugin in model.plugins if is_battery_plugin(plugin)]
     for plugin in plugins[1:]:
         text = "there are several; only the first is used"
@@ -438,18 +440,24 @@ def _battery_of_plugin(plugin: Element, remarks: Remarks) -> BatteryPack | None:
         full = tags.positive(constant)
         slope = tags.numbers(linear)[0] if tags.has(linear) else 0.0
         points = [[0.0, full + slope], [1.0, full]]
-    resistance = tags.non_negative("resistance", 0.0)
-    return _checked_battery(_HOUR * tags.positive("capacity"), resistance, points, tags.where())
+    rows = BatteryRows(
+        _HOUR * tags.positive("capacity"),
+        tags.non_negative("resistance", 0.0),
+        points,
+        tags.positive(_HOVER) if tags.has(_HOVER) else None,
+        tags.non_negative(_SAG, 0.0) if tags.has(_SAG) else None,
+    )
+    return _checked_battery(rows, tags.where())
 
 
-def _checked_battery(
-    capacity: float, resistance: float, points: list[list[float]], where: str
-) -> BatteryPack:
+def _checked_battery(rows: BatteryRows, where: str) -> BatteryPack:
     """Return a battery with possible numbers.
 
     Raises:
         WorkbenchError: for an impossible number.
     """
+    capacity, resistance, points = rows.capacity, rows.resistance, rows.open_circuit_voltage
+    hover, sag = rows.hover_duration, rows.sag_compensation
     if not (0.0 < capacity < math.inf and 0.0 <= resistance < math.inf):
         raise WorkbenchError(
             f"{where}: a battery has a positive capacity and a resistance of 0 or more"
@@ -470,8 +478,14 @@ def _checked_battery(
             f"{where}: the battery's open-circuit voltage is pairs of charge and V, both rising, "
             "from charge 0 to charge 1"
         )
+    if not (hover is None or 0.0 < hover < math.inf):
+        raise WorkbenchError(f"{where}: a battery hovers for a positive time")
+    if not (sag is None or 0.0 <= sag <= 1.0):
+        raise WorkbenchError(f"{where}: the compensated share of a battery's sag is 0 to 1")
     return BatteryPack(
         float(capacity),
         float(resistance),
         tuple((float(share), float(voltage)) for share, voltage in points),
+        None if hover is None else float(hover),
+        None if sag is None else float(sag),
     )

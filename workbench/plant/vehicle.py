@@ -22,11 +22,16 @@ class BatteryPack:
         resistance: of cells and leads [Ω].
         open_circuit_voltage: voltage without load [V] over the state of charge, 0 .. 1, rising,
             with linear interpolation.
+        hover_duration: time that it hovers the drone [s]; None if not stated.
+        sag_compensation: share of its sag that rotor commands compensate, 0 .. 1; None if not
+            stated.
     """
 
     capacity: float
     resistance: float
     open_circuit_voltage: tuple[tuple[float, float], ...]
+    hover_duration: float | None = None
+    sag_compensation: float | None = None
 
 
 @dataclass(frozen=True)

@@ -407,6 +407,11 @@ def sidecar_text(vehicle: Vehicle, rows: Sequence[Row], logs: Sequence[Path]) ->
             "capacity": pack.capacity,
             "resistance": pack.resistance,
             "open_circuit_voltage": [list(point) for point in pack.open_circuit_voltage],
+            **{
+                name: value
+                for name in ("hover_duration", "sag_compensation")
+                if (value := getattr(pack, name)) is not None
+            },
         }
     names = ", ".join(log.name for log in logs)
     head = (

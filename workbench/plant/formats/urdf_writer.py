@@ -248,8 +248,15 @@ def add_battery(robot: ET.Element, battery: BatteryPack) -> None:
         ("openCircuitVoltage", _text(np.ravel(battery.open_circuit_voltage))),
         ("capacity", repr(battery.capacity / 3600.0)),
         ("resistance", repr(battery.resistance)),
+        ("hoverDuration", _or_none(battery.hover_duration)),
+        ("sagCompensation", _or_none(battery.sag_compensation)),
     ):
-        ET.SubElement(plugin, tag).text = value
+        if value is not None:
+            ET.SubElement(plugin, tag).text = value
+
+
+def _or_none(number: float | None) -> str | None:
+    return None if number is None else repr(number)
 
 
 def _free_name(robot: ET.Element, name: str) -> str:

@@ -80,6 +80,8 @@ class BatteryRows:
     capacity: float = 0.0
     resistance: float = 0.0
     open_circuit_voltage: list[list[float]] = field(default_factory=list)
+    hover_duration: float | None = None
+    sag_compensation: float | None = None
 
 
 @dataclass
