@@ -35,7 +35,7 @@ from workbench.control.flight_law import known_body, known_vehicle, law_constant
 from workbench.control.guidance import Guidance, Measured, Reference, Setpoint
 from workbench.control.mode import FlightMode, Reason
 from workbench.controllers import betaflight_sitl
-from workbench.design.compare import chosen_controllers
+from workbench.design.compare import find_candidates
 from workbench.design.judge.margins import loop_margins
 from workbench.design.linear.study import LinearStudy
 from workbench.design.step_response import EDGE, step_scenario
@@ -311,7 +311,7 @@ def test_what_wants_equal_flights_is_refused_in_a_sentence(fake, case):
     for what, act in {
         "margins": lambda: loop_margins(LinearStudy(scenario()).sampled(), "force"),
         "tuned": lambda: Tuner(scenario()),
-        "compared": lambda: chosen_controllers([LAW, FIRMWARE]),
+        "compared": lambda: find_candidates([LAW, FIRMWARE]),
         "takes over": lambda: hover.fly_controller(FIRMWARE),
         "no program": lambda: Session(scenario()).tick(0.1),
         "scheduled": lambda: load_controller(f"{FIRMWARE}@speed=0,4"),

@@ -25,7 +25,7 @@ def test_margins_of_two_are_a_table_and_a_page(run, out):
     said = run("compare", "pd", "pid", "--parts", "margins", "--output", out, "--html", page)
     assert said.code == 0, said.err
     lines = said.out.splitlines()
-    assert lines[0] == "dh_drone, each controller with its gains for it"
+    assert lines[0] == "dh_drone, each controller with its gains for it, or of its file"
     assert lines[2].split() == ["unit", "pd", "pid"]
     rows = {line.split()[0]: line.split() for line in lines[3:6]}
     assert list(rows) == [row.name for row in ROWS if row.part == "margins"]
@@ -36,6 +36,31 @@ def test_margins_of_two_are_a_table_and_a_page(run, out):
     text = page.read_text()
     assert "<svg" in text
     assert "own_disk_margin" in text
+
+
+def test_gain_files_are_columns(run, refused, out, tmp_path, write):
+    """Each with the margins that its gains have; of an own law, with its file."""
+    law = write("lifts.py", LIFTS)
+    write("lifted.yaml", "controller: lifts\ngains: {}\n")
+    soft = write("soft.yaml", "gains: {kp_roll: 120}\n")
+    hard = write("hard.yaml", "gains: {kp_roll: 240}\n")
+    options = ("--parts", "margins", "--no-plots", "--output", out, "--json")
+    said = run("compare", "pd", soft, hard, f"{law}={tmp_path / 'lifted.yaml'}", *options)
+    assert said.code == 0, said.err
+    columns = {each["name"]: each["numbers"] for each in said.json["controllers"]}
+    assert list(columns) == ["pd", "soft", "hard", "lifted"]
+    for name, path in (("soft", soft), ("hard", hard)):
+        scenario = Scenario()
+        scenario.vehicle.gains = str(path)
+        sampled = LinearStudy(scenario).sampled()
+        expected = min(m.disk_margin for m in all_margins(sampled, ["roll_acceleration"]))
+        assert columns[name]["own_disk_margin"] <= expected + 1e-9
+    assert len({each["input_disk_margin"] for each in columns.values()}) == 4
+    assert "name its file, too, as lifts.py=lifted.yaml" in refused(
+        "compare", tmp_path / "lifted.yaml"
+    )
+    assert "two controllers are called soft" in refused("compare", soft, f"pd={soft}")
+    assert "the gains are of the controller pd" in refused("compare", f"lqi={soft}")
 
 
 def test_what_a_law_has_not_is_a_dash_and_a_reason(run, out):

@@ -1,4 +1,4 @@
-"""`workbench compare`: compare controllers in the same flights."""
+"""`workbench compare`: compare controllers and gains in the same flights."""
 
 import argparse
 import math
@@ -37,10 +37,11 @@ def add_parser(commands: Any) -> None:
     parser = add_command(
         commands,
         "compare",
-        "Compare controllers in steps, along a path, after a push, from upside down, in wind, "
-        "with other vehicles, and by margins and noise. Each controller flies with its gains for "
-        "the vehicle.",
+        "Compare controllers and gain files in steps, along a path, after a push, from upside "
+        "down, in wind, with other vehicles, and by margins and noise. A controller without a gain "
+        "file flies with its gains for the vehicle.",
         "workbench compare pd pid lqi geometric indi\n"
+        "  workbench compare pd soft.yaml hard.yaml\n"
         "  workbench compare pd my_law.py --parts steps,margins --html compare.html\n"
         '  workbench compare pd pid --tune "level.rise_time<=0.5" "tilt.phase_margin>=45deg"',
         run,
@@ -48,8 +49,9 @@ def add_parser(commands: Any) -> None:
     parser.add_argument(
         "controllers",
         nargs="+",
-        metavar="NAME|FILE",
-        help="shipped control law (`workbench controllers` lists them), or a .py file of your own",
+        metavar="NAME|FILE|GAINS",
+        help="shipped control law (`workbench controllers` lists them), a .py file of your own, or "
+        "a gain file (.yaml) of a shipped law; mine.py=soft.yaml flies your file with gains",
     )
     parser.add_argument(
         "--scenario",
@@ -79,17 +81,13 @@ def add_parser(commands: Any) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Compare, print the table, write the picture."""
-    from workbench.design.compare import (
-        chosen_controllers,
-        chosen_parts,
-        compare,
-        wishes_of,
-    )
+    from workbench.design.compare import chosen_parts, compare, find_candidates, wishes_of
 
     parts = chosen_parts([name.strip() for name in args.parts.split(",") if name.strip()])
-    for law in chosen_controllers(args.controllers):
-        wishes_of(args.tune or (), law)
-    scenario = _scenario(args)
+    candidates = find_candidates(args.controllers)
+    for each in candidates:
+        wishes_of(args.tune or (), each.law)
+    scenario = _scenario(args, candidates[0].reference)
     with Outputs() as outputs:
         picture = outputs.picture(args, "compare.png")
         page = outputs.add(args.html) if args.html else None
@@ -110,14 +108,14 @@ def run(args: argparse.Namespace) -> int:
     return ExitCode.DONE
 
 
-def _scenario(args: argparse.Namespace) -> "Scenario":
+def _scenario(args: argparse.Namespace, controller: str) -> "Scenario":
     """Return the scenario with the vehicle; errors are reported before Drake loads."""
     from workbench.common.resources import find_scenario
     from workbench.scenario.scenario import Scenario, load_scenario
 
     scenario = Scenario()
     if args.scenario:
-        scenario = load_scenario(find_scenario(args.scenario), args.controllers[0])
+        scenario = load_scenario(find_scenario(args.scenario), controller)
     return with_model(scenario, args)
 
 
@@ -160,7 +158,7 @@ def _remarks(found: "Comparison") -> list[str]:
 def _print(found: "Comparison") -> None:
     """Print the table, and remarks on single numbers."""
     tuned = any(each.gains for each in found.controllers)
-    whose = "the gains found for the wishes" if tuned else "its gains for it"
+    whose = "the gains found for the wishes" if tuned else "its gains for it, or of its file"
     print(f"{found.vehicle}, each controller with {whose}\n")
     texts = _texts(found)
     print_table(texts, left=(0, 1, len(texts[0]) - 1))

@@ -1,4 +1,4 @@
-"""Compare controllers: the same flights, vehicles and margins, one column for each."""
+"""Compare controllers and gains: the same flights, vehicles and margins, one column for each."""
 
 import copy
 import dataclasses
@@ -13,7 +13,13 @@ import numpy as np
 
 from workbench.common.errors import WorkbenchError, unknown_name
 from workbench.common.resources import find_file
-from workbench.control.controller import Controller, load_controller, not_repeatable
+from workbench.control.controller import (
+    Controller,
+    is_shipped,
+    load_controller,
+    not_repeatable,
+)
+from workbench.control.schedule import split_label
 from workbench.design.judge.loop_judgement import judge_loops
 from workbench.design.judge.multiloop import multiloop_margin
 from workbench.design.judge.step_pair import STEPS
@@ -28,7 +34,7 @@ from workbench.design.tune.measure import noise_amplification
 from workbench.design.tune.tuner import Tuner
 from workbench.design.tune.tuning import Tuning
 from workbench.design.tune.wish import Wishes, load_wishes, merged, parse_wish
-from workbench.gains.gains import owner_of, save_gains
+from workbench.gains.gains import flown_by, load_gains, owner_of, save_gains
 from workbench.plant.gravity import GRAVITY
 from workbench.plant.variation import Variation
 from workbench.scenario.axes import find_axis
@@ -119,12 +125,29 @@ PANELS = ("x", "y", "z", "yaw", "path", "push", "upside_down", "wind")
 Curve = tuple[np.ndarray, np.ndarray]
 
 
+@dataclass(frozen=True)
+class Candidate:
+    """A controller with its gains.
+
+    Attributes:
+        name: of its column: that of the controller, or of its gain file.
+        reference: of the controller, see `load_controller`.
+        law: the controller.
+        gains: path of its gain file; "" for those of the vehicle.
+    """
+
+    name: str
+    reference: str
+    law: Controller
+    gains: str = ""
+
+
 @dataclass
 class Compared:
     """The results of one controller.
 
     Attributes:
-        name: of the controller.
+        name: of its column, see `Candidate`.
         numbers: by the name of their row; NaN where there is none.
         remarks: by the name of a row: why it has no number, or a comment on the number.
         curves: by panel, see `PANELS`.
@@ -164,22 +187,52 @@ class Comparison:
     controllers: tuple[Compared, ...]
 
 
-def chosen_controllers(names: Sequence[str]) -> tuple[Controller, ...]:
-    """Return the named controllers.
+def find_candidates(texts: Sequence[str]) -> tuple[Candidate, ...]:
+    """Return what to compare.
+
+    Args:
+        texts: each a shipped controller or a .py file, a gain file (.yaml) of a shipped one, or
+            both as CONTROLLER=GAINS.yaml.
 
     Raises:
-        WorkbenchError: for one that does not load or is named twice.
+        WorkbenchError: for one that does not load, or if two have the same name.
     """
-    found = tuple(load_controller(name) for name in names)
-    for law in found:
+    found: list[Candidate] = []
+    for text in texts:
+        reference, sign, gains = text.rpartition("=") if _is_gains(text) else (text, "", "")
+        if gains:
+            path = find_file(gains)
+            reference = reference if sign else flown_by(_shipped_owner(path), gains)
+            law = load_controller(reference)
+            load_gains(path, law)
+            candidate = Candidate(path.stem, reference, law, str(path))
+        else:
+            law = load_controller(reference)
+            candidate = Candidate(law.name, reference, law)
         if law.program:
             raise not_repeatable(law.name)
-    for place, law in enumerate(found):
-        if law.name in [other.name for other in found[:place]]:
+        if candidate.name in [other.name for other in found]:
             raise WorkbenchError(
-                f"two controllers are called {law.name}: name each once, and call files otherwise"
+                f"two controllers are called {candidate.name}: name each controller and gain "
+                "file once, and call files otherwise"
             )
-    return found
+        found.append(candidate)
+    return tuple(found)
+
+
+def _is_gains(text: str) -> bool:
+    return text.endswith((".yaml", ".yml"))
+
+
+def _shipped_owner(path: Path) -> str:
+    """Return the shipped controller that a gain file names."""
+    owner, _ = split_label(owner_of(path))
+    if not is_shipped(owner):
+        raise WorkbenchError(
+            f"{path}: its gains are of the controller {owner}: name its file, too, as "
+            f"{owner}.py={path.name}"
+        )
+    return owner
 
 
 def chosen_parts(names: Sequence[str]) -> tuple[str, ...]:
@@ -208,9 +261,9 @@ def compare(
     of how well their gains were set.
 
     Args:
-        controllers: names of shipped ones, or files.
+        controllers: see `find_candidates`.
         scenario: its vehicle, world and rates are used, and its figure of eight if it has one. Its
-            gain file is used for the controller that it belongs to.
+            gain file is used for the controller that it belongs to, unless that has its own.
         parts: names from `PARTS`; all if empty.
         wishes: texts, or paths of wish files, see docs/tuning.md; an empty sequence uses the wishes
             that follow from the vehicle. None does no tuning.
@@ -219,10 +272,10 @@ def compare(
     Raises:
         WorkbenchError: if a controller, the vehicle or a wish cannot be read.
     """
-    laws, chosen = chosen_controllers(controllers), chosen_parts(parts)
+    candidates, chosen = find_candidates(controllers), chosen_parts(parts)
     scenario = scenario or Scenario()
-    asked = [wishes_of(wishes or (), law) for law in laws]
-    count, done = len(laws) * (len(chosen) + (wishes is not None)), 0
+    asked = [wishes_of(wishes or (), each.law) for each in candidates]
+    count, done = len(candidates) * (len(chosen) + (wishes is not None)), 0
 
     def say(share: float) -> None:
         if progress:
@@ -231,15 +284,15 @@ def compare(
     found, vehicle = [], ""
     rows = [UNMET] * (wishes is not None) + [row for row in ROWS if row.part in chosen]
     with TemporaryDirectory() as folder:
-        for name, law, each in zip(controllers, laws, asked, strict=True):
-            flown = _flown_by(scenario, name, law)
+        for candidate, each in zip(candidates, asked, strict=True):
+            flown = _flown_by(scenario, candidate)
             tuned = None
             if wishes is not None:
                 tuned = Tuner(flown, each).run(lambda progress: say(progress.share))
-                flown.vehicle.gains = str(Path(folder) / f"{law.name}.yaml")
+                flown.vehicle.gains = str(Path(folder) / f"{candidate.name}.yaml")
                 save_gains(Path(flown.vehicle.gains), tuned.profile)
                 done += 1
-            bench = _Bench(flown, law, say)
+            bench = _Bench(flown, candidate, say)
             if tuned:
                 _note_tuned(bench.found, tuned)
             vehicle = bench.study.vehicle.name
@@ -279,23 +332,27 @@ def _note_tuned(found: Compared, tuned: Tuning) -> None:
     found.gains.update(tuned.gains)
 
 
-def _flown_by(scenario: Scenario, name: str, law: Controller) -> Scenario:
-    """Return a scenario with another controller, and with its gain file if that belongs to it."""
+def _flown_by(scenario: Scenario, candidate: Candidate) -> Scenario:
+    """Return a scenario with another controller and its gains, or those that belong to it."""
     flight = copy.deepcopy(scenario)
-    flight.controller = name
+    flight.controller = candidate.reference
     gains = flight.vehicle.gains
-    if gains and owner_of(Path(find_file(gains))) != law.name:
+    if candidate.gains:
+        flight.vehicle.gains = candidate.gains
+    elif gains and owner_of(find_file(gains)) != candidate.law.name:
         flight.vehicle.gains = ""
     return at_own_period(flight)
 
 
 class _Bench:
-    """Flies one controller and notes its results."""
+    """Flies one candidate and notes its results."""
 
-    def __init__(self, scenario: Scenario, law: Controller, say: Callable[[float], None]) -> None:
-        self.scenario, self.law, self.say = scenario, law, say
+    def __init__(
+        self, scenario: Scenario, candidate: Candidate, say: Callable[[float], None]
+    ) -> None:
+        self.scenario, self.law, self.say = scenario, candidate.law, say
         self.study = LinearStudy(scenario)
-        self.found = Compared(law.name)
+        self.found = Compared(candidate.name)
 
     def fly(
         self,
