@@ -4,6 +4,7 @@ import asyncio
 import contextlib
 import gc
 import importlib.util
+import math
 import shutil
 import socket
 import ssl
@@ -125,6 +126,8 @@ def test_a_foreign_host_is_refused_and_counted(path):
 def test_who_only_knocks_makes_room_for_others(tls, request, monkeypatch):
     """The page is answered and a client stays in, however many connections ask for nothing."""
     monkeypatch.setattr(acceptor, "MOST", 8)
+    for limit in ("BEGUN_AT_ONCE", "BEGIN_RATE"):  # so they begin in the order they came in
+        monkeypatch.setattr(acceptor, limit, math.inf)
     monkeypatch.setattr(acceptor, "HANDSHAKE_TIME", served.LIMIT)
     monkeypatch.setattr(web, "IDLE_TIME", served.LIMIT)
     config = request.getfixturevalue("over_tls") if tls else None

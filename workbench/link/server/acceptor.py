@@ -27,9 +27,9 @@ MOST_WAITING = 64
 TAKEN_AT_ONCE = 16
 """Number of connections accepted in a turn of the loop; each takes 30 us. They are taken faster
 than a program can make them, as the system delays who finds its queue full by a second."""
-BEGUN_AT_ONCE = 4
+BEGUN_AT_ONCE = 2
 """Largest number of connections begun in a turn; each takes 0.15 ms up to the greeting."""
-BEGIN_RATE = 1000.0
+BEGIN_RATE = 500.0
 """Rate at which connections begin [1/s]. So one that begins keeps its place for `MOST / BEGIN_RATE`
 at least, which is enough for a login."""
 BEGIN_PERIOD = 1e-3
