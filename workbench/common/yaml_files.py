@@ -29,10 +29,9 @@ DEEPEST = 20
 MOST_TOKENS = 200_000
 """Limit of the number of keys, values, brackets, colons and commas; they take a second."""
 LONGEST_NUMBER = 400
-"""Limit of the characters of a number in base 60, as 1:59:59; reading it takes the square of their
-number."""
+"""Limit of the characters of a number; YAML's digits in base 60 take the square of their number."""
 _NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
-_BASE_60 = re.compile(r"[-+]?\d[\d_]*:\S*")
+_NUMERIC = re.compile(r"[-+.]?\d\S*")
 
 
 @dataclass(frozen=True)
@@ -128,7 +127,7 @@ def refuse_bombs(path: Path, text: str) -> None:
                 "some out"
             )
         word = token.value if isinstance(token, yaml.ScalarToken) and token.plain else ""
-        if len(word) > LONGEST_NUMBER and _BASE_60.fullmatch(word):
+        if len(word) > LONGEST_NUMBER and _NUMERIC.fullmatch(word):
             line = token.start_mark.line + 1
             raise WorkbenchError(
                 f"{path}:{line}: a number has more than {LONGEST_NUMBER} characters: shorten it"
