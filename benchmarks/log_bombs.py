@@ -170,8 +170,8 @@ MILLION = 1_000_000
 
 LOG_BOMBS: dict[str, Bomb] = {
     "mcap chunks": Bomb(lambda: mcap(after=chunk(bytes(64 * MILLION)) * 48), LOG, quick=True),
-    "mcap frame": Bomb(lambda: mcap(after=chunk(bytes(999), frame=3 * 10**9)), LOG, quick=True),
-    "mcap stated size": Bomb(lambda: mcap(after=chunk(bytes(999), size=2**62)), LOG, quick=True),
+    "mcap frame": Bomb(lambda: mcap(after=chunk(bytes(999), frame=3 * 10**9)), LOG),
+    "mcap stated size": Bomb(lambda: mcap(after=chunk(bytes(999), size=2**62)), LOG),
     "mcap empty messages": Bomb(
         lambda: mcap(after=chunk((struct.pack("<BQHIQQ", 5, 22, 1, 0, 0, 0)) * 1_900_000)), LOG
     ),
@@ -196,10 +196,8 @@ LOG_BOMBS: dict[str, Bomb] = {
     ),
     "mcap channels": Bomb(lambda: mcap(messages=[CDR + b"\0"] * 60_000, channels=60_000), LOG),
     "mcap cloud": Bomb(lambda: mcap(CLOUD, [cloud(3000, MILLION)] * 9, kind=POINT_CLOUD), LOG),
-    "mcap gains": Bomb(lambda: mcap(attachments={"gains.yaml": ALIASES}), LOG, quick=True),
-    "mcap gains, depth": Bomb(
-        lambda: mcap(attachments={"gains.yaml": "[" * MILLION}), LOG, quick=True
-    ),
+    "mcap gains": Bomb(lambda: mcap(attachments={"gains.yaml": ALIASES}), LOG),
+    "mcap gains, depth": Bomb(lambda: mcap(attachments={"gains.yaml": "[" * MILLION}), LOG),
     "mcap gains, rows": Bomb(
         lambda: mcap(attachments={"gains.yaml": "gains: {" + "a: 1," * 9 * MILLION}), LOG
     ),
@@ -220,11 +218,11 @@ LOG_BOMBS: dict[str, Bomb] = {
         lambda: mcap(attachments={"flight_record.json": f'{{"signals": [{"0," * 9 * MILLION}0]}}'}),
         LOG,
     ),
-    "gz, mcap": Bomb(lambda: packed("a.mcap.gz", MCAP0_MAGIC), LOG, quick=True),
-    "gz, ulog": Bomb(lambda: packed("a.ulg.gz", ULOG), LOG, quick=True),
-    "gz, dataflash": Bomb(lambda: packed("a.bin.gz", DATAFLASH), LOG, quick=True),
-    "gz, blackbox": Bomb(lambda: packed("a.bbl.gz", BLACKBOX), LOG, quick=True),
-    "gz, usd": Bomb(lambda: packed("a.gz", usd(1, 1, b"")), LOG, quick=True),
+    "gz, mcap": Bomb(lambda: packed("a.mcap.gz", MCAP0_MAGIC), LOG),
+    "gz, ulog": Bomb(lambda: packed("a.ulg.gz", ULOG), LOG),
+    "gz, dataflash": Bomb(lambda: packed("a.bin.gz", DATAFLASH), LOG),
+    "gz, blackbox": Bomb(lambda: packed("a.bbl.gz", BLACKBOX), LOG),
+    "gz, usd": Bomb(lambda: packed("a.gz", usd(1, 1, b"")), LOG),
     "gz, rows": Bomb(
         lambda: packed("a.csv.gz", b"t,g\n", b"1,2\n" * 250_000) | {"a.mapping.yaml": MAPPING}, LOG
     ),
@@ -233,15 +231,15 @@ LOG_BOMBS: dict[str, Bomb] = {
     ),
     "gz, members": Bomb(lambda: {"a.csv.gz": gzip.compress(b"") * 500_000}, LOG),
     "gz, ratio of a log": Bomb(lambda: packed("a.ulg.gz", ULOG, times=60), LOG),
-    "csv line": Bomb(lambda: table("t,g\n" + "1" * 100 * MILLION), LOG, quick=True),
+    "csv line": Bomb(lambda: table("t,g\n" + "1" * 100 * MILLION), LOG),
     "csv columns": Bomb(lambda: table(",".join(["t", "g", *["x"] * MILLION])), LOG, quick=True),
-    "csv commas": Bomb(lambda: table("t,g" + "," * 900_000 + "\n"), LOG, quick=True),
-    "csv quote": Bomb(lambda: table('t,g\n1,"' + "2\n" * 20 * MILLION), LOG, quick=True),
-    "csv zeros": Bomb(lambda: table(bytes(50 * MILLION)), LOG, quick=True),
+    "csv commas": Bomb(lambda: table("t,g" + "," * 900_000 + "\n"), LOG),
+    "csv quote": Bomb(lambda: table('t,g\n1,"' + "2\n" * 20 * MILLION), LOG),
+    "csv zeros": Bomb(lambda: table(bytes(50 * MILLION)), LOG),
     "csv digits": Bomb(lambda: table("t,g\n" + f"{'9' * 99_000},{'9' * 99_000}\n" * 100), LOG),
     "csv rows": Bomb(lambda: table("t,g\n" + "1,2\n" * 500_000), LOG),
-    "mapping aliases": Bomb(lambda: table(ROWS, ALIASES), LOG, quick=True),
-    "mapping merges": Bomb(lambda: table(ROWS, MERGES), LOG, quick=True),
+    "mapping aliases": Bomb(lambda: table(ROWS, ALIASES), LOG),
+    "mapping merges": Bomb(lambda: table(ROWS, MERGES), LOG),
     "mapping depth": Bomb(lambda: table(ROWS, "time: " + "[" * 900_000), LOG),
     "mapping rows": Bomb(lambda: table(HEADS, columns(20_000)), LOG),
     "mapping names": Bomb(lambda: table(ROWS, columns(20_000)), LOG),
@@ -252,7 +250,6 @@ LOG_BOMBS: dict[str, Bomb] = {
             "a_metadata.yaml": ALIASES,
         },
         LOG,
-        quick=True,
     ),
     "ulog array": Bomb(lambda: {"a.ulg": of_topic(b"float[2000000000] x;", [bytes(99)])}, LOG),
     "ulog formats": Bomb(lambda: {"a.ulg": formats(12, 30)}, LOG),
@@ -306,9 +303,9 @@ LOG_BOMBS: dict[str, Bomb] = {
     "blackbox zeros": Bomb(lambda: {"a.bbl": BLACKBOX + bytes(200_000)}, LOG),
     "blackbox frames": Bomb(lambda: {"a.bbl": BLACKBOX + b"I\0\0\0" * 100_000}, LOG),
     "blackbox varint": Bomb(lambda: {"a.bbl": BLACKBOX + b"I" + b"\xff" * 200_000}, LOG),
-    "usd variables": Bomb(lambda: {"a": usd(65535, 1, b"")}, LOG, quick=True),
+    "usd variables": Bomb(lambda: {"a": usd(65535, 1, b"")}, LOG),
     "usd events": Bomb(lambda: {"a": usd(65535, 0, bytes(MILLION))}, LOG),
     "usd bytes": Bomb(lambda: {"a": usd(1, 500, bytes(2 * MILLION))}, LOG),
-    "usd name": Bomb(lambda: {"a": b"\xbc\2\0\1\0\0\0" + b"a" * MILLION}, LOG, quick=True),
+    "usd name": Bomb(lambda: {"a": b"\xbc\2\0\1\0\0\0" + b"a" * MILLION}, LOG),
 }
 """By name."""

@@ -11,8 +11,9 @@ import pytest
 
 from workbench.commands.cli import main
 
-sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
+sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
 BOMBS = importlib.import_module("bombs")
+ALL = BOMBS.all_bombs()
 sys.path.pop(0)
 
 
@@ -20,13 +21,15 @@ sys.path.pop(0)
     "name",
     [
         pytest.param(name, marks=[] if bomb.quick else [pytest.mark.slow])
-        for name, bomb in BOMBS.BOMBS.items()
+        for name, bomb in ALL.items()
     ],
 )
 def test_a_bomb_ends_with_a_sentence(tmp_path, monkeypatch, capsys, name):
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     monkeypatch.chdir(tmp_path)
-    assert main(BOMBS.lay(BOMBS.BOMBS[name], tmp_path)) in (0, 2)
-    *_, said = capsys.readouterr().err.strip().splitlines()
-    assert said.startswith("workbench: ")
-    assert len(said) < 1000
+    code = main(BOMBS.lay(ALL[name], tmp_path))
+    lines = capsys.readouterr().err.strip().splitlines()
+    assert code == (2 if lines else 0)
+    for said in lines[-1:]:
+        assert said.startswith("workbench: ")
+        assert len(said) < 1000
