@@ -48,7 +48,7 @@ class ArrayWriter:
             return [*self._add(np.array(each, dtype=np.uint32)), list(numbers)]
         plain = np.ascontiguousarray(values, dtype=values.dtype.newbyteorder("<"))
         place = [plain.dtype.str, len(plain), self._at]
-        rest = memoryview(plain).cast("B") if len(plain) else memoryview(b"")
+        rest = plain.data.cast("B") if len(plain) else memoryview(b"")
         while rest:
             number, begin = divmod(self._at, PART)
             part = rest[: PART - begin]
@@ -88,7 +88,7 @@ class ArrayReader:
         return np.asarray(known[np.minimum(values, len(known) - 1)])
 
     def _read(self, values: np.ndarray, at: int) -> np.ndarray:
-        rest = memoryview(values).cast("B") if len(values) else memoryview(b"")
+        rest = values.data.cast("B") if len(values) else memoryview(b"")
         while rest:
             number, begin = divmod(at, PART)
             with (self._folder / str(number)).open("rb") as file:

@@ -43,7 +43,7 @@ def _written(flight: FlightRecord, arrays: ArrayWriter) -> list[Any]:
     known: dict[bytes, np.ndarray] = {}
     places = []
     for signal in flight.signals.values():
-        digest = hashlib.blake2b(np.ascontiguousarray(signal.time)).digest()
+        digest = hashlib.blake2b(np.ascontiguousarray(signal.time).data).digest()
         time = known.setdefault(digest, signal.time)
         places.append([arrays.add(time), arrays.add(signal.values)])
     return places
