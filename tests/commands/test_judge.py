@@ -9,6 +9,7 @@ import pytest
 from workbench.analysis.judging import judge_plant_input
 from workbench.analysis.questions import JudgePlantInput
 from workbench.analysis.subject import Subject
+from workbench.common.resources import controllers_dir
 from workbench.control.controller import load_controller
 from workbench.design.judge.margins import loop_margins
 from workbench.design.linear.study import LinearStudy
@@ -17,6 +18,7 @@ from workbench.scenario.scenario import Scenario
 pytestmark = pytest.mark.usefixtures("pictures_here")
 LOOPS = load_controller().loops
 PNG = b"\x89PNG"
+PD = (controllers_dir() / "pd.py").read_text(encoding="utf-8")
 
 
 @pytest.fixture(scope="module")
@@ -181,3 +183,17 @@ def test_it_says_where_the_phase_went_and_what_noise_does(run, out):
     told = run("judge", "--set", "gyro_lowpass=40", "--no-plots").out
     assert "where the phase went, at the crossover [deg]:" in told
     assert "what the noise of sensors does" in told
+
+
+@pytest.mark.usefixtures("interpreted_laws")
+def test_a_law_without_loops_is_judged_at_the_plants_input(run, refused, tmp_path):
+    law = tmp_path / "bare.py"
+    law.write_text(f"{PD}\nLOOPS = []\n", encoding="utf-8")
+    said = run("judge", "--controller", law, "--output", tmp_path / "out")
+    assert said.code == 0, said.err
+    assert "bare states no LOOPS, so none is judged or drawn" in said.err
+    assert "at the plant's input" in said.out and "loops, opened" not in said.out
+    assert [each.name for each in (tmp_path / "out").iterdir()] == ["judge-rates.png"]
+    assert "bare states no LOOPS: add them" in refused(
+        "judge", "--controller", law, "--loop", "pitch"
+    )

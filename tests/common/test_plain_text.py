@@ -4,6 +4,7 @@ import json
 import sys
 import unicodedata
 
+from workbench.common.errors import LONGEST_MESSAGE, WorkbenchError
 from workbench.common.plain_text import (
     LONGEST_NAME,
     escaped_json,
@@ -86,3 +87,9 @@ def test_html_has_no_tags_and_nothing_that_acts():
     assert html_text("<img src='x'>&\x9b\u202e\"") == (
         r"&lt;img src=&#x27;x&#x27;&gt;&amp;\x9b\u202e&quot;"
     )
+
+
+def test_a_message_has_an_end_however_long_what_it_echoes_is():
+    said = str(WorkbenchError(f"a.yaml:1: '{'x' * 1_000_000}' is not a number: write one"))
+    assert said.startswith("a.yaml:1: 'xxx") and said.endswith("is not a number: write one")
+    assert len(said) <= LONGEST_MESSAGE

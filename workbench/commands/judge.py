@@ -118,13 +118,7 @@ def _judge(args: argparse.Namespace, point: "OperatingPoint") -> int:
     from workbench.commands.drawer import Drawer
 
     with Outputs() as outputs, ExitStack() as stack:
-        drawer = None
-        if not args.no_plots:
-            name = f"judge-{args.loop}.png" if args.loop else "judge-loops.png"
-            plot = outputs.add(args.output / name)
-            rates = outputs.add(args.output / "judge-rates.png")
-            phase = outputs.add(args.output / "judge-phase.png")
-            drawer = stack.enter_context(Drawer(_PICTURES))
+        drawer = None if args.no_plots else stack.enter_context(Drawer(_PICTURES))
         scenario = chosen_scenario(args)  # loads numpy, while the other process loads matplotlib
         from workbench.design.judge.report import judge
         from workbench.design.linear.operating_point import HOVER
@@ -133,9 +127,17 @@ def _judge(args: argparse.Namespace, point: "OperatingPoint") -> int:
         law = flown_controller(scenario)
         if args.loop and law.loop(args.loop).hold and point != HOVER:
             raise WorkbenchError(f"the loop {args.loop} is closed at hover only: leave --at out")
+        if not law.loops:
+            say(f"{law.name} states no LOOPS, so none is judged or drawn: see docs/controllers.md")
+        elif drawer:
+            name = f"judge-{args.loop}.png" if args.loop else "judge-loops.png"
+            plot = outputs.add(args.output / name)
+            phase = outputs.add(args.output / "judge-phase.png")
+        if drawer:
+            rates = outputs.add(args.output / "judge-rates.png")
 
         def draw_loops(steering: "LinearModel", holding: "LinearModel | None") -> None:
-            if drawer and not args.loop:  # during the rest of the judgement
+            if drawer and law.loops and not args.loop:  # during the rest of the judgement
                 drawer.begin(plot, _PICTURES, "plot_loops", steering, holding, cut=args.cut)
 
         with progress_bar("judging the loops") as progress:
@@ -153,8 +155,9 @@ def _judge(args: argparse.Namespace, point: "OperatingPoint") -> int:
                 drawer.begin(plot, _PICTURES, "plot_loop", model, loop, found.steps, cut=args.cut)
             title = f"{found.vehicle}: how slow the law may run"
             drawer.begin(rates, _PICTURES, "plot_rates", found.slowest, title)
-            title = f"{found.vehicle}: where the phase went"
-            drawer.begin(phase, _PICTURES, "plot_phase", found.phase, title)
+            if law.loops:
+                title = f"{found.vehicle}: where the phase went"
+                drawer.begin(phase, _PICTURES, "plot_phase", found.phase, title)
             drawer.finish()
     result = judgement_result(found)
     print_result(args, result, print_judgement, found, args.cut, files=outputs.files)
@@ -242,10 +245,11 @@ def print_judgement(found: "Judgement", cut: str) -> None:
     law = found.steering.controller
     how = "" if law is None or law.derivatives == "AutoDiff" else f", by {law.derivatives}"
     print(f"{found.vehicle} at {found.point.label}, law at {1.0 / found.period:g} Hz{how}")
-    print(f"\nloops, opened at the {cut}:")
-    rows: list[tuple[str, ...]] = [_HEAD, _UNITS]
-    rows += [(loop.loop, *_cells(getattr(loop, cut))) for loop in found.loops]
-    print_table(rows)
+    if found.loops:
+        print(f"\nloops, opened at the {cut}:")
+        rows: list[tuple[str, ...]] = [_HEAD, _UNITS]
+        rows += [(loop.loop, *_cells(getattr(loop, cut))) for loop in found.loops]
+        print_table(rows)
     _print_phase(found)
     _print_plant_input(found)
     _print_noise(found)

@@ -10,10 +10,21 @@ LONGEST_ECHO = 60
 """Largest number of characters of the user's input repeated in a message."""
 LONGEST_LIST = 800
 """Longest list of known names in a message [characters]."""
+LONGEST_MESSAGE = 4000
+"""Longest message [characters]."""
 
 
 class WorkbenchError(Exception):
-    """Bad input, described in one sentence: what, where, and what to do about it."""
+    """Bad input, described in one sentence: what, where, and what to do about it.
+
+    Where a message echoes text of a file that is too long to be read, its middle is left out.
+    """
+
+    def __init__(self, said: object = "") -> None:
+        text = str(said)
+        if len(text) > LONGEST_MESSAGE:
+            text = f"{text[: LONGEST_MESSAGE // 2]} … {text[-LONGEST_MESSAGE // 4 :]}"
+        super().__init__(text)
 
 
 class FlightBrokenError(WorkbenchError):
@@ -33,7 +44,8 @@ def unknown_name(kind: str, name: str, known: Iterable[str]) -> WorkbenchError:
     if len(listed) > LONGEST_LIST:
         shown = listed[:LONGEST_LIST].rpartition(", ")[0]
         listed = f"{shown} and {len(names) - shown.count(', ') - 1} others"
-    return WorkbenchError(f"unknown {kind} '{asked}': {hint}known are {listed}")
+    listed = f"known are {listed}" if listed else "there are none"
+    return WorkbenchError(f"unknown {kind} '{asked}': {hint}{listed}")
 
 
 class Named(Protocol):

@@ -14,8 +14,9 @@ from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from workbench.common.errors import WorkbenchError, unknown_name
+from workbench.common.errors import LONGEST_ECHO, WorkbenchError, unknown_name
 from workbench.common.plain_files import read_plain_text
+from workbench.common.plain_text import plain_name
 
 if TYPE_CHECKING:
     import yaml
@@ -216,7 +217,8 @@ def _expect(file: YamlFile, data: Any, kind: Any, name: str, keys: Keys) -> Any:
     """Return `data` if it is of a type; a truth value is not a number."""
     if isinstance(data, kind) and not isinstance(data, bool):
         return data
-    raise WorkbenchError(f"{file.where(*keys)}{dotted(keys)} is {data!r}, and should be {name}")
+    shown = plain_name(repr(data), LONGEST_ECHO)
+    raise WorkbenchError(f"{file.where(*keys)}{dotted(keys)} is {shown}, and should be {name}")
 
 
 def as_record(data: Any, schema: Any) -> Any:

@@ -287,6 +287,11 @@ class Controller:
         Raises:
             WorkbenchError: if there is none of that name.
         """
+        if not self.loops:
+            raise WorkbenchError(
+                f"{self.name} states no LOOPS: add them to its file (docs/controllers.md), or look "
+                "at all loops together, as by `workbench linearize`"
+            )
         return find_row("loop", name, self.loops)
 
     def gains(self, values: Mapping[str, float], body: Any, dt: float) -> list[float]:

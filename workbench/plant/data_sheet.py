@@ -14,8 +14,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from xml.sax.saxutils import quoteattr
 
-from workbench.common.errors import WorkbenchError
+from workbench.common.errors import LONGEST_ECHO, WorkbenchError
 from workbench.common.plain_files import read_plain_text
+from workbench.common.plain_text import plain_name
 from workbench.plant.drag import AIR_DENSITY
 from workbench.plant.gravity import GRAVITY
 from workbench.plant.rotors import PROPELLER_DENSITY
@@ -328,7 +329,8 @@ def _column(path: Path, rows: list[dict[str, str]], names: tuple[str, ...]) -> l
         except ValueError:
             value = math.nan
         if not 0.0 < value < 1e6:
-            raise WorkbenchError(f"{path}:{line}: {head} '{row[head]}' is not a positive number")
+            shown = plain_name(str(row[head]), LONGEST_ECHO)
+            raise WorkbenchError(f"{path}:{line}: {head} '{shown}' is not a positive number")
         values.append(COLUMNS[head] * value)
     return values
 
