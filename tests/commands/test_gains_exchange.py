@@ -36,9 +36,10 @@ def test_import_says_what_changes_in_the_firmwares_words(run, vehicle):
         "IMU_DGYRO_CUTOFF 20 30 Hz +50.0 % D low-pass cutoff (default)",
     ]
     assert lines[6] == "4 of 5 gains differ"
-    assert lines[7] == "not imported, and without effect here: MPC_LAND_SPEED"
-    assert lines[8] == "on by default in 1.16, and not simulated: MPC_VELD_LP 5"
-    assert lines[9] == "note: line 4: of other parts, or unknown: BAT1_N_CELLS 4"
+    assert lines[7] == "lines: 2 flown, 1 not flown, 1 unknown; --json accounts for each"
+    assert lines[8] == "not imported, and without effect here: MPC_LAND_SPEED"
+    assert lines[9] == "on by default in 1.16, and not simulated: MPC_VELD_LP 5"
+    assert lines[10] == "note: line 4: of other parts, or unknown: BAT1_N_CELLS 4"
 
 
 def test_import_tells_margins_before_and_after(run, vehicle):
@@ -159,11 +160,13 @@ def test_json_has_every_line_and_the_place_of_each_remark(run, write):
     path = write("x.txt", BETAFLIGHT + lines)
     said = run("gains", "import", path, "--no-margins", "--json").json
     assert [(each["line"], each["part"]) for each in said["lines"]] == [
-        (2, "command"),
+        (2, "not flown"),
         (3, "flown"),
         (4, "not flown"),
         (5, "unknown"),
     ]
+    assert said["lines"][2]["why"] == "not simulated"
+    assert said["account"]["not flown"] == {"count": 2, "names": ["dyn_notch_count"]}
     details = {each["text"].partition(":")[0]: each for each in said["remark_details"]}
     refused = details["unknown to betaflight 4.4, which refuses the line"]
     assert (refused["place"], refused["count"]) == (f"{path}:5", 1)

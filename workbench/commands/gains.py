@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from workbench.design.judge.margins import LoopMargins
     from workbench.design.translate.translation import Difference, Translation
     from workbench.gains.autopilots.exchange import Imported
+    from workbench.gains.autopilots.file_lines import Line
     from workbench.gains.autopilots.parameter_file import Remark
     from workbench.gains.gains import GainChange, GainFile, Save
     from workbench.plant.vehicle import Vehicle
@@ -801,31 +802,44 @@ def _origin(name: str, found: "Imported | None") -> str:
 def _unflown(found: "Imported | None") -> dict[str, Any]:
     """Return what each line of a file is, and what the law does not have."""
     if found is None:
-        return {"not_flown": (), "on_by_default": (), "lines": []}
-    flown = {each.name for each in found.left} | set(found.unknown)
-    lines = [
-        {"line": entry.line, "name": name, "value": entry.text, "part": part}
-        for name, entry in found.file.counted.items()
-        if not name.startswith("simplified_tuning ")
-        for part in [
-            "unknown" if name in found.unknown else "not flown" if name in flown else "flown"
-        ]
-    ]
-    lines += [
-        {"line": number, "name": "", "value": command, "part": "command"}
-        for number, command in found.file.ignored.items()
-    ]
+        return {"not_flown": (), "on_by_default": (), "account": {}, "lines": []}
     acting = [each for each in found.left if each.acts]
     return {
         "not_flown": [each.name for each in found.left],
         "acting": [{"name": each.name, "value": each.text, "line": each.line} for each in acting],
         "on_by_default": [str(each) for each in found.standing],
-        "lines": sorted(lines, key=lambda each: each["line"]),
+        "account": {
+            part: {"count": len(lines), "names": sorted({each.name for each in lines} - {""})}
+            for part, lines in _parts(found).items()
+        },
+        "lines": [
+            {
+                "line": each.number,
+                "name": each.name,
+                "value": each.text,
+                "part": each.part,
+                "why": each.why,
+            }
+            for each in found.lines
+        ],
     }
+
+
+def _parts(found: "Imported") -> "dict[str, list[Line]]":
+    """Return the lines of a file by what becomes of them."""
+    from workbench.gains.autopilots.file_lines import FLOWN, NOT_FLOWN, UNKNOWN
+
+    parts = (FLOWN, NOT_FLOWN, UNKNOWN)
+    return {part: [each for each in found.lines if each.part == part] for part in parts}
 
 
 def _print_unflown(found: "Imported") -> None:
     """Print the parameters of flight control that the law does not have, with their values."""
+    counts = {part: len(lines) for part, lines in _parts(found).items()}
+    print(
+        f"lines: {', '.join(f'{count} {part}' for part, count in counts.items())}; "
+        "--json accounts for each"
+    )
     acting = [str(each) for each in found.left if each.acts]
     others = [each.name for each in found.left if not each.acts]
     if acting:

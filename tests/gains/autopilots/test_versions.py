@@ -176,6 +176,27 @@ def test_what_has_another_meaning_in_some_versions_is_said(tmp_path):
 
 
 @pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        (
+            "POS_XY_P 1.1\nACCEL_Z_P 0.4\nVEL_XY_IMAX 900\nATC_RAT_YAW_FILT 3\n",
+            {
+                "PSC_NE_POS_P": 1.1,
+                "PSC_D_ACC_P": 0.04,
+                "PSC_NE_VEL_IMAX": 9.0,
+                "ATC_RAT_YAW_FLTE": 3.0,
+            },
+        ),
+        ("1\t1\tMC_DTERM_CUTOFF\t80\t9\n", {"IMU_DGYRO_CUTOFF": 80.0}),
+    ],
+)
+def test_names_of_versions_before_those_known_are_translated(tmp_path, text, expected):
+    found = read(tmp_path, text)
+    assert found.values == pytest.approx(expected)
+    assert "names of earlier versions" in told(found)
+
+
+@pytest.mark.parametrize(
     ("text", "firmware", "expected"),
     [
         ("1\t1\tATC_RAT_RLL_P\t0.200000002980232239\t9\n", "ArduPilot", {"ATC_RAT_RLL_P": 0.2}),
@@ -276,6 +297,133 @@ def test_what_is_on_and_lacking_is_listed_with_its_value(tmp_path):
     assert "dyn_notch_count" not in standing  # it is in the file
 
 
+FILES = {
+    "betaflight": (
+        HEAD.format("4.4.3") + "batch start\ndefaults nosave\nfeature -AIRMODE\nfeature AIRMODE\n"
+        "mmix reset\nnonsense 3\nset gyro_1_spibus = 1\nset osd_units = METRIC\n"
+        "set d_min_gain = 2\nprofile 1\nset p_roll = 99\nprofile 0\nset p_roll = 300\n"
+        "set i_roll = 70\nset i_roll = 71\n"
+        "set crash_recovery = ON\nset acc_limit = 0\nrateprofile 3\nset thr_mid = 40\n"
+        "rateprofile 0\nset tpa_rate = 60\nsave\n",
+        {
+            "batch start": "not flown: a command of other parts",
+            "defaults nosave": "not flown: a command of other parts",
+            "feature -AIRMODE": "flown: ",
+            "feature AIRMODE": "flown: ",
+            "mmix reset": "not flown: a command of other parts",
+            "nonsense 3": "unknown: is no command",
+            "gyro_1_spibus 1": "not flown: of other parts",
+            "osd_units METRIC": "not flown: of other parts",
+            "d_min_gain 2": "unknown: betaflight 4.4 refuses it",
+            "profile 1": "flown: ",
+            "p_roll 99": "not flown: of profile 1, and profile 0 counts",
+            "profile 0": "flown: ",
+            "p_roll 300": "not flown: betaflight 4.4 refuses it: p_roll 300 (0 .. 250)",
+            "i_roll 70": "not flown: set again in line 16",
+            "i_roll 71": "flown: ",
+            "crash_recovery ON": "not flown: not simulated",
+            "acc_limit 0": "not flown: without effect here",
+            "rateprofile 3": "flown: ",
+            "thr_mid 40": "not flown: of rateprofile 3, and rateprofile 0 counts",
+            "rateprofile 0": "flown: ",
+            "tpa_rate 60": "flown: ",
+            "save": "not flown: a command of other parts",
+        },
+    ),
+    "px4": (
+        QGC.format("PX4 Pro", "1.16.1").replace("Multi-Rotor", "Maker's F410")
+        + "1\t1\tMC_ROLL_P\t5\t9\n1\t1\tMC_YAW_P\t-1\t9\n1\t100\tMC_ROLL_P\t3\t9\n"
+        "1\t1\tMPC_ACC_HOR\t5\t9\n1\t1\tMPC_TYPO_P\t5\t9\n1\t1\tBAT1_N_CELLS\t4\t6\n",
+        {
+            "MC_ROLL_P 5": "flown: ",
+            "MC_YAW_P -1": "not flown: is negative: this would reverse the sign of its part of the "
+            "loop",
+            "MC_ROLL_P 3": "not flown: of component 100 of vehicle 1, and component 1 of vehicle 1 "
+            "counts",
+            "MPC_ACC_HOR 5": "not flown: not simulated",
+            "MPC_TYPO_P 5": "unknown: of flight control",
+            "BAT1_N_CELLS 4": "unknown: of other parts, or unknown",
+        },
+    ),
+    "ardupilot": (
+        "# ArduCopter 4.1.3, by hand\n@include other.parm\nATC_RAT_RLL_FILT 30\nSERVO1_MIN 0x44C\n"
+        "ATC_RAT_RLL_P 0.2 # tuned\nATC_RAT_RLL_PP 1\nMOT_SPIN_ARM 0.1\n",
+        {
+            "@include other.parm": "not flown: sets no parameter that is read",
+            "ATC_RAT_RLL_FILT 30": "flown: ",
+            "SERVO1_MIN 0x44C": "unknown: of other parts, or unknown",
+            "ATC_RAT_RLL_P 0.2": "flown: ",
+            "ATC_RAT_RLL_PP 1": "unknown: of flight control",
+            "MOT_SPIN_ARM 0.1": "not flown: without effect here",
+        },
+    ),
+    "script": (
+        "#!/bin/sh\n. ${R}etc/init.d/rc.mc_defaults\nparam set-default MC_ROLL_P 7\n\n"
+        "set VEHICLE mc\n",
+        {
+            ". ${R}etc/init.d/rc.mc_defaults": "not flown: sets no parameter that is read",
+            "MC_ROLL_P 7": "flown: ",
+            "set VEHICLE mc": "not flown: sets no parameter that is read",
+        },
+    ),
+}
+
+
+@pytest.mark.parametrize("kind", FILES)
+def test_each_line_of_a_file_is_accounted_for_once(tmp_path, kind):
+    text, expected = FILES[kind]
+    found = read(tmp_path, text)
+    lines = [(f"{each.name} {each.text}".strip(), each.part, each.why) for each in found.lines]
+    assert [(line, f"{part}: {why}") for line, part, why in lines] == list(expected.items())
+    written = [at for at, line in enumerate(text.splitlines(), 1) if line and line[0] != "#"]
+    assert [each.number for each in found.lines] == written
+    assert found.release.version == {"px4": "1.16", "ardupilot": "4.3"}.get(
+        kind, found.release.version
+    )
+
+
+def test_names_of_flight_control_that_no_version_has_are_told_apart(tmp_path):
+    others = "".join(f"1\t1\tBAT{n}_X\t4\t6\n" for n in range(40))
+    found = read(
+        tmp_path,
+        QGC.format("PX4", "1.16.0") + others + "1\t1\tMC_ROLLRATE_X\t5\t9\n1\t1\tMC_ROLL_P\t5\t9\n",
+    )
+    said = "line 45: of flight control, but not known to px4 1.16, and not flown: MC_ROLLRATE_X 5"
+    assert said in told(found)
+
+
+@pytest.mark.parametrize(
+    ("lines", "expected", "said"),
+    [
+        ("feature -AIRMODE\nfeature AIRMODE\n", 1.0, ""),  # as a dump prints them
+        ("feature -AIRMODE\n", 0.0, ""),
+        ("feature -AIRMODE\naux 2 28 1 1300 2100 0 0\n", 0.0, "line 3: air mode is on a switch"),
+        ("feature -AIRMODE\naux 2 28 1 900 900 0 0\n", 0.0, ""),
+        ("feature AIRMODE\naux 2 28 1 1300 2100 0 0\n", 1.0, ""),
+        ("feature -GPS\n", None, ""),
+    ],
+)
+def test_the_last_line_of_air_mode_counts(tmp_path, lines, expected, said):
+    found = read(tmp_path, HEAD.format("4.5.1") + lines + "set p_roll = 50\n")
+    assert found.values.get("airmode") == expected
+    assert ("air mode" in told(found)) == bool(said)
+    assert said in told(found)
+    values = {row.name: row.default for row in found.law.parameters} | {"airmode": 0.5}
+    made = export_gains(values, found.law, BETAFLIGHT, present=found)
+    stays = "airmode is 0.5 here, and a command of the file that stays sets"
+    assert (stays in "".join(map(str, made.remarks))) == (expected is not None)
+
+
+def test_a_diff_without_a_gain_has_the_defaults_of_its_version(tmp_path):
+    """Unlike a file that states no version, or a preset, which leaves all else."""
+    found = read(tmp_path, HEAD.format("4.4.0") + "defaults nosave\nset osd_units = METRIC\n")
+    assert (found.values, found.defaults["i_yaw"], found.defaults["angle_p_gain"]) == ({}, 80, 50)
+    assert "sets no gain: all have the defaults of 4.4" in told(found)
+    for text in ("set osd_units = METRIC\n", "#$ FIRMWARE_VERSION: 4.4\nset osd_units = METRIC\n"):
+        with pytest.raises(WorkbenchError, match="sets none of the"):
+            read(tmp_path, text)
+
+
 def test_values_beyond_a_recommendation_fly(tmp_path):
     text = (
         "ATC_ACCEL_R_MAX,409404\nATC_ANG_RLL_P,30.04\nATC_ANG_YAW_P,36\nWPNAV_SPEED,2500\n"
@@ -304,6 +452,11 @@ def test_values_beyond_a_recommendation_fly(tmp_path):
         ("PSC_D_POS_P,1.1\n", "4.7", {"ATC_INPUT_TC": 0.1}),
         ("# ArduCopter 4.4.4\nATC_ANG_RLL_P,5\n", "4.4", {"PSC_NE_VEL_D": 0.5}),
         ("# ArduCopter V4.6.2\nATC_ANG_RLL_P,5\n", "4.6", {"PSC_NE_VEL_D": 0.25}),
+        ("# ArduCopter 4.4.4\nATC_ANG_RLL_P,5\n", "4.4", {"ATC_RAT_YAW_FLTD": 0}),
+        ("# ArduCopter 4.5.7\nATC_ANG_RLL_P,5\n", "4.5", {"ATC_RAT_YAW_FLTD": 20}),
+        (QGC.format("PX4", "1.10.1") + "1\t1\tMC_YAW_P\t2\t9\n", "1.10", {"IMU_DGYRO_CUTOFF": 0}),
+        (QGC.format("PX4", "1.11.2") + "1\t1\tMC_YAW_P\t2\t9\n", "1.11", {"IMU_GYRO_CUTOFF": 30}),
+        (QGC.format("PX4", "1.13.0") + "1\t1\tMC_YAW_P\t2\t9\n", "1.13", {"MPC_Z_VEL_MAX_DN": 1}),
         (QGC.format("PX4", "1.14.3") + "1\t1\tMC_YAW_P\t2\t9\n", "1.14", {"MC_ROLL_P": 6.5}),
         (QGC.format("PX4", "1.15.0") + "1\t1\tMC_YAW_P\t2\t9\n", "1.15", {"MC_YAW_TQ_CUTOFF": 0}),
         (QGC.format("PX4", "1.17.0") + "1\t1\tMC_YAW_P\t2\t9\n", "1.17", {"IMU_DGYRO_CUTOFF": 20}),

@@ -20,6 +20,7 @@ from pathlib import Path
 
 from workbench.common.errors import WorkbenchError
 from workbench.gains.autopilots.parameter_file import (
+    Command,
     Entry,
     ParameterFile,
     Remark,
@@ -42,6 +43,9 @@ _FIELD = re.compile(r"[ \t]*#\$[ \t]*([A-Z_]+)(?:[ \t]+(BEGIN|END))?(.*)")
 _INCLUDED = re.compile(r"presets/[\w ./+-]+\.txt")
 _APPLY, _DISABLE = "simplified_tuning apply", "simplified_tuning disable"
 _MOST_INCLUDES, _MOST_ABOVE = 50, 6
+_AIR_MODE = re.compile(r"feature (-?)AIRMODE", re.I)
+_AIR_MODE_SWITCH = re.compile(r"aux \d+ 28 \d+ (\d+) (?!\1\b)\d+.*", re.I)
+"""A range of a switch for the mode 28; one that begins where it ends is none."""
 _COMMANDS = frozenset(
     "acc_calibration adjrange aux batch beacon beeper bind_rx board_id board_name color defaults "  # noqa: SIM905
     "diff dma dump exit feature get gyroregisters hardware help led manufacturer_id map mcu_id "
@@ -51,6 +55,7 @@ _COMMANDS = frozenset(
 )
 """Words that begin a command line of some version."""
 _BETWEEN = ", "
+_UNCHECKED = "of an option that is not checked"
 _AXES = ("roll", "pitch", "yaw")
 _MODES = {"OFF": 0, "RP": 2, "RPY": 3}
 """Number of axes that the sliders set."""
@@ -63,14 +68,15 @@ class _Reader:
     path: Path
     entries: list[Entry] = field(default_factory=list)
     remarks: list[Remark] = field(default_factory=list)
-    ignored: dict[int, str] = field(default_factory=dict)
+    commands: list[Command] = field(default_factory=list)
     taken: list[str] = field(default_factory=list)
-    left: dict[str, int] = field(default_factory=dict)
-    """Lines of options that are not checked, by their name."""
+    left: list[str] = field(default_factory=list)
+    """Names of options that are not checked."""
     versions: list[str] = field(default_factory=list)
     heads: list[str] = field(default_factory=list)
     chosen: dict[str, str] = field(default_factory=dict)
     """Selected profile and rate profile, by their kind."""
+    switches: dict[str, float] = field(default_factory=dict)
     preset: bool = False
     end: int = 0
     at_end: str = ""
@@ -93,10 +99,11 @@ class _Reader:
         elif not bare or bare.startswith("#"):
             self._comment(bare)
         elif self.option:
-            self.left[self.option] += 1
+            self.commands.append(Command(number, " ".join(bare.split()), _UNCHECKED))
         elif match := _PROFILE.fullmatch(line):
             kind = match[1].casefold()
             self.chosen[kind] = f"{kind} {int(match[2])}"
+            self.commands.append(Command(number, self.chosen[kind], ""))
         elif match := SET_LINE.fullmatch(line):
             name, value = match.groups()
             at = start + match.start(2) if start >= 0 else -1
@@ -106,9 +113,16 @@ class _Reader:
             )
         else:
             command = " ".join(bare.split())
-            self.ignored[number] = command
             if command.casefold() in (_APPLY, _DISABLE):
                 self.entries.append(Entry(command.casefold(), None, "", -1, number))
+                self.commands.append(Command(number, command, ""))
+            elif match := _AIR_MODE.fullmatch(command):
+                self.switches["airmode"] = 0.0 if match[1] else 1.0
+                self.commands.append(Command(number, command, ""))
+            elif _word(command) in _COMMANDS:
+                self.commands.append(Command(number, command))
+            else:
+                self.commands.append(Command(number, command, "is no command", False))
 
     def _comment(self, bare: str) -> None:
         if found := _VERSION.match(bare):
@@ -129,7 +143,7 @@ class _Reader:
                 self.taken.append(title)
             else:
                 self.option = title
-                self.left.setdefault(title, 0)
+                self.left.append(title)
         elif name == "OPTION" and part == "END":
             self.option = ""
         elif name == "INCLUDE" and not self.option:
@@ -199,7 +213,8 @@ def read_command_line(path: Path, text: str, profile: int | None = None) -> Para
         tuple(reader.chosen.values()),
         tuple(remarks),
         reader.preset,
-        reader.ignored,
+        tuple(reader.commands),
+        reader.switches,
         reader.end,
         reader.at_end,
     )
@@ -233,27 +248,31 @@ def _of_options(reader: _Reader) -> Iterator[Remark]:
         yield Remark(f"options that are checked: {'; '.join(reader.taken)}", 0, len(reader.taken))
     if reader.left:
         yield Remark(
-            f"options that are not checked, and not taken: {'; '.join(reader.left)}; to take one, "
-            "write (CHECKED) in its line",
+            f"options that are not checked, and not taken: "
+            f"{'; '.join(dict.fromkeys(reader.left))}; to take one, write (CHECKED) in its line",
             0,
-            sum(reader.left.values()),
+            sum(each.left == _UNCHECKED for each in reader.commands),
         )
 
 
 def _of_lines(reader: _Reader) -> Iterator[Remark]:
     """Yield remarks on lines that are no commands, and on those that change the law."""
-    strange = {n: each for n, each in reader.ignored.items() if _word(each) not in _COMMANDS}
+    strange = [each for each in reader.commands if not each.known]
     if strange:
-        listed = joined([f"'{each[:40]}'" for each in strange.values()], 3)
-        yield Remark(f"lines that are no commands: {listed}", min(strange), len(strange))
-    for number, command in reader.ignored.items():
+        listed = joined([f"'{each.text[:40]}'" for each in strange], 3)
+        yield Remark(f"lines that are no commands: {listed}", strange[0].line, len(strange))
+    for each in reader.commands:
+        number, command = each.line, each.text
+        if each.left == _UNCHECKED:
+            continue
         word, _, rest = command.partition(" ")
-        if word.casefold() == "mmix" or (word.casefold() == "mixer" and rest not in _X):
+        mixes = word.casefold() == "mmix" and rest != "reset"
+        if mixes or (word.casefold() == "mixer" and rest not in _X):
             yield Remark(
                 f"'{command[:40]}' is not flown: the mixer follows from the model's rotors", number
             )
-        if command.casefold() == "feature -airmode":
-            yield Remark("air mode is off: --set airmode=0 flies so", number)
+        if not reader.switches.get("airmode", 1.0) and _AIR_MODE_SWITCH.fullmatch(command):
+            yield Remark("air mode is on a switch: flown without, --set airmode=1 for with", number)
 
 
 _X = ("QUADX", "HEX6X", "OCTOFLATX", "HEX6", "OCTOFLATP", "QUADP", "list")
@@ -272,13 +291,18 @@ def settled(file: ParameterFile, release: Release) -> ParameterFile:
     names = table.names(release)
     entries: list[Entry] = []
     file = replace(file, entries=tuple(_scoped(each, names) for each in file.entries))
-    remarks = [*file.remarks, *_of_profiles(file)]
+    remarks, commands = [*file.remarks, *_of_profiles(file)], list(file.commands)
     for entry in file.entries:
         if entry.name not in (_APPLY, _DISABLE):
             entries.append(entry)
             continue
         if "simplified_pids_mode" not in names:
-            remarks.append(Remark(f"'{entry.name}' is no command of {release.version}", entry.line))
+            said = f"is no command of {release.version}"
+            remarks.append(Remark(f"'{entry.name}' {said}", entry.line))
+            commands = [
+                replace(each, left=said, known=False) if each.line == entry.line else each
+                for each in commands
+            ]
             continue
         present = replace(file, entries=tuple(entries)).counted
         run = _disabled() if entry.name == _DISABLE else _applied(present, names)
@@ -289,7 +313,7 @@ def settled(file: ParameterFile, release: Release) -> ParameterFile:
         if entry.name == _APPLY:
             said = f"'{_APPLY}' computes {len(run)} values from the sliders"
             remarks.append(Remark(said, entry.line, len(run)))
-    return replace(file, entries=tuple(entries), remarks=tuple(remarks))
+    return replace(file, entries=tuple(entries), remarks=tuple(remarks), commands=tuple(commands))
 
 
 def _scoped(entry: Entry, names: Mapping[str, Setting]) -> Entry:

@@ -9,7 +9,7 @@ from workbench.common.errors import WorkbenchError
 from workbench.common.parameter import Parameter
 from workbench.control.controller import Controller, load_controller
 from workbench.gains.autopilots import command_line
-from workbench.gains.autopilots.file_lines import FileLines, Left
+from workbench.gains.autopilots.file_lines import FileLines, Left, Line
 from workbench.gains.autopilots.firmware import (
     BETAFLIGHT,
     CRAZYFLIE,
@@ -48,6 +48,7 @@ class Imported:
         left: parameters of flight control in the file that the law does not have.
         standing: such parameters that are on by default in the version, and not in the file.
         unknown: names in the file that are not in the table of the version, with their lines.
+        lines: of the file, and what becomes of each.
         remarks: on the file.
     """
 
@@ -62,6 +63,7 @@ class Imported:
     left: tuple[Left, ...]
     standing: tuple[Left, ...]
     unknown: dict[str, int]
+    lines: tuple[Line, ...]
     remarks: tuple[Remark, ...]
 
     @property
@@ -175,7 +177,11 @@ def imported(
                 wrong[name] = said
             else:
                 values[name] = value
-    if not values and not wrong:
+    parameters = {row.name for row in law.parameters}
+    values |= {name: value for name, value in file.switches.items() if name in parameters}
+    if not values and not wrong and firmware.strict and file.version and not file.partial:
+        remarks.append(Remark(f"sets no gain: all have the defaults of {release.version}"))
+    elif not values and not wrong:
         names = [firmware.file_name(name) for name in rows]
         raise WorkbenchError(
             f"{file.path}: sets none of the {len(rows)} gains of {law.name}, as {joined(names, 3)}"
@@ -187,7 +193,6 @@ def imported(
         remarks += _undecided(firmware, candidates, defaults, values)
     else:
         remarks += _ambiguous(firmware, candidates, read, file)
-    parameters = {row.name for row in law.parameters}
     if decided and VERSION_ROW in parameters:
         defaults[VERSION_ROW] = float(release.version)
     left = tuple(read.left(law))
@@ -210,6 +215,7 @@ def imported(
         left,
         standing,
         read.unknown,
+        tuple(sorted(read.account(law, wrong), key=lambda line: line.number)),
         tuple(remarks),
     )
 
@@ -288,6 +294,13 @@ def export_gains(
         else firmware.written(entries[name], value)
         for name, value in changed.items()
     }
+    remarks += [
+        Remark(
+            f"{name} is {values[name]:g} here, and a command of the file that stays sets {set_:g}"
+        )
+        for name, set_ in file.switches.items()
+        if values.get(name, set_) != set_
+    ]
     late = {name: text for name, text in written.items() if entries[name].start < 0}
     if late:
         remarks.append(

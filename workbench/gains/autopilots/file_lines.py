@@ -30,6 +30,28 @@ class Left:
         return f"{self.name} {self.text}"
 
 
+FLOWN, NOT_FLOWN, UNKNOWN = "flown", "not flown", "unknown"
+
+
+@dataclass(frozen=True)
+class Line:
+    """What becomes of a line of a file; a command that computes values has one for each.
+
+    Attributes:
+        number: counted from 1.
+        name: of the parameter, "" for a command.
+        text: its value, or the command.
+        part: `FLOWN`, `NOT_FLOWN` or `UNKNOWN`.
+        why: a clause; "" if it flies.
+    """
+
+    number: int
+    name: str
+    text: str
+    part: str
+    why: str = ""
+
+
 class FileLines:
     """The lines of a file that count, each by what its version makes of it.
 
@@ -48,7 +70,7 @@ class FileLines:
     """
 
     def __init__(self, firmware: Firmware, release: Release, file: ParameterFile) -> None:
-        self.firmware, self.release = firmware, release
+        self.firmware, self.release, self.file = firmware, release, file
         self.entries: Mapping[str, Entry] = {
             name: entry
             for name, entry in file.counted.items()
@@ -87,6 +109,50 @@ class FileLines:
             value = None if math.isnan(number) else number
             acts = bool(setting.law) or not setting.is_off(value)
             yield Left(name, self.entries[name].text, self.lines[name], acts)
+
+    def account(self, law: Controller, wrong: Mapping[str, str]) -> Iterator[Line]:
+        """Yield every line of the file, comments left out, and what becomes of it.
+
+        Args:
+            law: the one that flies.
+            wrong: why values of the law must not fly, by its names.
+        """
+        left = {each.name: each for each in self.left(law)}
+        for entry in self.file.entries:
+            if entry.name.startswith("simplified_tuning "):
+                continue
+            part, why = self._part(entry, left, wrong)
+            yield Line(entry.line, entry.name, entry.text, part, why)
+        for command in self.file.commands:
+            part = UNKNOWN if not command.known else NOT_FLOWN if command.left else FLOWN
+            yield Line(command.line, "", command.text, part, command.left)
+
+    def _part(
+        self, entry: Entry, left: Mapping[str, Left], wrong: Mapping[str, str]
+    ) -> tuple[str, str]:
+        """Return what becomes of a value, and why."""
+        name, version = entry.name, f"{self.firmware.name} {self.release.version}"
+        table, counted = self.firmware.table, self.entries.get(name)
+        if self.firmware.setting(name, self.release) is None:
+            if not table.others:
+                near = table.is_near(name)
+                return UNKNOWN, "of flight control" if near else "of other parts, or unknown"
+            if table.knows(name, self.release):
+                return NOT_FLOWN, "of other parts"
+            return UNKNOWN, f"{version} refuses it"
+        if entry.scope not in ("", *self.file.scopes):
+            kind = entry.scope.split()[0]
+            chosen = next(each for each in self.file.scopes if each.startswith(f"{kind} "))
+            return NOT_FLOWN, f"of {entry.scope}, and {chosen} counts"
+        if counted is not None and entry is not counted:
+            return NOT_FLOWN, f"set again in line {counted.line}"
+        if name in self.refused:
+            return NOT_FLOWN, f"{version} refuses it: {self.refused[name]}"
+        if name in left:
+            return NOT_FLOWN, "not simulated" if left[name].acts else "without effect here"
+        if why := wrong.get(self.settings[name].law):
+            return NOT_FLOWN, why
+        return FLOWN, ""
 
     def standing(self, law: Controller) -> Iterator[Left]:
         """Yield parameters that the law does not have, and the version has on by default."""
@@ -153,6 +219,15 @@ class FileLines:
                 f"{joined([self._said(name) for name in refused])}",
                 min(self.unknown[name] for name in refused),
                 len(refused),
+            )
+        near = [] if table.others else [name for name in others if table.is_near(name)]
+        others = [name for name in others if name not in near]
+        if near:
+            yield Remark(
+                f"of flight control, but not known to {self.firmware.name} {self.release.version}, "
+                f"and not flown: {joined([self._said(name) for name in near])}",
+                min(self.unknown[name] for name in near),
+                len(near),
             )
         if others:
             said = "of other parts" if table.others else "of other parts, or unknown"

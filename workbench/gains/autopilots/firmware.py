@@ -205,8 +205,12 @@ _CRAZYFLIE_LINE = re.compile(r"[ \t{,]*[\"']?[A-Za-z]\w*\.\w+[\"']?[ \t]*:.*")
 _STACK = re.compile(r"#[ \t]*Stack[ \t]*:[ \t]*(.*\S)", re.I)
 _VEHICLE = re.compile(r"#[ \t]*Vehicle[ \t]*:[ \t]*(.*\S)", re.I)
 _STACKS = {"px4": "px4", "px4 pro": "px4", "ardupilot": "ardupilot", "apm": "ardupilot"}
-_ROTORS = ("multi", "quad", "hexa", "octo", "copter", "generic", "vtol")
-"""Words of QGroundControl's vehicles that may be a multirotor."""
+_NO_MULTIROTOR = re.compile(
+    "fixed.?wing|plane|heli|rover|boat|sub|ship|balloon|rocket|tracker|kite|parafoil|flapping|"
+    "glider|coaxial",
+    re.I,
+)
+"""Words in QGroundControl's vehicles that are no multirotor; makers write their own names, too."""
 _MOST_LINES = 5000
 """Largest number of lines used to detect the format of a file."""
 _MOST_HEAD = 60
@@ -298,7 +302,7 @@ def _said_firmware(path: Path, text: str) -> str:
             if found[1].casefold() not in ("betaflight", "btfl"):
                 raise _unsupported(path, number, found[1])
             said = "betaflight"
-        elif (found := _VEHICLE.match(bare)) and not _is_rotorcraft(found[1]):
+        elif (found := _VEHICLE.match(bare)) and _NO_MULTIROTOR.search(found[1]):
             raise WorkbenchError(
                 f"{path}:{number}: is of a '{found[1][:40]}', and the laws are those of "
                 "multirotors; --for NAME reads it nevertheless"
@@ -313,10 +317,6 @@ def _unsupported(path: Path, number: int, name: str) -> WorkbenchError:
         f"{path}:{number}: is of {name[:40]}, whose laws are not here: gains of "
         f"{joined([f.name for f in FIRMWARES])} can be read; --for NAME reads it as that firmware's"
     )
-
-
-def _is_rotorcraft(vehicle: str) -> bool:
-    return vehicle.isdigit() or any(word in vehicle.casefold() for word in _ROTORS)
 
 
 def _matching_lines(text: str) -> dict[str, int]:

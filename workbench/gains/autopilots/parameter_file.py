@@ -62,7 +62,10 @@ _PX4_HEAD = """# Onboard parameters for Vehicle 1
 ARDUPILOT_LINE = re.compile(
     r"[ \t]*([A-Z]\w{0,31})(?:[ \t]*,[ \t]*|[ \t]+)([^\s,#@]+)[ \t]*(?:[#@].*)?"
 )
-_ARDUPILOT_VERSION = re.compile(r"#.*?\b(?:Ardu)?Copter[ \t]*-?v?(\d+\.\d+(?:\.\d+)?\S*)", re.I)
+_ARDUPILOT_VERSION = re.compile(
+    r"#.*?\b(?:Ardu)?Copter[ \t]*-?v?(\d+\.\d+(?:\.\d+)?[^\s,;)]*)", re.I
+)
+_NO_PARAMETER = "sets no parameter that is read"
 _VERSION_KEYS = ("firmware", "firmware_version")
 _VALUE_KEYS = ("stored_value", "value")
 
@@ -96,7 +99,8 @@ class Entry:
         start: position of the text in the file [characters]; negative if a command of the file
             computes the value, or includes another file that has it.
         line: counted from 1.
-        scope: where it applies, if a file has several with a name: "profile 1", "1 1"; "" for all.
+        scope: where it applies, if a file has several with a name: "profile 1", "component 1 of
+            vehicle 1"; "" for all.
         whole: whether the file states that it is a whole number.
     """
 
@@ -107,6 +111,23 @@ class Entry:
     line: int
     scope: str = ""
     whole: bool = False
+
+
+@dataclass(frozen=True)
+class Command:
+    """A line of a file that is neither a value nor a comment.
+
+    Attributes:
+        line: counted from 1.
+        text: of the line, with single spaces.
+        left: why it is not carried out, a clause; "" if it is.
+        known: whether it is a command of some version.
+    """
+
+    line: int
+    text: str
+    left: str = "a command of other parts"
+    known: bool = True
 
 
 @dataclass(frozen=True)
@@ -122,7 +143,8 @@ class ParameterFile:
             all.
         remarks: on the file.
         partial: whether it says itself that it leaves other parameters as they are.
-        ignored: lines that are neither values nor comments, by number; they set no gain.
+        commands: lines that are neither values nor comments, in order.
+        switches: parameters of the law that commands set, by its names.
         end: position behind the last command that computes or includes values [characters].
         at_end: profile that is selected there.
     """
@@ -134,7 +156,8 @@ class ParameterFile:
     scopes: tuple[str, ...] = ()
     remarks: tuple[Remark, ...] = ()
     partial: bool = False
-    ignored: Mapping[int, str] = field(default_factory=dict, repr=False)
+    commands: tuple[Command, ...] = field(default=(), repr=False)
+    switches: Mapping[str, float] = field(default_factory=dict)
     end: int = 0
     at_end: str = ""
 
@@ -258,17 +281,14 @@ def read_qgc_params(path: Path, text: str) -> ParameterFile:
                 "value and type, between tabs"
             )
         vehicle, component, name, value, kind = match.groups()
-        scope = f"{vehicle} {component}"
+        scope = f"component {component} of vehicle {vehicle}"
         at = start + match.start(4)
         entries.append(Entry(name, number_in(value), value, at, number, scope, kind != REAL32))
     scopes = list(dict.fromkeys(each.scope for each in entries))
     own = [scope for scope in scopes if scope.split()[1] == AUTOPILOT] or scopes
     remarks = []
     if len(scopes) > 1:
-        said = (
-            f"has parameters of {len(scopes)} components: those of component "
-            f"{own[0].split()[1]} of vehicle {own[0].split()[0]} count"
-        )
+        said = f"has parameters of {len(scopes)} components: those of {own[0]} count"
         others = [each for each in entries if each.scope != own[0]]
         remarks.append(Remark(said, others[0].line, len(others)))
     return ParameterFile(path, text, tuple(entries), version, tuple(own[:1]), tuple(remarks))
@@ -276,14 +296,16 @@ def read_qgc_params(path: Path, text: str) -> ParameterFile:
 
 def read_px4_script(path: Path, text: str) -> ParameterFile:
     """Read the parameters set in an airframe script; the rest of it is ignored."""
-    entries = []
+    entries, commands = [], []
     for number, start, line in lines_of(text):
         match = PX4_SCRIPT_LINE.match(line)
         if match:
             name, value = match.groups()
             at, whole = start + match.start(2), name in whole_names()
             entries.append(Entry(name, number_in(value), value, at, number, whole=whole))
-    return ParameterFile(path, text, tuple(entries))
+        elif line.strip() and not line.lstrip().startswith("#"):
+            commands.append(Command(number, " ".join(line.split()), _NO_PARAMETER))
+    return ParameterFile(path, text, tuple(entries), commands=tuple(commands))
 
 
 def whole_names() -> frozenset[str]:
@@ -315,7 +337,7 @@ def read_ardupilot_param(path: Path, text: str) -> ParameterFile:
         WorkbenchError: with the invalid line.
     """
     entries, version = [], ""
-    remarks = []
+    commands, remarks = [], []
     for number, start, line in lines_of(text):
         bare = line.lstrip("\ufeff \t")
         if not bare or bare.startswith("#"):
@@ -323,6 +345,7 @@ def read_ardupilot_param(path: Path, text: str) -> ParameterFile:
             version = said[1] if said and not version and not entries else version
             continue
         if bare.startswith("@"):
+            commands.append(Command(number, " ".join(bare.split()), _NO_PARAMETER))
             if bare.startswith("@include"):
                 remarks.append(Remark(f"includes another file, which is not read: {bare}", number))
             continue
@@ -333,7 +356,8 @@ def read_ardupilot_param(path: Path, text: str) -> ParameterFile:
             )
         name, value = match.groups()
         entries.append(Entry(name, number_in(value), value, start + match.start(2), number))
-    return ParameterFile(path, text, tuple(entries), version, remarks=tuple(remarks))
+    said, done = tuple(remarks), tuple(commands)
+    return ParameterFile(path, text, tuple(entries), version, remarks=said, commands=done)
 
 
 def ardupilot_value(entry: Entry, value: float) -> str:

@@ -31,6 +31,7 @@ LATEST = (10**6,)
 PEAK, BASE = "peak", "base"
 ALL, DEFAULT = "*", "default"
 WHOLE = "int"
+_SEVERAL = 4
 
 _VERSION = re.compile(r"[^\d]{0,12}?(\d{1,4}(?:\.\d{1,4})*)")
 
@@ -189,6 +190,17 @@ class Table:
             names = {each.name: each for each in rows if each.name}
             found[release.version] = names, {each.law: each for each in rows if each.law}
         return found
+
+    def is_near(self, name: str) -> bool:
+        """Return whether a name begins as several parameters of the law do, as ATC_."""
+        return name.partition("_")[0] in self._groups
+
+    @cached_property
+    def _groups(self) -> frozenset[str]:
+        """First words of names that several parameters of the law share."""
+        names = {each.name for each in self.settings if each.law and each.name}
+        starts = [name.partition("_")[0] for name in names]
+        return frozenset(each for each in starts if starts.count(each) >= _SEVERAL)
 
     def owner(self, name: str) -> str:
         """Return the firmware or vehicle that alone has a parameter; "" for this one, or any."""
