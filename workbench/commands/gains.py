@@ -614,7 +614,7 @@ def _export(args: argparse.Namespace) -> int:
     from workbench.control.controller import load_controller
     from workbench.gains.autopilots.exchange import export_gains, import_gains
     from workbench.gains.autopilots.firmware import find_firmware
-    from workbench.gains.autopilots.parameter_file import Remark, encoded, joined
+    from workbench.gains.autopilots.parameter_file import Remark, encoded
     from workbench.gains.gains import diff_gains, load_gains
 
     firmware = find_firmware(args.firmware)
@@ -646,10 +646,9 @@ def _export(args: argparse.Namespace) -> int:
     grounded = [Remark(f"would not fly: {each}") for each in made.grounded]
     remarks = [*grounded, *made.remarks]
     _print_exchange(args, about, changes, margins, remarks, present, written=None)
-    if made.grounded and not args.force and not args.preview:
+    if made.refusal and not args.force and not args.preview:
         raise WorkbenchError(
-            f"{args.file}: would not fly: {joined(made.grounded, 6)}; nothing is written: set them "
-            "with --set, or insist with --force"
+            f"{args.file}: {made.refusal}: set them with --set, or insist with --force"
         )
     if not args.preview:
         write_atomically(args.file, encoded(made.text))

@@ -92,6 +92,40 @@ def test_an_export_changes_what_is_ticked_and_nothing_else(screen, bar, tmp_path
     qtbot.waitUntil(lambda: path.read_bytes() == expected, timeout=20000)
 
 
+@pytest.mark.parametrize("present", [True, False])
+def test_an_export_that_would_not_fly_is_written_only_if_the_user_insists(
+    screen, bar, tmp_path, qtbot, present
+):
+    """With the sentence of `workbench gains export`; other ticks are another question."""
+    told = []
+    screen.workspace.notices.told.connect(told.append)
+    path = tmp_path / "mine.params"
+    before = (PARAMS.format("0.12") + "1\t1\tMC_YAW_P\t2.5\t9\r\n").encode()
+    if present:
+        path.write_bytes(before)
+    flown = {"MC_YAW_P": 0.0, "MC_ROLLRATE_P": 0.14}
+    screen.gains._flown.values |= flown
+    with qtbot.waitSignal(screen.gain_files.diff_changed):
+        screen.gain_files.export(path)
+    assert bar.diff.ticks.keys() == flown.keys()
+    bar.diff.fly.click()
+    qtbot.waitUntil(lambda: bool(told), timeout=20000)
+    said = "mine.params: would not fly: MC_YAW_P is 0: nothing corrects the heading; nothing is"
+    assert said in told[-1].what
+    assert (path.read_bytes() if path.exists() else None) == (before if present else None)
+    assert bar.diff.fly.text() == "&Write 2 anyway"
+    bar.diff.ticks["MC_ROLLRATE_P"].setChecked(False)
+    assert bar.diff.fly.text() == "&Write 1 ticked"
+    del told[:]
+    bar.diff.fly.click()
+    qtbot.waitUntil(lambda: bool(told), timeout=20000)
+    assert not bar.diff.ticks["MC_ROLLRATE_P"].isChecked()
+    assert bar.diff.fly.text() == "&Write 1 anyway"
+    bar.diff.fly.click()
+    qtbot.waitUntil(lambda: path.exists() and b"MC_YAW_P\t0\t9" in path.read_bytes(), timeout=20000)
+    assert (b"MC_ROLLRATE_P\t0.12\t9" in path.read_bytes()) is present
+
+
 def test_a_file_of_another_firmware_is_refused(screen, tmp_path, qtbot):
     told = []
     screen.workspace.notices.told.connect(told.append)

@@ -114,6 +114,13 @@ class Exported:
     grounded: tuple[str, ...]
     remarks: tuple[Remark, ...]
 
+    @property
+    def refusal(self) -> str:
+        """Why it must not be written unless the user insists, a clause; "" if it may."""
+        if not self.grounded:
+            return ""
+        return f"would not fly: {joined(self.grounded, 6)}; nothing is written"
+
 
 def import_gains(
     path: Path | str,

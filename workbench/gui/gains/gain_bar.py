@@ -116,7 +116,8 @@ class GainFileDiffView(QFrame):
         unit = unit_for(change.unit, self._preferences)
         a, b = (f"{unit.shown(value):.4g}" for value in (change.a, change.b))
         tick = QCheckBox(words)
-        tick.setChecked(True)
+        refused = self._gain_files.diff.refused if self._gain_files.diff else None
+        tick.setChecked(refused is None or change.name in refused)
         set_tip(tick, change.name)
         tick.setAccessibleName(f"{words}: {a} becomes {b} {unit.symbol}")
         tick.toggled.connect(self._count)
@@ -132,8 +133,11 @@ class GainFileDiffView(QFrame):
     def _count(self) -> None:
         """Show the number of ticked lines."""
         ticked = sum(tick.isChecked() for tick in self.ticks.values())
-        writes = self._gain_files.diff is not None and self._gain_files.diff.target is not None
+        diff = self._gain_files.diff
+        writes = diff is not None and diff.target is not None
         self.fly.setText(f"{'&Write' if writes else '&Fly'} {ticked} ticked")
+        if diff is not None and diff.refused == set(self._ticked()):
+            self.fly.setText(f"&Write {ticked} anyway")
         self.fly.setEnabled(ticked > 0)
         self.none.setText("&Tick none" if ticked else "&Tick all")
 
@@ -144,7 +148,10 @@ class GainFileDiffView(QFrame):
             tick.setChecked(not some)
 
     def _take(self) -> None:
-        self._gain_files.take([name for name, tick in self.ticks.items() if tick.isChecked()])
+        self._gain_files.take(self._ticked())
+
+    def _ticked(self) -> list[str]:
+        return [name for name, tick in self.ticks.items() if tick.isChecked()]
 
 
 GAIN_ACTIONS: tuple[ActionRow, ...] = (

@@ -3,7 +3,7 @@
 import math
 import tempfile
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
@@ -50,6 +50,7 @@ class GainFileDiff:
         changes: values that differ from the present ones.
         target: an autopilot's file to write to, which has the first of each pair; None for the
             flight.
+        refused: names of the changes that were not written, because the file would not fly.
     """
 
     name: str
@@ -57,6 +58,7 @@ class GainFileDiff:
     values: Values
     changes: tuple[GainChange, ...]
     target: Path | None = None
+    refused: frozenset[str] | None = None
 
     def before(self, flown: Values) -> dict[str, float]:
         """Return the present values of the flight or the file, beside all other flown values."""
@@ -145,10 +147,13 @@ class GainFiles(QObject):
         self._read(f"the {CLIPBOARD}", lambda: read_text(text, self._law))
 
     def take(self, names: Iterable[str]) -> None:
-        """Fly the lines of the loaded gain file with these parameters."""
+        """Fly the lines of the loaded gain file with these parameters, or write them.
+
+        Lines that would not fly are refused once; the same lines again are written.
+        """
         if self.diff is None:
             return
-        diff, taken = self.diff, set(names)
+        diff, taken = self.diff, frozenset(names)
         self.dismiss()
         if diff.target is not None:
             self._write(diff, taken)
@@ -252,15 +257,26 @@ class GainFiles(QObject):
             self.diff = diff
             self.diff_changed.emit(diff)
         else:
-            self._write(diff, set())
+            self._write(diff, frozenset())
 
-    def _write(self, diff: GainFileDiff, taken: set[str]) -> None:
-        """Write the accepted gains to an autopilot's file."""
+    def _write(self, diff: GainFileDiff, taken: frozenset[str]) -> None:
+        """Write the accepted gains to an autopilot's file, if it would fly or the user insists."""
         assert diff.target is not None
         left = {each.name: each.a for each in diff.changes if each.name not in taken}
-        write = partial(_export, diff.target, self._law, {**diff.values, **left})
-        said = f"Wrote {len(taken)} gains to {diff.target}; all else in it is unchanged."
-        self._answers.expect(self._errands.run(write), done=lambda _: self._notices.inform(said))
+        insists = diff.refused == taken
+        write = partial(_export, diff.target, self._law, {**diff.values, **left}, insists)
+
+        def tell(refusal: str) -> None:
+            if refusal:
+                self._notices.warn(f"{diff.target}: {refusal}", "Change them, or write it anyway.")
+                if diff.changes:
+                    self._offer(replace(diff, refused=taken))
+                return
+            self._notices.inform(
+                f"Wrote {len(taken)} gains to {diff.target}; all else in it is unchanged."
+            )
+
+        self._answers.expect(self._errands.run(write), done=tell)
 
     def _save(self, path: Path, values: Values, saved: Callable[[], object] = lambda: None) -> None:
         origin = f"tuned in flight, from {self.name}"
@@ -336,13 +352,16 @@ def _compare_export(path: Path, law: Controller, flown: Values) -> GainFileDiff:
     return GainFileDiff(path.name, origin, flown, changes, path)
 
 
-def _export(path: Path, law: Controller, values: Values) -> None:
-    """Write gains to an autopilot's file."""
+def _export(path: Path, law: Controller, values: Values, insists: bool) -> str:
+    """Write gains to an autopilot's file; return why not, if they would not fly."""
     firmware = firmware_of(law)
     assert firmware is not None
     present = import_gains(path, firmware.name, law=law) if path.exists() else None
     made = export_gains(values, law, firmware, present=present)
+    if made.refusal and not insists:
+        return made.refusal
     write_atomically(path, encoded(made.text))
+    return ""
 
 
 def compare_gain_file(
