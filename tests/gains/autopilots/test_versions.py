@@ -436,6 +436,10 @@ def test_values_beyond_a_recommendation_fly(tmp_path):
     (remark,) = [each for each in found.remarks if "recommends" in str(each)]
     assert (remark.line, remark.count) == (1, 6)
     assert "ATC_ACCEL_R_MAX 409404 = 4094.04 deg/s^2 (0 .. 180000)" in str(remark)
+    mixed = read(tmp_path, "# ArduCopter 4.1.3\nPSC_D_ACC_P,0.3\nATC_RAT_RLL_P,0.1\n")
+    assert "line 2: beyond the range that ardupilot recommends: PSC_D_ACC_P 0.3 (0.01 .. 0.25)" in (
+        told(mixed)
+    )
     refused = read(tmp_path, HEAD.format("4.5.1") + "set p_roll = 300\nset i_roll = 90\n")
     assert refused.values == {"i_roll": 90.0}
     assert "which refuses the line: p_roll 300 (0 .. 250)" in told(refused)
@@ -493,6 +497,12 @@ def test_versions_that_the_table_does_not_have_are_said(tmp_path, version, said)
     found = read(tmp_path, HEAD.format(version) + "set p_roll = 50\n")
     assert said in told(found)
     assert bool(said) == ("read as" in told(found) or "not checked" in told(found))
+
+
+def test_names_of_several_versions_are_not_called_those_of_all(tmp_path):
+    found = read(tmp_path, "ANGLE_MAX,3000\nPSC_D_ACC_P,0.05\nATC_RAT_RLL_P,0.1\n")
+    assert "its names are of several: read as 4.7" in told(found)
+    assert found.values["ATC_ANGLE_MAX"] == 30.0
 
 
 def test_parameters_of_a_log_are_read_as_a_file():

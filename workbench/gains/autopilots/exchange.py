@@ -1,7 +1,7 @@
 """Import gains from the file of an autopilot, and export them to it."""
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -207,7 +207,7 @@ def imported(
     remarks += [
         *read.old_names(),
         *read.strangers(),
-        *_beyond(firmware, release, rows, firmware.to_file(values, release), read.lines),
+        *_beyond(firmware, rows, read.flown_values(values), read.lines),
         *_other_meaning(firmware, law, release, defaults | values),
     ]
     return Imported(
@@ -272,16 +272,16 @@ def export_gains(
                 f"{taken}; nothing is exported"
             )
     rows = {row.name: row for row in firmware.rows(law)}
+    names = firmware.table.names(release)
     remarks = [
         *([Remark(said)] if said else []),
         *_unchecked(firmware, release),
         *_rounded(firmware, release, wanted),
-        *_beyond(firmware, release, rows, wanted, {}),
+        *_beyond(firmware, rows, [(n, v, names[n]) for n, v in wanted.items()], {}),
         *_lacking(firmware, release, gains, law),
         *_other_meaning(firmware, law, release, values),
     ]
     grounded = tuple(_grounded(firmware, release, gains))
-    names = firmware.table.names(release)
     if present is None:
         new = {n: float(round(v)) if names[n].whole else v for n, v in wanted.items()}
         text = firmware.new(new, asked)
@@ -451,9 +451,11 @@ def _ambiguous(
         if any(each.get(name) != value for each in by_release)
     ]
     meaning = f"; other versions have another meaning of {joined(other)}" if other else ""
+    own = firmware.table.names(read.release)
+    whose = "all" if all(name in own for name in read.settings) else "several"
     yield Remark(
-        f"states no version, and its names are of all: read as {read.release.version}{meaning}; "
-        "what it does not set stays as the model has it; --firmware VERSION decides",
+        f"states no version, and its names are of {whose}: read as {read.release.version}"
+        f"{meaning}; what it does not set stays as the model has it; --firmware VERSION decides",
         0,
         max(1, len(other)),
     )
@@ -461,20 +463,17 @@ def _ambiguous(
 
 def _beyond(
     firmware: Firmware,
-    release: Release,
     rows: Mapping[str, Parameter],
-    wanted: Mapping[str, float],
+    values: Iterable[tuple[str, float, Setting]],
     lines: Mapping[str, int],
 ) -> Iterator[Remark]:
     """Yield a remark on values beyond the ranges that a firmware recommends."""
     if firmware.strict:
         return
-    names = firmware.table.names(release)
     found = []
-    for name, value in wanted.items():
-        setting = names[name]
+    for name, value, setting in values:
         row = rows.get(setting.law)
-        if row is None:
+        if row is None or math.isnan(value):
             continue
         off = row.unit == "Hz" and value == 0.0
         if setting.least <= value <= setting.most or off or value == setting.default:

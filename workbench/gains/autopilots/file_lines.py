@@ -99,6 +99,12 @@ class FileLines:
         wanted = ", ".join(setting.words) if math.isnan(number) else setting.taken(number)
         return f"{name} {self.entries[name].text[:20]} ({wanted})" if wanted else ""
 
+    def flown_values(self, flown: Mapping[str, float]) -> Iterator[tuple[str, float, Setting]]:
+        """Yield name, value in the firmware's unit, and row of the lines that a law flies."""
+        for name, setting in self.settings.items():
+            if setting.law in flown:
+                yield name, self.numbers[name], setting
+
     def left(self, law: Controller) -> Iterator[Left]:
         """Yield parameters of flight control that the law does not have."""
         flown = {row.name for row in law.parameters}
