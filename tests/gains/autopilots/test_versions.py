@@ -499,6 +499,53 @@ def test_versions_that_the_table_does_not_have_are_said(tmp_path, version, said)
     assert bool(said) == ("read as" in told(found) or "not checked" in told(found))
 
 
+@pytest.mark.parametrize(
+    ("text", "gains", "changed"),
+    [
+        # d_min 27 is not below d, so D is 27: a D of 28 is not one of 27 that rises to 28
+        ("set d_roll = 27\nset d_min_roll = 27\n", {}, {}),
+        (
+            "set d_roll = 27\nset d_min_roll = 27\n",
+            {"d_roll": 28.0},
+            {"d_roll = 27": "d_roll = 28", "d_min_roll = 27": "d_min_roll = 0"},
+        ),
+        (
+            "set d_roll = 27\nset d_min_roll = 27\n",
+            {"d_max_roll": 35.0},
+            {"d_roll = 27": "d_roll = 35"},
+        ),
+        (
+            "set d_roll = 40\nset d_min_roll = 30\n",
+            {"d_roll": 44.0, "d_max_roll": 0.0},
+            {"d_roll = 40": "d_roll = 44", "d_min_roll = 30": "d_min_roll = 0"},
+        ),
+        # a file that mixes names of versions keeps them, with their scales
+        (
+            "# ArduCopter 4.5.7\nATC_RAT_RLL_P,0.1\nPSC_D_ACC_P,0.04\n",
+            {"PSC_D_ACC_P": 0.03, "ATC_RAT_RLL_P": 0.2},
+            {"PSC_D_ACC_P,0.04": "PSC_D_ACC_P,0.03", "RLL_P,0.1": "RLL_P,0.2"},
+        ),
+        (
+            "PSC_D_ACC_I,0.1\nPSC_D_ACC_P,0.04\nANGLE_MAX 3000\nATC_ACCEL_Y_MAX,20000 # cd\n",
+            {"ATC_ANGLE_MAX": 35.0, "ATC_ACC_Y_MAX": 180.0},
+            {"ANGLE_MAX 3000": "ANGLE_MAX 3500", "ATC_ACCEL_Y_MAX,20000": "ATC_ACCEL_Y_MAX,18000"},
+        ),
+    ],
+)
+def test_an_export_changes_the_lines_that_a_file_has(tmp_path, text, gains, changed):
+    text = text if "," in text else HEAD.format("4.4.3") + text
+    found = read(tmp_path, text)
+    flown = {row.name: row.default for row in found.law.parameters} | found.flown({}) | gains
+    made = export_gains(flown, found.law, found.firmware, present=found)
+    expected = text
+    for before, after in changed.items():
+        expected = expected.replace(f"{before}", after)
+    assert made.text == expected
+    assert not any("does not have" in str(each) for each in made.remarks)
+    again = read(tmp_path, made.text).flown({})
+    assert {name: again[name] for name in gains} == pytest.approx(gains)
+
+
 def test_names_of_several_versions_are_not_called_those_of_all(tmp_path):
     found = read(tmp_path, "ANGLE_MAX,3000\nPSC_D_ACC_P,0.05\nATC_RAT_RLL_P,0.1\n")
     assert "its names are of several: read as 4.7" in told(found)

@@ -288,12 +288,14 @@ def export_gains(
         return Exported(text, release, wanted, (), grounded, tuple(remarks))
     file = present.file
     entries = file.counted
-    now = firmware.to_file(present.values, release)
+    names = _names_in(file, firmware, release)
+    wanted = _valued(names, wanted, gains)
+    now = _valued(names, firmware.to_file(present.values, release), present.values)
+    same_as_now = {name for name in now if _equal(names[name], now[name], wanted[name])}
     changed = {
         name: value
         for name, value in wanted.items()
-        if name in entries
-        and not (name in now and _equal(firmware, release, name, now[name], value))
+        if name in entries and not same_as_now.issuperset(_partners(name, names))
     }
     written = {
         name: names[name].text(round(value))
@@ -323,7 +325,7 @@ def export_gains(
     told = [
         name
         for name in absent
-        if name not in defaults or not _equal(firmware, release, name, wanted[name], defaults[name])
+        if name not in defaults or not _equal(names[name], wanted[name], defaults[name])
     ]
     if told:
         remarks.append(
@@ -337,6 +339,40 @@ def export_gains(
     early = {name: text for name, text in written.items() if name not in late}
     text = file.replaced(early, command_line.set_lines(file, late) if late else "")
     return Exported(text, release, changed, absent, grounded, tuple(remarks))
+
+
+def _names_in(file: ParameterFile, firmware: Firmware, release: Release) -> dict[str, Setting]:
+    """Return rows of a version by name; a name of another version stands for its own in a file."""
+    entries, by_law = file.counted, firmware.table.by_law(release)
+    found = {each.name: each for each in by_law.values() if each.name}
+    for name in entries:
+        setting = firmware.setting(name, release)
+        if setting is None or name in found or setting.law not in by_law:
+            continue
+        own = by_law[setting.law].name
+        if own not in entries:
+            found.pop(own, None)
+            found[name] = setting
+    return found
+
+
+def _valued(
+    names: Mapping[str, Setting], own: Mapping[str, float], gains: Mapping[str, float]
+) -> dict[str, float]:
+    """Return values by the names in a file, from those by a version's names and by the law's."""
+    found = {name: value for name, value in own.items() if name in names}
+    for name, setting in names.items():
+        if name not in own and not setting.pair and setting.law in gains:
+            found[name] = gains[setting.law] / setting.scale
+    return found
+
+
+def _partners(name: str, names: Mapping[str, Setting]) -> set[str]:
+    """Return names that have a meaning together with one: Betaflight's d and d_min up to 4.5."""
+    if not names[name].pair:
+        return {name}
+    axis = name.rpartition("_")[2]
+    return {each for each, row in names.items() if row.pair and each.rpartition("_")[2] == axis}
 
 
 def _law_in(firmware: Firmware, file: ParameterFile) -> str:
@@ -563,7 +599,6 @@ def _other_meaning(
         )
 
 
-def _equal(firmware: Firmware, release: Release, name: str, a: float, b: float) -> bool:
+def _equal(setting: Setting, a: float, b: float) -> bool:
     """Return whether two values are the same in the file's resolution."""
-    whole = firmware.table.names(release)[name].whole
-    return round(a) == round(b) if whole else same(a, b)
+    return round(a) == round(b) if setting.whole else same(a, b)
