@@ -20,8 +20,10 @@ os.environ.setdefault("MPLBACKEND", "Agg")
 # before numpy is imported: threads of its own for small matrices wait busily for each other where
 # other processes have the cores, and a test of a second takes fifteen
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-# a shell lets what runs in the background ignore Ctrl-C, and so would all that the tests start
+# a shell lets what runs in the background ignore Ctrl-C, and nohup a closed terminal, and so would
+# all that the tests start
 signal.signal(signal.SIGINT, signal.default_int_handler)
+signal.signal(signal.SIGHUP, signal.SIG_DFL)
 
 # Drake ends the process where a Meshcat, and Qt where a widget, is collected in another thread than
 # its own: so Python collects nothing by itself, and all is collected here, between tests.
