@@ -22,6 +22,8 @@ MACHINE = re.compile(r"/(tmp|home|root|work|Users|var)/|0x[0-9a-f]{6,}")
 """A path of a machine or an address in its memory."""
 NUMBER = re.compile(r"(?<![\w.])-?\d+\.?\d*(?:e[-+]?\d+)?")
 DATE = re.compile(r"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\dZ")
+TIME = re.compile(r'(?<=time=")[\d.]+(?=")')
+"""Durations in JUnit's files."""
 
 each_notebook = pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
 
@@ -73,8 +75,8 @@ def _shown(cells: list[dict[str, Any]]) -> list[list[str]]:
 
 
 def _same(one: str, other: str) -> bool:
-    """Return whether two texts are equal, their numbers to a tolerance and their dates at all."""
-    one, other = (DATE.sub("DATE", text) for text in (one, other))
+    """Return whether two texts are equal, numbers to a tolerance, dates and durations at all."""
+    one, other = (TIME.sub("TIME", DATE.sub("DATE", text)) for text in (one, other))
     words = (re.sub(r"\s+", "", NUMBER.sub("#", text)) for text in (one, other))
     if len(set(words)) > 1:
         return False
@@ -90,6 +92,7 @@ def _same(one: str, other: str) -> bool:
         ("rise 0.451 s", "rises 0.451 s", False),
         ("[ 1.0  2.0]", "[1.001 2.0 ]", True),
         ("saved: '2026-11-22T23:23:59Z'", "saved: '2026-12-01T01:02:03Z'", True),
+        ('<testsuite time="0.371">', '<testsuite time="0.654">', True),
         ("1e-16 and -3", "-2e-17 and 3", False),
     ],
 )
