@@ -16,7 +16,7 @@ PAGE = Path(__file__).parents[2] / "docs" / "controllers.md"
 def mine(write):
     """Return the complete controller that docs/controllers.md shows."""
     _, complete = PAGE.read_text(encoding="utf-8").split("## A complete example")
-    return write("mine.py", re.search(r"```python\n(.*?)```", complete, re.DOTALL)[1])
+    return write("mine.py", re.search(r"```python mine.py\n(.*?)```", complete, re.DOTALL)[1])
 
 
 def test_its_module_is_found_by_name_as_machine_code_that_is_loaded_again_needs_it(mine):

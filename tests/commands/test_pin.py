@@ -1,4 +1,4 @@
-"""`workbench pin`: what it refuses; tests/docs/test_docs_first_drone.py pins a step."""
+"""`workbench pin`: what it refuses; docs/first-drone.md pins a step."""
 
 import pytest
 
