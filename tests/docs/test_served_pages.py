@@ -25,9 +25,9 @@ CLIENTS = [code for page in ("index.md", "link.md") for code in shown(page, "pyt
 CLIENTS = [code for code in CLIENTS if SERVER in code]
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture
 def address():
-    """Return where a real flight is served."""
+    """Return where a flight is served, one for each program: some leave the drone in the air."""
     with LiveFlight(load_scenario(find_scenario("network"))) as flight:
         flight.wait()
         yield flight.serve(ServerConfig(port=0)).result(60.0)
