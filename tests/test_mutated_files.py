@@ -34,15 +34,16 @@ def test_mutated_files_are_understood_or_refused_with_a_sentence(load, count):
         assert set(tally.understood) == set(tally.refused) == set(kinds)
 
 
-def test_what_is_neither_is_a_fault(load, tmp_path, case):
+def test_what_is_neither_is_a_fault(load, tmp_path, case, monkeypatch):
     reader = load("mutated_reader")
+    monkeypatch.setattr(reader, "LONGEST", 300)
     watch = reader.Watch()
 
     def fail(path):
         raise KeyError("x")
 
     def refuse(path):
-        raise WorkbenchError("a" * 9000)
+        raise WorkbenchError("a" * 301)
 
     def spin(path):
         while True:

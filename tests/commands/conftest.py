@@ -31,6 +31,10 @@ class Said:
         return json.loads(self.out, parse_constant=_refuse)
 
 
+STARTING = {f"workbench: {what}" for what in ("loading Drake", "building the diagram")}
+"""What a flight says while it starts."""
+
+
 def _refuse(name):
     raise AssertionError(f"{name} is no JSON")
 
@@ -61,10 +65,11 @@ def refused(run):
         said = run(*command)
         assert said.code == 2, said.err
         assert said.out == ""
-        assert said.err.startswith("workbench: ")
-        assert said.err.count("\n") == 1, said.err
-        assert "Traceback" not in said.err
-        return said.err
+        # what takes longer than 2 s says so, on a slow machine
+        lines = [line for line in said.err.splitlines() if line not in STARTING]
+        assert len(lines) == 1, said.err
+        assert lines[0].startswith("workbench: ")
+        return f"{lines[0]}\n"
 
     return refuse
 

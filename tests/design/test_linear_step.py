@@ -114,14 +114,27 @@ def test_settings_of_gains_and_of_others_give_the_models_of_a_study():
         assert times.of("x", settings) == pytest.approx(wanted, abs=PERIOD)
 
 
-def test_all_who_measure_a_step_have_the_same_numbers(tmp_path, case):
-    """A law with integral action, whose flat peak at 1.5 s looks settled."""
-    scenario, settings = Scenario(controller="pid"), {"ki_velocity_xy": 2.0}
+@pytest.mark.parametrize(
+    ("law", "settings", "least"),
+    [
+        ("pd", {"kp_velocity_x": 0.6}, 0.0),
+        pytest.param("pid", {"ki_velocity_xy": 2.0}, 10.0, marks=pytest.mark.slow),  # it compiles
+    ],
+)
+def test_all_who_measure_a_step_have_the_same_numbers(law, settings, least, tmp_path, case):
+    """A law with a slow mode, and one with integral action, whose flat peak looks settled."""
+    scenario = Scenario(controller=law)
     flown = fly_step("x", 1.0, scenario=scenario, settings=settings)
     wanted = flown.metrics.numbers
     assert flown.decay > USUAL_DURATION
-    assert wanted["overshoot"] > 10.0
-    swept = sweep(["kp_tilt=5..8:2"], axis="x", amplitude=1.0, scenario=scenario, settings=settings)
+    assert wanted["overshoot"] >= least
+    swept = sweep(
+        ["kp_yaw_rate=5..8:2"] if law == "pd" else ["kp_tilt=5..8:2"],
+        axis="x",
+        amplitude=1.0,
+        scenario=scenario,
+        settings=settings,
+    )
     answers = predict(Subject(scenario, {}), Predict(settings, Step("x", 1.0, 2.0)), None)
     predicted = next(filter(None, answers))
     spec = tmp_path / "a.spec.yaml"
@@ -135,8 +148,10 @@ def test_all_who_measure_a_step_have_the_same_numbers(tmp_path, case):
     }
     for way, found in ways.items():
         for name in wanted.keys() & found.keys():
+            if way == "regress" and math.isnan(wanted[name]):
+                continue  # it marks numbers and does not withhold them, as limits notice changes
             with case(way, name):
-                assert found[name] == pytest.approx(wanted[name], rel=1e-6, abs=1e-6)
+                assert found[name] == pytest.approx(wanted[name], rel=1e-6, abs=1e-6, nan_ok=True)
     assert judged.doubt == ""
     hidden = judged.recording.between(0.0, 3.0)
     assert "fly it for" in dataclasses.replace(judged, recording=hidden).doubt

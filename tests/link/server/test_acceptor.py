@@ -159,6 +159,7 @@ def test_of_those_that_wait_the_newest_of_the_smallest_network_begins(monkeypatc
 def test_connections_begin_no_faster_than_they_can_log_in(monkeypatch):
     """Without time, a burst begins; the others wait, and the oldest of them are turned away."""
     monkeypatch.setattr(acceptor, "BEGIN_RATE", 0.0)
+    monkeypatch.setattr(acceptor, "BEGUN_AT_ONCE", 8)
     monkeypatch.setattr(acceptor, "MOST_WAITING", 5)
 
     async def scenario(station):
