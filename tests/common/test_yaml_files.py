@@ -1,6 +1,6 @@
 """Oracle: the lines as counted by eye."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import pytest
 import yaml
@@ -156,3 +156,15 @@ def test_libyaml_reads_where_it_is_there():
 def test_both_loaders_read_the_same(write, text):
     path = write(text)
     assert read_yaml(path) == read_yaml(path, yaml.SafeLoader)
+
+
+@dataclass
+class Limits:
+    limits: dict[str, float] = field(default_factory=dict)
+
+
+@pytest.mark.parametrize(("key", "shown"), [("true", "True"), ("on", "True"), ("7", "7")])
+def test_a_key_that_yaml_reads_as_something_else_is_named(write, key, shown):
+    with pytest.raises(WorkbenchError, match=f":1: the key {shown} should be text"):
+        check_schema(read_yaml(write(f"limits: {{{key}: 2.0}}")), Limits)
+    check_schema(read_yaml(write(f"limits: {{'{key}': 2.0}}")), Limits)

@@ -200,6 +200,11 @@ def _check(file: YamlFile, data: Any, schema: Any, keys: Keys) -> None:
             _check(file, item, parts[0], (*keys, index))
     elif origin is dict:
         for key, value in _expect(file, data, dict, "'key: value' lines", keys).items():
+            if not isinstance(key, parts[0]):
+                shown = plain_name(repr(key), LONGEST_ECHO)
+                raise WorkbenchError(
+                    f"{file.where(*keys, key)}the key {shown} should be text: put it in quotes"
+                )
             _check(file, value, parts[1], (*keys, key))
     elif origin is str:
         _expect(file, data, str, "text: put it in quotes", keys)
