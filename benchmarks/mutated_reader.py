@@ -22,7 +22,7 @@ from functools import cache, partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from mutations import (
+from mutated_bytes import (
     Mutate,
     mutated_bytes,
     mutated_gzip,

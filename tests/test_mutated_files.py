@@ -68,7 +68,7 @@ def test_what_is_neither_is_a_fault(load, tmp_path, case, monkeypatch):
 
 def test_mutated_chunks_are_whole(load, tmp_path):
     """Their frames and checksums are right, so that what is behind them is reached."""
-    mutate = load("mutations").mutated_mcap
+    mutate = load("mutated_bytes").mutated_mcap
     data = (BENCHMARKS.parent / "tests/outside/given/flight.mcap").read_bytes()
     path, reached = tmp_path / "a.mcap", 0
     for seed in range(12):
