@@ -51,20 +51,13 @@ def test_the_monitor_shows_the_flight_once(address, capsys):
 
 @pytest.mark.slow
 def test_the_commands_for_a_cluster_fly_on_one(capsys, tmp_path, monkeypatch):
-    from distributed import LocalCluster
+    from tests.clusters import local_cluster
 
     monkeypatch.chdir(tmp_path)
     lines = "".join(shown("clusters.md", "sh")).splitlines()
     there = [line for line in lines if line.startswith("workbench ") and SCHEDULER in line]
     assert len(there) == 2
-    with LocalCluster(
-        n_workers=2,
-        threads_per_worker=1,
-        processes=True,
-        protocol="tcp://",
-        host="127.0.0.1",
-        dashboard_address="127.0.0.1:0",
-    ) as cluster:
+    with local_cluster(2) as cluster:
         for line in there:
             words = shlex.split(line.replace(SCHEDULER, cluster.scheduler_address))[1:]
             short = ["--duration", "0.2"] if words[0] == "sweep" else ["margins"]

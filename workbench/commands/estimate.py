@@ -242,14 +242,9 @@ def surprises(innovations: "Sequence[Innovations]") -> list[str]:
     for each in innovations:
         if each.surprises:
             found.setdefault(each.setting, []).append(each)
-    told = []
-    for setting, channels in found.items():
-        names, scale = (
-            ", ".join(each.channel for each in channels),
-            max(each.scale for each in channels),
-        )
-        told.append(
-            f"{names}: up to {scale:.2g} times as far from the estimate as it assumes: raise "
-            f"{setting} about as much (--set), or look for a fault of the sensor"
-        )
-    return told
+    return [
+        f"{', '.join(each.channel for each in channels)}: up to "
+        f"{max(each.scale for each in channels):.2g} times as far from the estimate as it assumes: "
+        f"raise {setting} about as much (--set), or look for a fault of the sensor"
+        for setting, channels in found.items()
+    ]

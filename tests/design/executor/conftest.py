@@ -11,16 +11,9 @@ sys.path.append(str(Path(__file__).parent))
 @pytest.fixture(scope="session")
 def started_workers():
     """Return a Dask cluster with two workers, each a process that is reached over TCP."""
-    from distributed import LocalCluster
+    from tests.clusters import local_cluster
 
-    with LocalCluster(
-        n_workers=2,
-        threads_per_worker=1,
-        processes=True,
-        protocol="tcp://",
-        host="127.0.0.1",
-        dashboard_address="127.0.0.1:0",
-    ) as cluster:
+    with local_cluster(2) as cluster:
         yield cluster
 
 

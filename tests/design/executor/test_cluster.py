@@ -9,9 +9,10 @@ from functools import partial
 
 import numpy as np
 import pytest
-from distributed import Client, LocalCluster
+from distributed import Client
 from far_tasks import Losing, Reading, Square
 
+from tests.clusters import local_cluster
 from workbench.commands.cli import main
 from workbench.common.errors import WorkbenchError
 from workbench.design.executor import cluster as cluster_module
@@ -233,13 +234,7 @@ def test_workers_without_the_package_are_named(tmp_path):
     broken = tmp_path / "workbench" / "__init__.py"
     broken.parent.mkdir()
     broken.write_text("raise ImportError('not here')\n")
-    with LocalCluster(
-        n_workers=0,
-        processes=True,
-        protocol="tcp://",
-        host="127.0.0.1",
-        dashboard_address="127.0.0.1:0",
-    ) as empty:
+    with local_cluster(0) as empty:
         address = empty.scheduler_address
         with pytest.raises(WorkbenchError, match=f"no workers: .*dask worker {address}"):
             DaskCluster(address)

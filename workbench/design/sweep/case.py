@@ -3,7 +3,7 @@
 import dataclasses
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
@@ -163,8 +163,19 @@ class Flown(NamedTuple):
     diverged_at: np.ndarray
 
 
-FlySweep = Callable[..., Flown]
-"""Function that flies candidates: `fly_compiled` or `fly_full`."""
+class FlySweep(Protocol):
+    """Function that flies candidates: `fly_compiled` or `fly_full`."""
+
+    def __call__(
+        self,
+        case: SweepCase,
+        vehicle: Vehicle,
+        candidates: Sequence[Candidate],
+        progress: Progress | None = None,
+        stop: Stop | None = None,
+        keep: Keep | None = None,
+        /,
+    ) -> Flown: ...
 
 
 def nothing_flown(count: int) -> Flown:

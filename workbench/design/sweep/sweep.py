@@ -171,8 +171,9 @@ def _dependencies(
     from workbench.design.executor.shipment import shipment, with_absolute_paths
 
     files = shipment(with_absolute_paths(case.scenario)) or {}
+    engine = getattr(fly, "func", fly)
     parts: dict[str, object] = {
-        "engine": getattr(fly, "func", fly).__name__,
+        "engine": getattr(engine, "__name__", type(engine).__name__),
         "step": (case.axis, case.amplitude, case.duration),
         "candidates": (names, rows.tobytes()),
         "settings": sorted(case.settings.items()),

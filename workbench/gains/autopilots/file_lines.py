@@ -1,7 +1,7 @@
 """The lines of a parameter file, by what its version of the firmware makes of them."""
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 
 from workbench.control.controller import Controller
@@ -175,11 +175,11 @@ class FileLines:
         own = self.firmware.table.names(self.release)
         foreign = [name for name in self.settings if name not in own]
         if foreign:
-            yield Remark(
+            yield _on(
                 f"{len(foreign)} names are not of {self.release.version}, and each is read as in "
                 f"its own version: {joined(foreign)}",
-                min(self.lines[name] for name in foreign),
-                len(foreign),
+                self.lines,
+                foreign,
             )
         renamed = [
             (name, setting)
@@ -187,19 +187,22 @@ class FileLines:
             if setting.law and self.firmware.file_name(setting.law) != name and not setting.pair
         ]
         if renamed:
-            lines = [self.lines[name] for name, _ in renamed]
             listed = [
                 f"{name} is {self.firmware.file_name(each.law)}"
                 + (f" times {1.0 / each.scale:g}" if each.scale != 1.0 else "")
                 for name, each in renamed
             ]
-            yield Remark(f"names of earlier versions: {joined(listed)}", min(lines), len(listed))
+            yield _on(
+                f"names of earlier versions: {joined(listed)}",
+                self.lines,
+                [name for name, _ in renamed],
+            )
         pairs = [name for name, setting in self.settings.items() if setting.pair]
         if pairs:
-            yield Remark(
+            yield _on(
                 f"d and d_min of {self.release.version} are read as d_max and d",
-                min(self.lines[name] for name in pairs),
-                len(pairs),
+                self.lines,
+                pairs,
             )
 
     def _said(self, name: str) -> str:
@@ -213,32 +216,37 @@ class FileLines:
         ]
         others = [name for name in self.unknown if name not in refused]
         if self.refused:
-            yield Remark(
+            yield _on(
                 f"beyond what {self.firmware.name} {self.release.version} takes, which refuses "
                 f"the line: {', '.join(self.refused.values())}",
-                min(self.lines[name] for name in self.refused),
-                len(self.refused),
+                self.lines,
+                self.refused,
             )
         if refused:
-            yield Remark(
+            yield _on(
                 f"unknown to {self.firmware.name} {self.release.version}, which refuses the line: "
                 f"{joined([self._said(name) for name in refused])}",
-                min(self.unknown[name] for name in refused),
-                len(refused),
+                self.unknown,
+                refused,
             )
         near = [] if table.others else [name for name in others if table.is_near(name)]
         others = [name for name in others if name not in near]
         if near:
-            yield Remark(
+            yield _on(
                 f"of flight control, but not known to {self.firmware.name} {self.release.version}, "
                 f"and not flown: {joined([self._said(name) for name in near])}",
-                min(self.unknown[name] for name in near),
-                len(near),
+                self.unknown,
+                near,
             )
         if others:
             said = "of other parts" if table.others else "of other parts, or unknown"
-            yield Remark(
+            yield _on(
                 f"{said}: {joined([self._said(name) for name in others], 3)}",
-                min(self.unknown[name] for name in others),
-                len(others),
+                self.unknown,
+                others,
             )
+
+
+def _on(said: str, lines: Mapping[str, int], names: Collection[str]) -> Remark:
+    """Return a remark on names, at the first of their lines."""
+    return Remark(said, min(lines[name] for name in names), len(names))
