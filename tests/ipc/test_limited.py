@@ -2,6 +2,8 @@
 
 import os
 import signal
+import subprocess
+import sys
 import threading
 import time
 from pathlib import Path
@@ -12,6 +14,8 @@ from workbench.common.errors import WorkbenchError
 from workbench.ipc import limited
 from workbench.ipc.limited import LimitedError, run_limited, run_trusted
 
+LIMIT = 60.0
+"""Time until a test fails that waits [s]."""
 CHILD = """
 import os, resource, signal, subprocess, sys, time
 from workbench.common.errors import WorkbenchError
@@ -125,6 +129,29 @@ def wait_for(condition) -> None:
     while not condition():
         if time.monotonic() > end:
             raise TimeoutError("it did not come to pass")
+        time.sleep(0.01)
+
+
+@pytest.mark.parametrize("body", ["while True: pass", "time.sleep(600)"])
+def test_a_child_ends_with_its_caller_however_that_ends(tmp_path, monkeypatch, body):
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+    pid = f"open({str(tmp_path / 'begun')!r}, 'w').write(str(os.getpid()))"
+    (tmp_path / "its_child.py").write_text(CHILD.format(body=f"{pid}\n    {body}"))
+    call = "run_trusted('its_child', None, seconds=600.0, megabytes=1000)"
+    caller = subprocess.Popen(
+        [sys.executable, "-c", f"from workbench.ipc.limited import run_trusted; {call}"]
+    )
+    begun = tmp_path / "begun"
+    wait_until(lambda: begun.exists() and begun.read_text())
+    caller.kill()
+    caller.wait()
+    wait_until(lambda: not Path(f"/proc/{begun.read_text()}").exists())
+
+
+def wait_until(condition):
+    end = time.monotonic() + LIMIT
+    while not condition():
+        assert time.monotonic() < end
         time.sleep(0.01)
 
 

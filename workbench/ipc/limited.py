@@ -5,6 +5,7 @@ holds the child to reading the files named for it, see `sandbox`. `run_trusted` 
 or of the user, which may also start programs.
 """
 
+import ctypes
 import errno
 import json
 import math
@@ -32,6 +33,8 @@ _SLOWNESS, _START = 3.0, 10.0
 """Limit of wall time as a multiple of the computing time, plus a time to start [s], as machines are
 shared."""
 _LONGEST_TEXT = 300
+_SET_DEATH_SIGNAL = 1
+"""Number of `PR_SET_PDEATHSIG`, see prctl(2)."""
 _THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 """Numbers of threads that libraries start at import: Landlock binds only its caller's thread."""
 FORBIDDEN = "it tried to do more than read its own files"
@@ -91,7 +94,13 @@ def _answer(
     """Return the answer to a request; `bounds` are the arguments of `confine`."""
     try:
         message = json.dumps(
-            {"seconds": seconds, "megabytes": megabytes, "bounds": bounds, "request": request}
+            {
+                "caller": os.getpid(),
+                "seconds": seconds,
+                "megabytes": megabytes,
+                "bounds": bounds,
+                "request": request,
+            }
         )
         with (
             tempfile.TemporaryFile() as given,  # files: of limited size, and never blocking
@@ -177,6 +186,7 @@ def serve(function: Callable[[Any], Any]) -> None:
     answer = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)
     message = json.loads(sys.stdin.buffer.read())
+    _end_with(message["caller"])
     seconds, megabytes = math.ceil(message["seconds"]), message["megabytes"]
     _limit(resource.RLIMIT_CORE, 0, 0)
     _limit(resource.RLIMIT_CPU, seconds, seconds + 1)
@@ -202,6 +212,13 @@ def serve(function: Callable[[Any], Any]) -> None:
         text = json.dumps({"error": one_line(error)})
     with answer:
         answer.write(text.encode())
+
+
+def _end_with(caller: int) -> None:
+    """Let the kernel end this process when its caller ends, however that does."""
+    ctypes.CDLL(None).prctl(_SET_DEATH_SIGNAL, ctypes.c_ulong(signal.SIGKILL))
+    if os.getppid() != caller:  # it has ended already
+        os._exit(1)
 
 
 def _limit(what: int, soft: int, hard: int) -> None:
