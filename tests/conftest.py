@@ -2,13 +2,17 @@
 
 import faulthandler
 import gc
+import math
 import os
+import re
 import signal
 import subprocess
 import sys
 import time
+from collections import Counter
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
+from pathlib import Path
 
 import pytest
 
@@ -110,10 +114,52 @@ def _watch(node):
     faulthandler.dump_traceback_later(limit, exit=True, file=stash[_STDERR])
 
 
+def pytest_addoption(parser):
+    parser.addoption(
+        "--allowed-skips",
+        metavar="FILE",
+        type=Path,
+        help="fail if a test skips, unless a line of FILE, a regular expression, is in its reason",
+    )
+    parser.addoption(
+        "--until",
+        metavar="TIME",
+        type=float,
+        default=math.inf,
+        help="skip tests that would begin later than TIME (seconds since 1970)",
+    )
+
+
 def pytest_runtest_setup(item):
-    name = "SLOW_TESTS_UNTIL" if item.get_closest_marker("slow") else "TESTS_UNTIL"
-    if time.time() > float(os.environ.get(name, "inf")):
-        pytest.skip("no time is left for it: see .ci/run")
+    if time.time() > item.config.getoption("--until"):
+        pytest.skip("no time was left for it")
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_sessionfinish(session):
+    """Fail a run that would pass although tests did not run for a reason that is not allowed."""
+    if session.exitstatus == pytest.ExitCode.OK and _not_run(session.config):
+        session.exitstatus = pytest.ExitCode.TESTS_FAILED
+
+
+def pytest_terminal_summary(terminalreporter, config):
+    for line in _not_run(config):
+        terminalreporter.write_line(f"NOT RUN {line}")
+
+
+def _not_run(config):
+    """Return a line for each place and reason of tests that were not to skip, on the controller."""
+    reporter = config.pluginmanager.get_plugin("terminalreporter")
+    if config.getoption("--allowed-skips") is None or reporter is None:
+        return []
+    rows = config.getoption("--allowed-skips").read_text(encoding="utf-8").splitlines()
+    allowed = [row for row in rows if row and not row.startswith("#")]
+    skips = Counter(
+        f"{Path(file).name}:{line}: {reason.removeprefix('Skipped: ')}"
+        for file, line, reason in (each.longrepr for each in reporter.getreports("skipped"))
+        if not any(re.search(row, reason) for row in allowed)
+    )
+    return [f"[{count}] {line}" for line, count in sorted(skips.items())]
 
 
 @pytest.fixture(scope="session")
