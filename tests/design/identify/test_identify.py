@@ -19,8 +19,8 @@ from workbench.plant.vehicle import Vehicle
 
 DRONES = Path(__file__).parents[2] / "drones"
 FLIGHTS = Path(__file__).parents[4] / "shared" / "flights" / "given"
-RUNS = 17
-"""Of each of the six vehicles, about a hundred in all."""
+RUNS = 3
+"""Of each of the six vehicles; `benchmarks/identify.py` has 17, a hundred in all."""
 KINDS = ("27 g", "44 g", "1.9 kg", "5 kg", "6 kg", "8 kg")
 FASTEST = 12.0
 """Angular velocity of a flight that does not tumble [rad/s]."""
@@ -93,39 +93,42 @@ def test_half_a_minute_tells_of_the_vehicle() -> None:
     assert verdicts["rotor_lag"] == "well"
 
 
-@pytest.fixture(scope="module")
-def inside() -> dict[str, list[bool]]:
-    """Whether intervals held the truth, by the number's name; of all vehicles that were flown."""
-    return {}
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("kind", KINDS)
-def test_errors_are_small(kind: str, inside: dict[str, list[bool]]) -> None:
+def identified(kind: str, runs: int) -> list[dict[str, tuple[float, float]]]:
+    """Return `errors` of flights of a kind of vehicle."""
     vehicle = vehicles()[kind]
-    sizes: dict[str, list[float]] = {}
-    for seed in range(RUNS):
-        truth, flight = flown(vehicle, seed)
-        for name, (off, width) in errors(identify(vehicle, [flight]), truth).items():
-            inside.setdefault(name, []).append(abs(off) <= width)
-            sizes.setdefault(name, []).append(abs(off))
-    for name, most in (("lag", 0.05), ("thrust", 0.01), ("drag", 0.02)):
-        assert np.median(sizes[name]) < most, name  # drags are 0.2 .. 0.45 1/s
-    for axis in "xyz":
-        assert np.median(sizes[f"inertia_{axis}"]) < 0.05, axis
+    pairs = (flown(vehicle, seed) for seed in range(runs))
+    return [errors(identify(vehicle, [flight]), truth) for truth, flight in pairs]
+
+
+@pytest.fixture(scope="module")
+def all_found() -> dict[str, list[dict[str, tuple[float, float]]]]:
+    """`errors` of all flights, by kind of vehicle."""
+    return {kind: identified(kind, RUNS) for kind in KINDS}
 
 
 @pytest.mark.slow
-def test_intervals_hold_what_flew(inside: dict[str, list[bool]]) -> None:
-    if len(inside.get("lag", ())) < RUNS * len(KINDS):
-        pytest.skip("it counts what all vehicles of the test above gave: run the whole file")
-    shares = {name: float(np.mean(held)) for name, held in inside.items()}
+def test_errors_are_small(all_found, case) -> None:
+    for kind, found in all_found.items():
+        for name, most in (
+            ("lag", 0.05),
+            ("thrust", 0.01),
+            ("drag", 0.02),  # drags are 0.2 .. 0.45 1/s
+            *((f"inertia_{axis}", 0.05) for axis in "xyz"),
+        ):
+            with case(kind, name):
+                assert np.median([abs(each[name][0]) for each in found]) < most
+
+
+@pytest.mark.slow
+def test_intervals_hold_what_flew(all_found) -> None:
+    """94 % of a hundred flights are measured: of these 18, chance leaves one number at 13."""
+    found = [each for kind in all_found.values() for each in kind]
+    shares = {
+        name: np.mean([abs(each[name][0]) <= each[name][1] for each in found]) for name in found[0]
+    }
     print(shares)
-    # 0.93 to 0.97 each are wanted; 0.92 to 0.97 were measured, 0.94 in all, where chance of 102
-    # flights makes 0.02. Delay, centre x, turn and drag are the four at 0.92; on 510 other draws,
-    # linearised, turn, rotor inertia, climb drag and inertia z are
-    assert 0.92 <= np.mean(list(shares.values())) <= 0.975, shares
-    assert min(shares.values()) >= 0.90, shares
+    assert 0.87 <= np.mean(list(shares.values())) <= 0.99, shares
+    assert min(shares.values()) >= 0.7, shares
 
 
 def test_it_refuses_what_a_log_cannot_give() -> None:
