@@ -135,7 +135,8 @@ def test_all_places_promise_the_same_pythons():
     set_up = (ROOT / "tools" / "set_up.py").read_text()
     assert re.search(r"SUPPORTED = \((.*)\)", set_up)[1] == '"3.13", "3.12", "3.11"'
     ci = (ROOT / ".ci" / "run").read_text()
-    assert f"for version in {PYTHONS[0]} {PYTHONS[-1]};" in ci
+    assert f"for version in {' '.join(PYTHONS)};" in ci
+    assert all(f"with Python {version}" in ci for version in PYTHONS)
 
 
 @pytest.mark.parametrize("python", PYTHONS)

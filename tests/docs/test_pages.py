@@ -70,7 +70,7 @@ NOT_RUN = {
         pip install pymavlink
         echo 'source <(workbench completion bash)' >> ~/.bashrc
         echo 'source <(workbench completion zsh)' >> ~/.zshrc
-        workbench completion fish > ~/.config/fish/completions/workbench.fish
+        echo 'workbench completion fish | source' >> ~/.config/fish/config.fish
     """,
     "opens a window; tests/gui": """
         workbench gui

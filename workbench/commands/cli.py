@@ -30,8 +30,6 @@ READER_GONE = 141
 """Exit code for SIGPIPE, such as in `workbench params | head -1`."""
 MAY_BE_EMPTY = ("--sensors",)
 """Options whose empty value means none."""
-COMPLETION = "completion"
-"""The command that examines others."""
 AGAIN = 2.0
 """Time after which unchanged progress is reported again [s]."""
 COMMANDS = {
@@ -72,7 +70,7 @@ COMMANDS = {
     "graph": "graph",
     "gui": "gui",
     "compile": "compile",
-    COMPLETION: COMPLETION,
+    "completion": "completion",
 }
 """Location of each command, in the order of the help: its module, and the function that adds it
 unless that is `add_parser`."""
@@ -207,11 +205,12 @@ def _discard_output() -> None:
 def _run(argv: Sequence[str] | None) -> int:
     """Run one command and return its exit code."""
     words = sys.argv[1:] if argv is None else argv
-    if list(words[:2]) == [COMPLETION, "words"]:  # from a shell; the last word is incomplete
-        parser = _parser(*[COMPLETION, *words[2:3]] if len(words) > 3 else [])
-    else:
-        _refuse_empty(words)
-        parser = _parser(*words[:1])
+    if "_ARGCOMPLETE" in os.environ:  # a shell asks for the candidates at its cursor
+        from workbench.commands.completion import complete
+
+        complete(_parser)
+    _refuse_empty(words)
+    parser = _parser(*words[:1])
     args = parser.parse_args(argv)
     if args.says_version:
         print(f"workbench {_version()}")

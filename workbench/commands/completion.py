@@ -1,54 +1,19 @@
 """`workbench completion`: completion of commands, options and names with the Tab key in a shell.
 
-The script for a shell is short: it calls `workbench completion words` for the candidates at the
-cursor, so it need not change when a command changes. Without candidates the shell offers files.
+argcomplete does it: the script that it makes for a shell starts `workbench` with the command line
+in the environment, and shows the candidates that come back. Without candidates the shell offers
+files.
 """
 
 import argparse
-from collections.abc import Callable, Iterable, Sequence
+import os
+from collections.abc import Callable, Iterator
 from typing import Any
 
 from workbench.commands import ExitCode
 from workbench.commands.options import NO_SENSORS, add_command
 
-_SCRIPTS = {
-    "bash": r"""
-_workbench() {
-    local line=${COMP_LINE:0:COMP_POINT} IFS=$' \t\n'
-    local -a words
-    read -ra words <<< "$line"
-    [[ $line == *[[:space:]] ]] && words+=("")
-    IFS=$'\n'
-    COMPREPLY=($("${words[0]}" completion words "${words[@]:1}" 2>/dev/null))
-    [[ ${#COMPREPLY[@]} == 1 && ${COMPREPLY[0]} == *= ]] && compopt -o nospace 2>/dev/null
-    return 0
-}
-complete -o bashdefault -o default -F _workbench workbench
-""",
-    "zsh": r"""
-#compdef workbench
-_workbench() {
-    local -a found
-    found=("${(@f)$("${words[1]}" completion words "${(@)words[2,CURRENT]}" 2>/dev/null)}")
-    if [[ -z "${found[*]}" ]]; then
-        _files
-    elif [[ "${found[1]}" == *= ]]; then
-        compadd -S '' -- "${found[@]}"
-    else
-        compadd -- "${found[@]}"
-    fi
-}
-compdef _workbench workbench
-""",
-    "fish": r"""
-function __workbench_words
-    set -l words (commandline -opc) (commandline -ct)
-    $words[1] completion words $words[2..-1] 2>/dev/null
-end
-complete -c workbench -a '(__workbench_words)'
-""",
-}
-_WORDS = "words"
+SHELLS = ("bash", "zsh", "fish")
 
 
 def add_parser(commands: Any) -> None:
@@ -60,83 +25,55 @@ def add_parser(commands: Any) -> None:
         "source <(workbench completion bash)",
         run,
     )
-    parser.add_argument(
-        "shell", choices=(*_SCRIPTS, _WORDS), metavar="SHELL", help=", ".join(_SCRIPTS)
-    )
-    parser.add_argument("words", nargs=argparse.REMAINDER, help=argparse.SUPPRESS)
-    parser.set_defaults(whole=commands)
+    parser.add_argument("shell", choices=SHELLS, metavar="SHELL", help=", ".join(SHELLS))
 
 
 def run(args: argparse.Namespace) -> int:
-    """Print a script, or the candidates at the cursor."""
-    if args.shell in _SCRIPTS:
-        print(_SCRIPTS[args.shell].strip())
-        return ExitCode.DONE
-    for word in offered(args.whole, args.words or [""]):
-        print(word)
+    """Print a script."""
+    import argcomplete
+
+    print(argcomplete.shellcode(["workbench"], shell=args.shell).strip())
     return ExitCode.DONE
 
 
-def offered(commands: Any, words: Sequence[str]) -> list[str]:
-    """Return the candidates for the last word.
+def complete(make_parser: Callable[..., argparse.ArgumentParser]) -> None:
+    """Print the candidates at the cursor of a shell that asks for them, and end.
 
     Args:
-        commands: argparse's action that has all commands as its choices.
-        words: the command line up to the cursor, without the program; the last one is incomplete,
-            or "".
+        make_parser: returns the parser of all commands, or only of those that are named.
     """
-    *before, begun = words
-    actions: Sequence[argparse.Action] = [commands]
-    while True:
-        places = [action for action in actions if not action.option_strings]
-        awaited = None
-        for number, word in enumerate(before):
-            if awaited:
-                awaited = None
-            elif word.startswith("-"):
-                awaited = _awaiting(actions, word)
-            elif places and isinstance(places[0].choices, dict):
-                parser = places[0].choices.get(word)
-                if parser is None:
-                    return []
-                actions, before = parser._actions, before[number + 1 :]
-                break
-            elif places and places[0].nargs not in ("*", "+"):
-                places = places[1:]
-        else:
-            break
-    if awaited:
-        found = _values(awaited, begun)
-    elif begun.startswith("-"):
-        found = [
-            name
-            for each in actions
-            if each.help is not argparse.SUPPRESS
-            for name in each.option_strings
-        ]
-    else:
-        found = _values(places[0], begun) if places else []
-    return sorted(word for word in found if word.startswith(begun))
+    import argcomplete
+
+    words = os.environ.get("COMP_LINE", "").split(" ")[1:]
+    parser = make_parser(*words[:-1][:1])  # the last word is incomplete
+    add_names(parser)
+    argcomplete.autocomplete(parser, always_complete_options=False)
 
 
-def _awaiting(actions: Iterable[argparse.Action], option: str) -> argparse.Action | None:
-    """Return the action of an option that takes the next word."""
-    return next(
-        (each for each in actions if option in each.option_strings and each.nargs != 0), None
-    )
+def add_names(parser: argparse.ArgumentParser) -> None:
+    """Add the candidates for values of arguments that are names."""
+    for action in _actions_below(parser):
+        if names := _NAMES.get(action.dest):
+            setattr(action, "completer", _completer(names))  # noqa: B010
 
 
-def _values(action: argparse.Action, begun: str) -> Iterable[str]:
-    """Return the values of an action, if they are names."""
-    if action.choices is not None:
-        return [str(choice) for choice in action.choices if choice != _WORDS]
-    names = _NAMES.get(action.dest)
-    if names is None:
-        return []
-    if action.dest == "sensors":
-        given = begun.rpartition(",")[0]
+def _actions_below(parser: argparse.ArgumentParser) -> Iterator[argparse.Action]:
+    """Yield the actions of a parser and of its commands."""
+    for action in parser._actions:
+        yield action
+        if isinstance(action, argparse._SubParsersAction):
+            for below in action.choices.values():
+                yield from _actions_below(below)
+
+
+def _completer(names: Callable[[], list[str]]) -> Callable[..., list[str]]:
+    """Return what argcomplete calls for the values of an argument: `names`, also in a list."""
+
+    def candidates(prefix: str, **others: object) -> list[str]:
+        given = prefix.rpartition(",")[0]
         return [f"{given},{name}" if given else name for name in names()]
-    return names()
+
+    return candidates
 
 
 def _models() -> list[str]:
