@@ -380,9 +380,11 @@ class MujocoBody:
         return np.concatenate([quaternion_rate(q, w), v_W, dw, dv, rotor_rates, [0.0]])
 
 
+@pytest.mark.slow
 @VEHICLES
 def test_mujoco_moves_the_body_and_its_rotors_alike(printed, flown, model):
-    mujoco = pytest.importorskip("mujoco", reason="MuJoCo is not installed: it is of extra bench")
+    import mujoco  # takes a second
+
     vehicle = printed(model)
     time, commands = smooth_commands(vehicle, 1)
     recording = flown(vehicle, started(model, (9.0, -8.0, 10.0)), time, commands)
