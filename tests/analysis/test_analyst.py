@@ -158,6 +158,7 @@ def test_after_some_deaths_in_a_row_no_further_process_is_started(own):
         analyst.ask(Judge({})).result(ENOUGH)
 
 
+@pytest.mark.slow
 def test_a_search_is_stopped_and_keeps_its_best(own):
     analyst, told = own
     tuned = analyst.ask(Tune({}, HARD))

@@ -32,6 +32,7 @@ def test_a_spec_is_not_written_over(refused, tmp_path):
     assert spec.read_text() == "mine"
 
 
+@pytest.mark.slow
 def test_a_flight_on_an_estimate_behind_a_filter_is_held_so(tmp_path):
     """Noise is that of the spec's seed: another flies beside the curves."""
     scenario = Scenario(estimator="ekf", sensors=SensorsConfig(seed=3))

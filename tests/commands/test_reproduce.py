@@ -25,6 +25,7 @@ def rows(said):
     return {row["axis"]: row for row in said.json["rows"]}
 
 
+@pytest.mark.slow
 def test_it_is_as_the_issue_demands(said, rows):
     assert said.code == 0, said.err
     assert said.json["violations"] == []

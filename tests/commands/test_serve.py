@@ -97,6 +97,7 @@ def test_a_server_that_is_killed_is_started_again_and_the_flight_goes_on(tmp_pat
     assert log.startswith(b"\x89MCAP") and log.endswith(b"\x89MCAP0\r\n")
 
 
+@pytest.mark.slow
 def test_a_client_takes_off_and_the_log_flies_it_again(tmp_path, run):
     with serving(tmp_path, "--log", "logs/flight.mcap") as (process, address):
         with Client(address, name="tester") as client, client.control() as control:

@@ -200,6 +200,7 @@ def total(numbers):
     return numbers.sum()
 
 
+@pytest.mark.slow
 def test_processes_that_begin_at_once_with_an_empty_cache_agree(cache, tmp_path):
     (tmp_path / "law.py").write_text(SOURCE)
     code = textwrap.dedent(

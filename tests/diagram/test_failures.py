@@ -52,6 +52,7 @@ def heading(q: np.ndarray) -> np.ndarray:
     return np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
 
 
+@pytest.mark.slow
 def test_without_gps_for_ten_seconds_the_place_is_held_as_well_as_the_filter_says(case):
     """The filter's own deviation of the place, once without GPS, bounds how far the drone is off.
 
@@ -85,6 +86,7 @@ def test_without_gps_for_ten_seconds_the_place_is_held_as_well_as_the_filter_say
             assert session.snapshot().reason is Reason.NONE
 
 
+@pytest.mark.slow
 def test_a_position_that_is_lost_for_good_ends_in_a_landing_that_says_so(case):
     """From a height of 1 m: the landing takes the longest of it."""
     limits = {"ekf": {"position_deviation_limit": 0.3}, "complementary": {"gps_timeout": 2.0}}
@@ -227,6 +229,7 @@ def test_the_ground_effect_lowers_the_estimated_height_at_take_off_by_its_share(
     assert -1.3 * metres < lowest[effect] < -0.4 * metres  # less as the filter follows, and climbs
 
 
+@pytest.mark.slow
 def test_a_disturbed_magnetometer_turns_the_heading_and_one_far_off_is_left_out(case):
     """A field across the earth's turns it by the angle of closed form; beyond the gate by none."""
     east, north, _ = magnetic_field(DEFAULT_HOME)

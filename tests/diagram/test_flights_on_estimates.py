@@ -44,6 +44,7 @@ def test_with_all_noises_it_holds_its_place(estimator, seeds):
         assert math.degrees(rms) < 0.15, seed
 
 
+@pytest.mark.slow
 @ONE_OR_MORE_SEEDS
 def test_without_gps_for_ten_seconds_it_drifts_no_more_than_it_says(seeds):
     """The drift is that of velocity and tilt that the estimate did not know when the GPS went.
@@ -126,6 +127,7 @@ def turned_climb(sensor, fault, end=20.0):
     return level, height, heading, sigma[3], sigma[5], sigma[2], within
 
 
+@pytest.mark.slow
 def test_a_fault_of_each_sensor_has_its_consequence():
     """One fault of each; the test below has all, for longer."""
     _, height, heading, *_ = turned_climb("gps", 0.0, 15.0)

@@ -73,6 +73,7 @@ def test_the_workbench_flies_as_the_core_does(core, vehicle, reference, bound):
     assert velocity[-1] == pytest.approx(wanted[-1], abs=0.001)
 
 
+@pytest.mark.slow
 def test_in_the_wind_too_the_workbench_flies_as_the_core_does(core, vehicle):
     """A step as above, to the same bound: what the wind adds, 1 m/s², is as late."""
     wind = [-6.0, 4.0, 1.0]

@@ -124,6 +124,7 @@ def flown(estimator, prefix):
     return session
 
 
+@pytest.mark.slow
 def test_a_copy_of_the_shipped_filter_flies_and_is_judged_the_same(mine):
     own, shipped = flown(mine, "mine"), flown("complementary", "complementary")
     assert own.controller.name == shipped.controller.name == "pid"

@@ -51,6 +51,7 @@ def test_a_flight_begins_obeys_and_begins_anew(workspace, heard, told, qtbot):
     assert begun[1].snapshot.time < 0.5
 
 
+@pytest.mark.slow
 def test_another_controller_takes_over_in_flight_and_charts_go_on(
     workspace, heard, told, qtbot, tmp_path
 ):

@@ -174,6 +174,7 @@ class Racer:
         return said
 
 
+@pytest.mark.slow
 def test_races_over_real_sockets_have_one_winner_each():
     dice = random.Random(12)
     with LiveFlight() as flight, contextlib.ExitStack() as stack:

@@ -513,6 +513,7 @@ def test_a_log_that_an_earlier_version_imported_loses_its_jumps(tmp_path):
     np.testing.assert_allclose(flight["setpoint.yaw"].values - found, 0.3, atol=1e-9)
 
 
+@pytest.mark.slow
 @shared
 def test_the_shared_cases_have_their_right_values(tmp_path, capsys):
     deg = np.degrees

@@ -306,6 +306,7 @@ def test_the_command_tells_of_skipped_cases(run, tmp_path, monkeypatch):
     assert [each["skipped"] for each in found[0]["checks"]] == [False, True]
 
 
+@pytest.mark.slow
 def test_a_log_is_pinned_and_another_one_noticed(run, capsys, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     motors = {f"m{number}": 0.5 for number in (1, 2, 3, 4)}

@@ -84,6 +84,7 @@ def three(vector):
     return np.array([vector.x, vector.y, vector.z])
 
 
+@pytest.mark.slow
 def test_it_is_what_the_textbooks_filter_makes_of_the_log(record):
     """The first seconds, by IMU and GPS alone; all fixes but the last have come in by then."""
     sensors = logged_sensors(record)
@@ -231,6 +232,7 @@ def _without(record, *topics):
     return dataclasses.replace(record, topics=kept)
 
 
+@pytest.mark.slow
 def test_what_a_frozen_gps_repeats_in_the_air_is_left_out_of_an_estimate(tmp_path, case):
     """A GPS that froze gave as much as one that fell silent; one that stands gave all it sent."""
     frozen, silent = 1.0, SILENT

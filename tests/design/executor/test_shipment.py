@@ -63,6 +63,7 @@ def read(scenario):
     return dataclasses.replace(vehicle, source=Path()), world.names, gains
 
 
+@pytest.mark.slow
 def test_what_is_shipped_gives_the_same_vehicle_and_world_elsewhere(
     workspace, monkeypatch, tmp_path_factory
 ):

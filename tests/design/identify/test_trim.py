@@ -65,6 +65,7 @@ def test_it_refuses_what_it_cannot_tell() -> None:
         trim(three, time, commands[:, :3])
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not FLIGHTS.is_dir(), reason="put the real flights into ../shared/flights")
 def test_real_damages_are_found_in_ten_of_eleven_logs() -> None:
     from workbench.logs.flight_reader import read_flight

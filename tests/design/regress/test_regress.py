@@ -189,6 +189,7 @@ def test_what_differs_is_named(changes, name):
     assert name in judged("steps", "yaw left", **changes).changed
 
 
+@pytest.mark.slow
 def test_the_shipped_specs_catch(case):
     for spec, changes in [
         ("steps: z up", {"settings": {"kd_velocity_z": 0.05 * 0.7}}),

@@ -46,6 +46,7 @@ def test_what_diverges_is_a_row_with_its_time(lost_table):
     assert np.isnan(lost_table.values[lost]).all()
 
 
+@pytest.mark.slow
 def test_the_full_diagram_loses_the_same_candidates_at_the_same_time(lost_table):
     index = int(np.flatnonzero(np.isfinite(lost_table.diverged_at))[0])
     values, lost = fly_one(lost_table.case, lost_table.candidate(index))
@@ -53,6 +54,7 @@ def test_the_full_diagram_loses_the_same_candidates_at_the_same_time(lost_table)
     assert np.isnan(values).all()
 
 
+@pytest.mark.slow
 def test_processes_fly_what_the_compiled_engine_flies(lost_table):
     case = lost_table.case
     table = sweep(
@@ -100,6 +102,7 @@ def test_on_an_estimate_filters_delays_noise_and_the_filter_itself_act(caplog):
     assert "full diagram" not in caplog.text
 
 
+@pytest.mark.slow
 def test_what_is_not_compiled_of_a_flight_on_an_estimate_flies_on_the_full_diagram(caplog):
     scenario = Scenario(estimator="ekf")
     with pytest.raises(
@@ -151,6 +154,7 @@ def test_a_stopped_sweep_keeps_what_was_flown():
     assert shares[-1] < 1.0
 
 
+@pytest.mark.slow
 def test_a_stopped_sweep_in_processes_keeps_what_was_flown(monkeypatch):
     monkeypatch.setattr("os.sched_getaffinity", lambda _: {0})  # one process is enough
     table = sweep(["kp_velocity_z=2..10:30"], duration=0.2, fly=fly_full, stop=lambda: True)

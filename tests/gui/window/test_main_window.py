@@ -18,6 +18,7 @@ FLYING = 60_000
 CTRL = Qt.KeyboardModifier.ControlModifier
 
 
+@pytest.mark.slow
 def test_the_collector_passes_over_what_lives_as_long_as_the_window(opened, qtbot):
     gc.unfreeze()
     window = opened(first="home")
