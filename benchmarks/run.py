@@ -43,7 +43,7 @@ def main() -> int:
     parser.add_argument("--write", action="store_true", help="write docs/performance.*")
     arguments = parser.parse_args()
     results: dict[str, Any] = {
-        "machine": _machine(),
+        "machine": machine(),
         "versions": _versions(),
         "benchmarks": {},
     }
@@ -107,7 +107,7 @@ def _versions() -> dict[str, str]:
     return found | {package: pinned(name, package) for name, package in OTHERS}
 
 
-def _machine() -> str:
+def machine() -> str:
     """Return processor, cores, memory and Python."""
     lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
     models = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
