@@ -10,6 +10,7 @@ from workbench.control.flight_mode import (
     STOPPING_TIME,
     TOUCH_DOWN_SPEED,
     TOUCH_DOWN_TIME,
+    Health,
     ModeState,
     Settings,
     Situation,
@@ -19,13 +20,15 @@ from workbench.control.flight_mode import (
     with_walls,
 )
 from workbench.control.guidance import Guidance, Reference
-from workbench.control.mode import FlightMode, Request
+from workbench.control.mode import FlightMode, Reason, Request
 
 OFF, ARMED, TAKING_OFF, HOVERING, ASCENDING, DESCENDING, CRUISING, LANDING = FlightMode
 FLYING = (HOVERING, ASCENDING, DESCENDING, CRUISING)
 SETTINGS = Settings(take_off_speed=1.0, landing_speed=0.4, battery_reserve=0.2)
 NOTHING = Reference(0, 0, 0, 0, 0, 0, 0, 0)
 P = [1.0, 2.0, 3.0]
+WELL = Health(deviation=0.5, gps_age=0.2, imu_age=0.0, heading_age=0.1)
+NO_DEVIATION = WELL._replace(deviation=math.nan)
 
 
 def in_mode(mode: FlightMode, **changes) -> ModeState:
@@ -258,6 +261,129 @@ def test_nothing_is_changed_in_place():
     before = (tuple(state), repr(now))
     assert after(state, now) == after(state, now)
     assert (tuple(state), repr(now)) == before
+
+
+def outcome(state: ModeState, now: Situation) -> tuple[FlightMode, Reason]:
+    found = after(state, now)
+    return FlightMode(int(found.mode)), Reason(int(found.reason))
+
+
+def test_what_an_estimate_lacks_decides_and_is_said(case):
+    """Limits: 5 m, or 5 s without GPS; 0.1 s of one reading; it is said after 1 s and 2 s."""
+    for health, mode, reason in (
+        (WELL, HOVERING, Reason.NONE),
+        (WELL._replace(deviation=5.0), HOVERING, Reason.NONE),
+        (WELL._replace(deviation=5.1), LANDING, Reason.POSITION_LOST),
+        (WELL._replace(gps_age=60.0), HOVERING, Reason.DEAD_RECKONING),  # 0.5 m are known
+        (NO_DEVIATION._replace(gps_age=5.0), HOVERING, Reason.DEAD_RECKONING),
+        (NO_DEVIATION._replace(gps_age=5.1), LANDING, Reason.POSITION_LOST),
+        (WELL._replace(gps_age=1.0, heading_age=2.0), HOVERING, Reason.NONE),
+        (WELL._replace(gps_age=1.1, heading_age=2.1), HOVERING, Reason.DEAD_RECKONING),
+        (WELL._replace(heading_age=2.1), HOVERING, Reason.HEADING_DRIFTS),
+        (WELL._replace(imu_age=0.1), HOVERING, Reason.NONE),
+        (WELL._replace(imu_age=0.11), OFF, Reason.IMU_FAILED),
+    ):
+        with case(health):
+            assert outcome(in_mode(HOVERING), seen(health=health)) == (mode, reason)
+    assert outcome(in_mode(HOVERING, reason=3.0), seen(health=WELL)) == (HOVERING, Reason.NONE)
+
+
+def test_a_frozen_imu_stops_each_mode_but_that_without_rotors(case):
+    for mode in FlightMode:
+        with case(mode):
+            reason = Reason.NONE if mode is OFF else Reason.IMU_FAILED
+            now = seen(health=WELL._replace(imu_age=0.2))
+            assert outcome(in_mode(mode), now) == (OFF, reason)
+
+
+def test_the_known_charge_lands_and_the_true_one_stops_the_rotors(case):
+    for charge, known, mode, reason in (
+        (0.1, 0.9, HOVERING, Reason.NONE),
+        (0.9, 0.2, LANDING, Reason.BATTERY_LOW),
+        (0.0, 0.9, OFF, Reason.BATTERY_EMPTY),
+        (0.1, None, LANDING, Reason.BATTERY_LOW),
+    ):
+        with case(charge, known):
+            now = seen(charge=charge, known_charge=known)
+            assert outcome(in_mode(HOVERING), now) == (mode, reason)
+
+
+def test_a_program_that_has_ended_holds_the_mode_until_it_is_stopped():
+    ended = (HOVERING, Reason.AUTOPILOT_ENDED)
+    assert outcome(in_mode(HOVERING), seen(ended=True, charge=0.0)) == ended
+    assert outcome(in_mode(HOVERING), asked(Request.LAND, ended=True)) == ended
+    assert mode_after(in_mode(HOVERING), asked(Request.STOP, ended=True)) is OFF
+
+
+def test_a_landing_that_loses_its_position_sinks_at_once_and_holds_no_point():
+    """Also one that was braking, which it cannot do any more."""
+    lost = seen(health=WELL._replace(deviation=9.0), v_WB=[3.0, 0.0, 0.0])
+    for mode in (HOVERING, LANDING):
+        state = after(in_mode(mode), lost)
+        assert (state.mode, state.reason) == (LANDING, Reason.POSITION_LOST)
+        found = guidance(state, P, SETTINGS)
+        assert (found.climb, found.hold_xy) == (
+            -0.5,
+            0.0,
+        )  # half a metre a second a metre above 2 m
+
+
+def test_a_landing_without_a_position_ends_where_the_ground_arrests_it(case):
+    """It sinks at 0.4 m/s: within half a metre of standing, half of that for 0.2 s is the ground.
+
+    Higher up it is at rest for 2 s: the estimate of the height is doubted, too.
+    """
+    still_since = 20.0
+    for above, v_z, held, mode in (
+        (0.4, 0.0, 0.21, OFF),
+        (0.4, 0.0, 0.19, LANDING),
+        (0.4, -0.19, 0.21, OFF),
+        (0.4, 0.3, 0.21, OFF),
+        (0.4, -0.21, 9.0, LANDING),
+        (0.4, -0.4, 9.0, LANDING),
+        (0.6, 0.0, 1.99, LANDING),
+        (0.6, 0.0, 2.01, OFF),
+        (0.6, -0.19, 9.0, LANDING),
+        (0.6, 0.3, 9.0, LANDING),
+    ):
+        with case(above, v_z, held):
+            reason = float(Reason.POSITION_LOST)
+            state = in_mode(LANDING, still_since=still_since, holding=1.0, reason=reason)
+            now = seen(
+                time=still_since + held,
+                v_WB=[0.0, 0.0, v_z],
+                standing_height=P[2] - above,
+                health=WELL._replace(deviation=9.0),
+            )
+            assert outcome(state, now) == (mode, Reason.POSITION_LOST)
+
+
+def test_a_landing_on_an_estimate_stands_for_longer_where_it_seems_to_be_in_the_air(case):
+    for above, held, mode in ((0.0, 0.51, OFF), (0.2, 1.99, LANDING), (0.2, 2.01, OFF)):
+        with case(above, held):
+            state = in_mode(LANDING, still_since=20.0, holding=1.0)
+            now = seen(time=20.0 + held, standing_height=P[2] - above, health=WELL)
+            assert mode_after(state, now) is mode
+
+
+def test_a_landing_is_aborted_in_the_air_alone(case):
+    for height, above, mode in (
+        (5.0, 1.0, TAKING_OFF),
+        (0.01, 1.0, HOVERING),
+        (5.0, 0.05, LANDING),
+    ):
+        with case(height, above):
+            now = asked(Request.ABORT_LANDING, height=height, standing_height=P[2] - above)
+            state = after(in_mode(LANDING), now)
+            assert FlightMode(int(state.mode)) is mode
+            assert state.target == (height if mode is TAKING_OFF else 0.0)
+
+
+def test_a_landing_sinks_fast_from_high_up_and_slowly_at_last(case):
+    for z, sink in ((100.0, 2.0), (4.0, 1.0), (2.8, 0.4), (1.0, 0.4), (-3.0, 0.4)):
+        with case(z):
+            found = guidance(in_mode(LANDING, holding=1.0), [0.0, 0.0, z], SETTINGS)
+            assert found.climb == pytest.approx(-sink)
 
 
 @pytest.mark.parametrize(
