@@ -141,6 +141,16 @@ def test_the_silent_holder_may_ask_again_and_begins_from_neutral(authority):
     assert code_of(lambda: authority.command(command(old, at=1.9), 1.95)) == "not_holder"
 
 
+def test_no_lease_is_none_that_a_silent_holder_has(authority):
+    """While it is silent the holder has no lease, which the wire writes as 0."""
+    for now in (1.6, 3.1, 6.1):  # it holds, is lost, lands
+        flying(authority, 1.0)
+        assert code_of(lambda now=now: authority.check(1, 0, now)) == "not_holder"
+        assert code_of(lambda now=now: authority.command(command(0, at=now), now)) == "not_holder"
+        assert authority.state(now).age == pytest.approx(now - 1.0)
+        authority.begin(1.0, "given back")
+
+
 def test_another_takes_over_what_is_lost_and_nothing_lands(authority):
     flying(authority, 1.0)
     authority.effect_due(3.0)

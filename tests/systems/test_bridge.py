@@ -104,13 +104,20 @@ def test_limits_are_those_of_the_flight_as_it_is_now():
     assert flight.done[-1].what.velocity == (2.0, 0.0, 0.0)
 
 
-def test_a_flood_fills_no_memory():
+def test_a_flood_leaves_the_neutral_command_and_the_newest():
+    """In the mailbox: the first is the one without which a new holder may not fly."""
     flight = Flight()
-    for _ in range(10 * MOST_COMMANDS):
-        flight.send(0.0, 0.0, 0.0)
+    flight.send(0.0, 0.0, 0.0)
+    for number in range(1, 10 * MOST_COMMANDS + 1):
+        flight.send(number / 512, 0.0, 0.0)
     flight.fly(8)
     assert flight.session.time == 8 * STEP
-    assert len(flight.bridge.refused()) == 0
+    assert flight.bridge.refused() == []
+    assert flight.done[-1].what.velocity == (10 * MOST_COMMANDS / 512, 0.0, 0.0)
+    for _ in range(10 * MOST_COMMANDS):
+        flight.send(9.0, 0.0, 0.0)  # above the limit, so that each is told
+    flight.fly(8)
+    assert len(flight.bridge.refused()) == MOST_COMMANDS
 
 
 @pytest.mark.parametrize(

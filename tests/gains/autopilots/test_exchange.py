@@ -259,6 +259,21 @@ def test_what_must_not_fly_is_named(tmp_path, case):
             assert said in found.unsafe["MC_ROLLRATE_P"]
 
 
+def test_what_must_not_fly_is_not_exported(case):
+    """Each gain of each law: no number, infinite, or just beyond its limits."""
+    for firmware in FIRMWARES:
+        for law in map(load_controller, firmware.laws):
+            values = {row.name: row.default for row in law.parameters}
+            for row in firmware.rows(law):
+                low, high = math.nextafter(row.minimum, -1e9), math.nextafter(row.maximum, 1e9)
+                for value in (math.nan, math.inf, -math.inf, low, high):
+                    with case(law.name, row.name, value), pytest.raises(WorkbenchError) as caught:
+                        export_gains({**values, row.name: value}, law, firmware)
+                    said = str(caught.value)
+                    assert said.startswith(firmware.file_name(row.name))
+                    assert said.endswith("nothing is exported")
+
+
 def test_files_that_are_none_are_refused(tmp_path, case):
     px4 = load_controller("px4")
     for text, words, said in (

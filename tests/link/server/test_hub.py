@@ -39,6 +39,7 @@ from workbench.link.server.client_session import (
     LEAST_PAUSE,
     OPERATION_BURST,
     OPERATIONS,
+    RateLimiter,
 )
 from workbench.link.server.hub import TURN, TURN_OF_STRANGERS
 from workbench.link.server.web_socket import WebSocket
@@ -332,6 +333,23 @@ def test_a_flood_is_read_at_a_thousand_frames_a_second(room, parts):
         answered += len(client.said())
     assert answered == 2000
     assert 1.5 <= room.now - began <= 2.5
+
+
+def test_what_a_client_does_not_use_is_not_saved_up(case):
+    """After an hour of silence it may send 200 frames, 128 KiB or 2 operations at once, no more."""
+    for most, spend in (
+        (199, lambda limiter, now: limiter.take_frame()),  # the next is waited for
+        (128, lambda limiter, now: limiter.take(1024, now)),
+        (2, lambda limiter, now: limiter.take_operation(LARGEST_OPERATION)),
+    ):
+        with case(most):
+            limiter, now = RateLimiter(0.0), 3600.0
+            limiter.take(0, now)
+            for _ in range(most):
+                spend(limiter, now)
+                assert limiter.pause() == 0.0
+            spend(limiter, now)
+            assert limiter.pause() > 0.0
 
 
 @pytest.mark.parametrize("piece", [b"", b"D"], ids=["nothing", "a byte of a frame"])
