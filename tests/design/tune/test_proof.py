@@ -1,0 +1,66 @@
+"""Which flights prove the gains, and the numbers of steps in corners and in steady flight."""
+
+import math
+
+import numpy as np
+import pytest
+
+from workbench.design.metrics import STEP
+from workbench.design.step_response import fly_step
+from workbench.design.tune.case import NOMINAL, Case, Robustness
+from workbench.design.tune.measure import Instruments, Quantity, Step
+from workbench.design.tune.proof import case_metrics, flights_to_fly
+from workbench.design.tune.requirement import requirements
+from workbench.design.tune.wish import parse_wish
+from workbench.scenario.scenario import Scenario
+
+HEAVY, SLOW = Case(mass=1.2), Case(rotor_lag=1.5)
+
+
+def test_each_wished_axis_is_flown_as_described_and_in_its_worst_corner():
+    """The worst corner is that of the smallest reserve; a margin is no flight."""
+    texts = (
+        "x.overshoot<=5",
+        "z.steady_state_error<=5",
+        "pitch.disk_margin>=0.6",
+        "y.rise_time<=1",
+    )
+    wishes = [wish for text in texts for wish in parse_wish(text)]
+    required = requirements(wishes, [NOMINAL, HEAVY, SLOW], Robustness())
+    worst = {("x", HEAVY): -0.5, ("x", SLOW): 0.2, ("z", HEAVY): 0.1, ("z", SLOW): 0.05}
+    reserves = {each: worst.get((each.wish.subject, each.case), 9.0) for each in required}
+    assert flights_to_fly(required, reserves) == [
+        (NOMINAL, "x"),
+        (NOMINAL, "z"),
+        (NOMINAL, "y"),
+        (HEAVY, "x"),
+        (SLOW, "z"),
+    ]
+
+
+def test_a_step_in_a_corner_is_measured_from_where_its_hover_was():
+    """1 - exp(-t / 0.2 s) on top of a hover that is off by 0.1 m/s: rise 0.2 s ln 9, error 10 %."""
+    time = np.arange(0.0, 3.0, 1e-3)
+    response = 0.1 - np.expm1(-time / 0.2)
+    found = case_metrics(time, response, 1.0, 0.0, HEAVY)
+    assert found.rise_time == pytest.approx(0.2 * math.log(9.0), rel=1e-2)
+    assert found.settling_time == pytest.approx(0.2 * math.log(50.0), rel=1e-2)
+    assert found.steady_state_error == pytest.approx(10.0, abs=0.1)
+    assert math.isnan(case_metrics(time, response, 1.0, 0.0, NOMINAL).rise_time), "not at rest"
+
+
+@pytest.mark.usefixtures("compiled")
+def test_a_step_from_steady_flight_is_measured_from_that_flight():
+    """At 3 m/s forwards, one more is wished for: the response begins at 0, and ends at 1."""
+    velocity = (3.0, 0.0, 0.0)
+    tools = Instruments(Scenario(), {}, velocity)
+    tools.steps = {"x": Step(1.0, 3.0)}
+    response = tools.responses([tools.base], "x", NOMINAL).response[0]
+    assert response[0] == 0.0
+    assert response[-1] == pytest.approx(1.0, abs=0.05)
+    names = ("rise_time", "steady_state_error")
+    asked = [Quantity(NOMINAL, STEP, "x", name) for name in names]
+    flown = fly_step("x", 1.0, duration=3.0, velocity=velocity).metrics
+    rise, error = tools.measure([tools.base], asked)[0]
+    assert rise == pytest.approx(flown.rise_time, abs=2 / 128)  # one for each way to count samples
+    assert error == pytest.approx(flown.steady_state_error, abs=0.1)
