@@ -71,6 +71,27 @@ def test_voltage_follows_charge_and_current(vehicle):
     assert loaded(supply, 1e9) == 0.0
 
 
+def test_its_terminals_have_the_loaded_voltage_and_the_current(vehicle):
+    """The same battery; the open circuit that the compensation takes is the known one."""
+    pack = BatteryPack(36e3, 1e-3, ((0.0, 9.0), (0.5, 11.1), (1.0, 12.6)))
+    powered = dataclasses.replace(vehicle, battery=pack)
+    battery = Battery(vehicle=powered, duration=DURATION, compensation=0.7)
+    context = battery.CreateDefaultContext()
+    constants = np.array([rotor.motor_constant for rotor in vehicle.rotors])
+    hover = constants * vehicle.hover_speeds**2
+    supply, terminals = battery.GetOutputPort("supply"), battery.GetOutputPort("terminals")
+    for charge, voltage in ((1.0, 12.6), (0.25, 10.05)):
+        context.SetDiscreteState([charge])
+        for part, current in ((0.0, 0.0), (1.0, 900.0), (4.0, 7200.0)):
+            battery.GetInputPort("thrusts").FixValue(context, part * hover)
+            assert terminals.Eval(context) == pytest.approx([voltage - 1e-3 * current, current])
+        assert supply.Eval(context)[2:] == pytest.approx([0.7, voltage / 12.6])
+    battery.GetInputPort("open_circuit").FixValue(context, [0.9])
+    assert supply.Eval(context)[[0, 3]] == pytest.approx([10.05 / 12.6, 0.9])
+    battery.GetInputPort("thrusts").FixValue(context, 100.0 * hover)
+    assert terminals.Eval(context)[0] == 0.0
+
+
 def test_a_battery_without_a_voltage_takes_nothing_from_the_rotors(vehicle):
     battery = Battery(vehicle=vehicle, duration=DURATION)
     context = battery.CreateDefaultContext()

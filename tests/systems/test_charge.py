@@ -9,6 +9,7 @@ from scipy.optimize import brentq
 from workbench.plant.vehicle import BatteryPack
 from workbench.systems.battery import (
     SETTLING_TIME,
+    ChargeGauge,
     charge_by_voltage,
     next_charge,
     open_circuit,
@@ -72,3 +73,24 @@ def test_noise_of_the_voltage_is_left_as_far_as_the_gain_lets_it():
     wanted = 0.1 / slope * math.sqrt(gain / (2.0 - gain))
     assert 0.8 * wanted < (known - true)[straight].std() < 1.25 * wanted
     assert known[straight] == pytest.approx(true[straight], abs=0.01)
+
+
+def test_the_gauge_tells_the_observer_a_noisy_voltage_and_the_law_the_loaded_one():
+    """By hand: 11 V with half a deviation of 0.2 V, and 20 A at 0.06 Ohm, are 12.3 V at rest."""
+    gauge = ChargeGauge(pack=PACK, voltage_noise=0.2)
+    context = gauge.CreateDefaultContext()
+    gauge.GetInputPort("terminals").FixValue(context, [11.0, 20.0])
+    gauge.GetInputPort("noise").FixValue(context, [0.5])
+    context.SetDiscreteState([0.9])
+    told = 0.8 + 0.2 * (12.3 - 11.9) / (12.6 - 11.9)
+    wanted = 0.9 - math.expm1(-DT / SETTLING_TIME) * (told - 0.9) - 20.0 * DT / 900.0
+    (found,) = gauge.EvalUniquePeriodicDiscreteUpdate(context).get_vector(0).CopyToVector()
+    assert found == pytest.approx(wanted, abs=1e-12)
+
+    context.SetDiscreteState([0.4])
+    rest = 10.9 + (0.4 - 0.15) / (0.8 - 0.15) * (11.9 - 10.9)
+    assert gauge.GetOutputPort("open_circuit").Eval(context) == pytest.approx(rest / 12.6)
+    voltage = gauge.GetOutputPort("voltage")
+    assert voltage.Eval(context) == pytest.approx((rest - 0.06 * 20.0) / 12.6)
+    gauge.GetInputPort("terminals").FixValue(context, [0.0, 1e4])
+    assert voltage.Eval(context) == 0.0

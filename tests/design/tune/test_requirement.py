@@ -11,6 +11,8 @@ from workbench.design.tune.requirement import (
     HOPELESS,
     completed,
     default_wishes,
+    guarded_quantities,
+    guards,
     requirements,
     softened,
     wished_quantities,
@@ -118,6 +120,20 @@ def test_a_wish_takes_the_place_of_the_default():
     names = [wish.name for wish in completed(asked, list(wishes().values()))]
     assert names.count("x.rise_time") == 1
     assert "y.rise_time" in names
+
+
+def test_a_loop_that_nobody_asked_about_keeps_nine_tenths_of_its_smaller_margin(case):
+    """Of that with the rule's gains and of the present one; through a wished axis the usual one."""
+    quantities = guarded_quantities(load_controller(), parse_wish("x.rise_time<=0.4"))
+    for rule, now, kept in ((1.0, 1.5, 0.9), (1.5, 1.0, 0.9), (0.5, 2.0, 0.45), (-1.0, 1.0, None)):
+        with case(rule, now):
+            many = [rule] * len(quantities), [now] * len(quantities)
+            found = {wish.name: wish.bound for wish in guards(*many, quantities)}
+            assert found.get("roll.disk_margin") == found.get("roll.phase_margin") == kept
+            usual = kept and min(kept, 0.6)
+            assert found.get("pitch.disk_margin") == usual
+            usual = kept and min(kept, math.radians(40.0))
+            assert found.get("pitch.phase_margin") == usual
 
 
 def test_corners_of_defaults_give_way_to_what_the_rule_reaches():
