@@ -15,9 +15,11 @@ from workbench.plant.home import DEFAULT_HOME
 from workbench.plant.loading import load_vehicle
 from workbench.plant.sensors import QUIET
 from workbench.scenario.parameters import parameter_table
+from workbench.systems import navigation as systems_navigation
 from workbench.systems.navigation import SIZES, Navigation
 
 PERIOD = 1 / 128
+STRAIGHT = np.eye(3)
 
 
 @pytest.fixture(scope="module")
@@ -25,12 +27,12 @@ def imu():
     return find_imu(load_vehicle(find_model("dh_drone")), True)
 
 
-def navigation(imu, name="ekf", *, gps_repeats=False):
+def navigation(imu, name="ekf", *, gps_repeats=False, turn_BM=STRAIGHT):
     return Navigation(
         estimator=find_estimator(name),
         settings=parameter_table().defaults(),
         mounting=mounting_of(imu, (), DEFAULT_HOME),
-        turn_BM=np.eye(3),
+        turn_BM=turn_BM,
         known=deviations_at_start(imu),
         home=DEFAULT_HOME,
         period=PERIOD,
@@ -112,3 +114,45 @@ def test_equal_samples_of_the_gps_count_where_nothing_moves_and_as_none_in_the_a
                 context.get_mutable_discrete_state().SetFrom(after)
             age = system.GetOutputPort("health").Eval(context)[1]
             assert age == pytest.approx(0.0 if wanted else 2 * PERIOD)
+
+
+def test_an_estimator_is_told_each_new_sample_once_with_its_age(imu, monkeypatch):
+    """By hand, at half a second; the magnetometer's x is B's y, its y is B's -x."""
+    told = []
+    monkeypatch.setattr(
+        systems_navigation,
+        "compiled_update",
+        lambda estimator: lambda memory, samples, *rest: told.append((samples.copy(), rest[-1])),
+    )
+    system = navigation(imu, turn_BM=np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]))
+    context = system.CreateDefaultContext()
+    home = (DEFAULT_HOME.latitude, DEFAULT_HOME.longitude, DEFAULT_HOME.altitude + 30.0)
+    reading = np.arange(1.0, 10.0)
+    for name, values in (
+        ("imu", reading),
+        ("gps", [0.4, *home, 1.0, 2.0, 3.0]),
+        ("barometer", [0.45, 101325.0, 7.5]),
+        ("magnetometer", [0.3, 1e-5, 2e-5, -4e-5]),
+        ("range_finder", [0.48, 2.5]),
+    ):
+        system.GetInputPort(name).FixValue(context, values)
+    system.begin(context, np.array([1.0, *[0.0] * 12]), seed=None)
+
+    def update(time):
+        context.SetTime(time)
+        system.GetOutputPort("memory").Eval(context)
+        after = system.EvalUniquePeriodicDiscreteUpdate(context)
+        context.get_mutable_discrete_state().SetFrom(after)
+        return told[-1]
+
+    samples, dt = update(0.5)
+    gps = [1.0, 0.1, 0.0, 0.0, 30.0, 1.0, 2.0, 3.0]
+    others = [1.0, 7.5, 1.0, -2e-5, 1e-5, -4e-5, 1.0, 2.5]
+    ages = [0.05, 0.2, 0.02]
+    assert samples == pytest.approx([*reading[:6], *gps, *others, *ages], abs=1e-9)
+    assert dt == PERIOD
+    samples, _ = update(0.5 + PERIOD)
+    assert samples == pytest.approx([*reading[:6], *[0.0] * 19]), "all are known"
+    system.GetInputPort("range_finder").FixValue(context, [0.51, np.inf])
+    samples, _ = update(0.5 + 2 * PERIOD)
+    assert samples[6:] == pytest.approx([0.0] * 19), "nothing was in range"
