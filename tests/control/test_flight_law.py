@@ -5,6 +5,7 @@ import math
 
 import numpy as np
 import pytest
+import scipy.signal
 from pydrake.common.eigen_geometry import Quaternion
 from pydrake.math import RotationMatrix
 
@@ -19,6 +20,7 @@ from workbench.control.flight_law import (
     known_body,
     law_constants,
     packed,
+    smoothed_setpoint,
     unpacked,
 )
 from workbench.control.flight_state import mass_velocity, still_air_drag, thrust_attitude
@@ -27,6 +29,7 @@ from workbench.control.mixer import mix
 from workbench.control.stopped_rotors import mix_without
 from workbench.dynamics.rigid_body import rotation
 from workbench.dynamics.vehicle_step import rotor_rows, vehicle_wrench
+from workbench.estimation.filters import lowpass
 from workbench.plant.drag import AIR_DENSITY, drag_area, drag_rates
 from workbench.plant.rotors import wrench_matrix
 from workbench.systems.acceleration_estimate import sampled_estimate
@@ -171,13 +174,8 @@ def test_packing_loses_nothing(vehicle):
         assert np.array(getattr(back, name)).tolist() == np.array(value).tolist(), name
 
 
-def test_the_packed_update_is_the_update_in_place(vehicle, gains, random_signals):
-    """Drake may hand over the same memory to read and to write."""
-    rng = np.random.default_rng(12)
-    constants = law_constants(vehicle)
-    signals = random_signals(rng)
-    filtered = rng.normal(size=FILTERED)
-    wanted, wanted_after = updated(signals, gains, constants, filtered)
+def packed_commands(signals, gains, constants, filtered, settings=PLAIN) -> np.ndarray:
+    """Return the commands of a packed update, which overwrites what is filtered."""
     state, _, reference, guide = (np.array(signal) for signal in signals)
     found = np.zeros(4)
     flight_law(LAW).packed_update(
@@ -191,14 +189,49 @@ def test_the_packed_update_is_the_update_in_place(vehicle, gains, random_signals
         np.concatenate([each.ravel() for each in packed(constants)]),
         np.array(LAW.closed),
         sampled_estimate(PERIOD),
-        np.array(PLAIN),
+        np.array(settings),
         filtered,
         np.array(LAW.initial_memory),
         found,
         ALL_PARTS,
     )
-    assert found == pytest.approx(wanted, rel=1e-12)
+    return found
+
+
+def test_the_packed_update_is_the_update_in_place(vehicle, gains, random_signals):
+    """Drake may hand over the same memory to read and to write."""
+    rng = np.random.default_rng(12)
+    constants = law_constants(vehicle)
+    signals = random_signals(rng)
+    filtered = rng.normal(size=FILTERED)
+    wanted, wanted_after = updated(signals, gains, constants, filtered)
+    assert packed_commands(signals, gains, constants, filtered) == pytest.approx(wanted, rel=1e-12)
     assert filtered == pytest.approx(wanted_after, rel=1e-12)
+
+
+def test_commands_of_a_resolution_are_the_nearest_ones(vehicle, gains, random_signals):
+    rng = np.random.default_rng(13)
+    constants = law_constants(vehicle)
+    step = vehicle.rotors[0].max_rot_velocity / 50.0
+    for _ in range(50):
+        signals, filtered = random_signals(rng), rng.normal(size=FILTERED)
+        exact = packed_commands(signals, gains, constants, filtered.copy())
+        coarse = PLAIN._replace(command_steps=50.0)
+        found = packed_commands(signals, gains, constants, filtered, coarse)
+        assert found == pytest.approx(step * np.round(exact / step), abs=1e-9)
+
+
+def test_a_setpoints_lowpass_is_butterworths_on_each_of_its_four_numbers():
+    rng = np.random.default_rng(14)
+    asked, states = rng.normal(size=(60, 4)), (0.0, 0.0, 0.0, 0.0)
+    found = []
+    for numbers in asked:
+        setpoint = Setpoint((*numbers, 7.0, 8.0, 9.0, 1.0), NO_WRENCH, STRAIGHT)
+        smooth, states = smoothed_setpoint(lowpass(5.0, 1.0, PERIOD), states, setpoint)
+        found.append(smooth.reference[:4])
+        assert smooth.reference[4:] == (7.0, 8.0, 9.0, 1.0)
+    wanted = scipy.signal.lfilter(*scipy.signal.butter(1, 5.0, fs=1.0 / PERIOD), asked, axis=0)
+    np.testing.assert_allclose(found, wanted, atol=1e-12)
 
 
 @pytest.fixture(scope="module")

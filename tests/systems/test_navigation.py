@@ -156,3 +156,27 @@ def test_an_estimator_is_told_each_new_sample_once_with_its_age(imu, monkeypatch
     system.GetInputPort("range_finder").FixValue(context, [0.51, np.inf])
     samples, _ = update(0.5 + 2 * PERIOD)
     assert samples[6:] == pytest.approx([0.0] * 19), "nothing was in range"
+
+
+def test_a_sample_beyond_the_gate_does_not_count(imu, case):
+    """Of so many standard deviations to the north: its age then grows as if there were none."""
+    gate = parameter_table().defaults()["ekf_gate"]
+
+    def told(turn):
+        """Return the innovation to the north over its deviation, and the age of the GPS after."""
+        system = navigation(imu)
+        context = begun(system, np.array([0.0, 0.0, 0.0, 0.0, 0.0, 9.81, 0.0, 0.0, 0.0]))
+        context.SetTime(PERIOD)
+        place = (DEFAULT_HOME.latitude + turn, DEFAULT_HOME.longitude, DEFAULT_HOME.altitude)
+        system.GetInputPort("gps").FixValue(context, [0.0, *place, 0.0, 0.0, 0.0])
+        pairs = system.GetOutputPort("innovations").Eval(context).reshape(-1, 2)
+        after = system.EvalUniquePeriodicDiscreteUpdate(context)
+        context.get_mutable_discrete_state().SetFrom(after)
+        age = system.GetOutputPort("health").Eval(context)[1]
+        return pairs[1, 0] / np.sqrt(pairs[1, 1]), age
+
+    begin, slope = told(0.0)[0], (told(1e-6)[0] - told(0.0)[0]) / 1e-6
+    for deviations, age in ((0.9, 0.0), (-0.9, 0.0), (1.1, 2 * PERIOD), (-1.1, 2 * PERIOD)):
+        with case(deviations):
+            found = told((deviations * gate - begin) / slope)
+            assert found == pytest.approx((deviations * gate, age), rel=1e-3)
