@@ -721,6 +721,28 @@ def test_another_order_ends_a_measurement(order, said):
     assert measured(bench) == []
 
 
+def test_a_landing_and_a_client_end_a_measurement_and_its_injection():
+    """A battery that is at its reserve after 2 s; control that is given back."""
+    bench = Bench()
+    bench.obey(Action(set={"battery_reserve": 0.9, "battery_duration": 20.0}))
+    bench.obey(MEASURE)
+    bench.fly(1.0)
+    assert bench.shown.measuring is not None
+    bench.fly(2.0)
+    assert bench.session.snapshot().mode is FlightMode.LANDING
+    assert bench.shown.measuring is None and bench.session.injecting is None
+
+    bench = Bench()
+    bench.obey(MEASURE)
+    bench.fly(1.0)
+    bench.obey(Order(Do.GIVE_BACK))
+    bench.bridge.authority.request(7, "robot", bench.session.time)
+    assert bench.session.injecting is not None
+    bench.fly(0.5)
+    assert bench.shown.measuring is None and bench.session.injecting is None
+    assert bench.asked == (0.0, 0.0, 0.0, 0.0), "the robot's grant holds"
+
+
 def test_no_measurement_begins_on_the_ground_or_of_nothing():
     bench = Bench(Scenario(start=Start(mode="off")))
     assert "once it hovers" in bench.obey(MEASURE).said

@@ -45,6 +45,8 @@ def test_one_that_ends_leaves_nothing_behind():
     assert session.injecting is None
     session.tick(6.0)
     assert np.abs(session.state()[10:13]).max() < 1e-3
+    # a rest of it would hold the drone as far off as it is of the loops' gains
+    np.testing.assert_allclose(positions(session)[-1], positions(session)[0], atol=1e-3)
 
 
 def test_a_fork_goes_on_without_it():
