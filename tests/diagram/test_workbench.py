@@ -9,8 +9,9 @@ from workbench.common.resources import find_world
 from workbench.control.controller import load_controller
 from workbench.control.guidance import Guidance, Reference
 from workbench.diagram.workbench import make_workbench
+from workbench.plant.variation import Variation
 from workbench.plant.worlds.reading import read_world
-from workbench.scenario.scenario import Action, Rates, Scenario, Start
+from workbench.scenario.scenario import Action, Rates, Scenario, Start, VehicleConfig
 from workbench.session.session import Session
 
 HEIGHT = 10.0
@@ -156,3 +157,37 @@ def test_obstacles_far_away_do_not_change_the_flight(tmp_path):
     without, far = flights
     for name in ("p_WB", "q_WB", "v_WB", "w_WB", "thrusts", "mode"):
         assert getattr(far, name).tobytes() == getattr(without, name).tobytes(), name
+
+
+def reaction(variation: Variation) -> tuple[int, int]:
+    """Return the steps at which commands, and rotors, first differ by a push that begins at 517."""
+    rates = Rates(record_period=Rates().physics_step)
+    config = VehicleConfig(variation=variation)
+    scenario = Scenario(vehicle=config, rates=rates, start=Start(position=[0.0, 0.0, 5.0]))
+    flown = []
+    for force in (0.0, 2.0):
+        push = {"push_y": force, "push_start": 517 / 1024, "push_duration": 1.0}
+        session = Session(scenario, push)
+        session.tick(600 / 1024)
+        flown.append(session.recording())
+    calm, pushed = flown
+    return tuple(
+        int(np.argmax((getattr(calm, name) != getattr(pushed, name)).any(axis=1)))
+        for name in ("commanded_speeds", "rotor_speeds")
+    )
+
+
+def test_delays_are_of_as_many_steps_as_they_say(case):
+    """The push moves the state from step 518 on: updates are at 520, 528 and 536.
+
+    With a delay d the first that sees it is the first at 518 + d or later.
+    """
+    commands, rotors = reaction(Variation())
+    for steps, later in ((2, 0), (3, 8), (8, 8), (11, 16)):
+        with case("sensing", steps):
+            found = reaction(Variation(sensing_delay=steps / 1024))
+            assert found == (commands + later, rotors + later)
+    for steps in (5, 8):
+        with case("command", steps):
+            found = reaction(Variation(command_delay=steps / 1024))
+            assert found == (commands, rotors + steps)
