@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from workbench.common.errors import FlightBrokenError, WorkbenchError
+from workbench.control.mode import FlightMode
 from workbench.ipc.send_queue import SendQueue
 from workbench.ipc.worker_process import Answer, Refusal, Request
 from workbench.live.flying import SLICE, Flying
@@ -113,6 +114,28 @@ def test_a_gain_of_the_operator_forgets_no_stick_of_a_client():
     assert bench.bridge.moves(1.0, 0.0, 0.0, 0.0)
     bench.obey(Action(set={"kp_roll": 77.0}))
     assert not bench.bridge.moves(1.0, 0.0, 0.0, 0.0)
+
+
+def test_an_operators_stick_ends_a_landing_in_the_air_as_it_leaves_neutral(case):
+    """Neither one at rest nor one that is held since before; a place to go to does."""
+    rest, ahead = Action(velocity=[0.0] * 3, yaw_rate=0.0), Action(velocity=[0.5, 0.0, 0.0])
+    for before, then, ends in (
+        (rest, rest, False),
+        (ahead, ahead, False),
+        (ahead, rest, False),
+        (rest, ahead, True),
+        (rest, Action(yaw_rate=0.1), True),
+        (ahead, Action(go_to=[0.0, 0.0, 3.0]), True),
+    ):
+        with case(before, then):
+            bench = Bench(Scenario(start=Start(position=[0.0, 0.0, 3.0])))
+            for order in (before, Action(request="land")):
+                bench.obey(order)
+                bench.fly(0.25)
+            assert bench.session.snapshot().mode is FlightMode.LANDING
+            bench.obey(then)
+            bench.fly(0.25)
+            assert (bench.session.snapshot().mode is not FlightMode.LANDING) == ends
 
 
 def test_a_report_that_shows_the_effect_goes_before_the_answer():
