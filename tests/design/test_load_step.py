@@ -137,6 +137,22 @@ def test_the_usual_load_is_a_tenth_of_the_weight_at_the_centre_of_mass(study):
     assert moved(find_load("force_y"), after)[0] == 0.0
 
 
+def test_the_usual_torque_is_that_of_the_usual_force_at_a_tenth_of_an_arm(study):
+    """An arm is a rotor's way from the centre of mass; about yaw, torque over thrust."""
+    vehicle = study.vehicle
+    tenth = 0.1 * 9.81 * vehicle.mass
+    arms = [math.dist(rotor.p_BR, vehicle.p_BoBcm_B) for rotor in vehicle.rotors]
+    assert len(set(np.round(arms, 6))) == 1, "so that a mean is one of them"
+    for load, wanted in (
+        ("torque_roll", tenth * 0.1 * arms[0]),
+        ("torque_pitch", tenth * 0.1 * arms[0]),
+        ("torque_yaw", tenth * vehicle.rotors[0].moment_constant),
+        ("force_z", tenth),
+        ("gust_x", 5.0),
+    ):
+        assert usual_load(find_load(load), vehicle) == pytest.approx(wanted), load
+
+
 def test_a_flights_own_gusts_and_pushes_are_left_out(engine):
     """They are of its own time: a push since 0.9 s would be in a prediction."""
     pushed = {"push_torque_x": 5.0, "gust_y": 9.0, "push_start": 0.9, "push_duration": 3.0}
