@@ -27,9 +27,11 @@ LEFT_OUT = (".*", "__pycache__", "out", "build", "dist", "node_modules")
 """Of the project's folder; not copied."""
 
 DYNAMICS, CONTROL, SYSTEMS = "workbench/dynamics", "workbench/control", "workbench/systems"
+CONTROLLERS, DESIGN = "workbench/controllers", "workbench/design"
 ORACLE = "tests/oracles/test_reference_flights.py"
 LOOPS = "tests/oracles/test_loops_by_hand.py"
 LAW = "tests/controllers/test_pd.py"
+EQUATIONS = "tests/controllers/test_equations.py"
 
 
 @dataclass(frozen=True)
@@ -233,6 +235,176 @@ MUTATIONS = (
         "if spread < 0.0 and tilt * spread > room:",
         ("tests/control/test_mixer.py",),
     ),
+    Mutation(
+        "law: INDI's spin-up with the other sign",
+        f"{CONTROLLERS}/indi.py",
+        "passed * (m_z + spin_up - m.moment_filtered_z)",
+        "passed * (m_z - spin_up - m.moment_filtered_z)",
+        (EQUATIONS,),
+    ),
+    Mutation(
+        "law: INDI takes the product of inertia yz for xz",
+        f"{CONTROLLERS}/indi.py",
+        "M_x + xx * d_x + xy * d_y + xz * d_z",
+        "M_x + xx * d_x + xy * d_y + yz * d_z",
+        (EQUATIONS,),
+    ),
+    Mutation(
+        "law: PID's integral of yaw with the other sign",
+        f"{CONTROLLERS}/pid.py",
+        "g.kp_yaw_rate * e[2] + m.i_rate_z + vehicle.yaw_drag",
+        "g.kp_yaw_rate * e[2] - m.i_rate_z + vehicle.yaw_drag",
+        (EQUATIONS,),
+    ),
+    Mutation(
+        "law: PID's integral of yaw without a limit",
+        f"{CONTROLLERS}/pid.py",
+        "past = m.i_rate_z if m.i_rate_z * m.i_rate_z > MOST_TURN * MOST_TURN else 0.0",
+        "past = 0.0 * m.i_rate_z",
+        (EQUATIONS,),
+    ),
+    Mutation(
+        "law: LQI's integral along y with the other sign",
+        f"{CONTROLLERS}/lqi.py",
+        "level * (g.level_velocity * e[1] + g.level_integral * m.integral_y)",
+        "level * (g.level_velocity * e[1] - g.level_integral * m.integral_y)",
+        (EQUATIONS,),
+    ),
+    Mutation(
+        "rule: PX4's velocity integral ten times as large",
+        f"{CONTROLLERS}/px4.py",
+        '"MPC_XY_VEL_I_ACC": 0.2 *',
+        '"MPC_XY_VEL_I_ACC": 2.0 *',
+        ("tests/controllers/test_rules.py",),
+    ),
+    Mutation(
+        "commands: rounded down in place of to the nearest",
+        f"{CONTROL}/flight_law.py",
+        "math.floor(steps * speed / full + 0.5)",
+        "math.floor(steps * speed / full)",
+        ("tests/control/test_flight_law.py",),
+    ),
+    # safety
+    Mutation(
+        "flight mode: a landing without a position is arrested where it sinks",
+        f"{CONTROL}/flight_mode.py",
+        "now.v_WB[2] < -0.5 * settings.landing_speed",
+        "now.v_WB[2] > -0.5 * settings.landing_speed",
+        ("tests/control/test_flight_mode.py",),
+    ),
+    Mutation(
+        "flight mode: a position is lost while the GPS is young",
+        f"{CONTROL}/flight_mode.py",
+        "return health.gps_age > settings.gps_timeout",
+        "return health.gps_age < settings.gps_timeout",
+        ("tests/control/test_flight_mode.py",),
+    ),
+    Mutation(
+        "flight mode: the true charge lands in place of the known one",
+        f"{CONTROL}/flight_mode.py",
+        "known = now.charge if now.known_charge is None else now.known_charge",
+        "known = now.charge",
+        ("tests/control/test_flight_mode.py",),
+    ),
+    Mutation(
+        "authority: a lease of 0 commands",
+        "workbench/link/authority.py",
+        "self._lease == lease != 0",
+        "self._lease == lease",
+        ("tests/link/test_authority.py",),
+    ),
+    Mutation(
+        "server: operations of an idle client are saved up",
+        "workbench/link/server/client_session.py",
+        "min(OPERATION_BURST, self._operations + OPERATIONS * passed)",
+        "self._operations + OPERATIONS * passed",
+        ("tests/link/server/test_hub.py",),
+    ),
+    Mutation(
+        "server: topics wait without limit",
+        "workbench/live/network.py",
+        "self.offer(published, MOST_TOPICS)",
+        "self.offer(published, 1000 * MOST_TOPICS)",
+        ("tests/live/test_server_process.py",),
+    ),
+    Mutation(
+        "mailbox: the first command is dropped",
+        f"{SYSTEMS}/bridge.py",
+        "            self._commands.pop()\n",
+        "            self._commands.popleft()\n",
+        ("tests/systems/test_bridge.py",),
+    ),
+    Mutation(
+        "export: a gain that must not fly is written",
+        "workbench/gains/autopilots/exchange.py",
+        'raise WorkbenchError(f"{firmware.file_name(name)} {why}; nothing is exported")',
+        "continue",
+        ("tests/gains/autopilots/test_exchange.py",),
+    ),
+    Mutation(
+        "injection: its loops stay as they are at its end",
+        "workbench/session/session.py",
+        "            self._live.close_loops()\n        self._injecting = None",
+        "            pass\n        self._injecting = None",
+        ("tests/session/test_injection.py",),
+    ),
+    # design
+    Mutation(
+        "tune: the best corner is flown in place of the worst",
+        f"{DESIGN}/tune/proof.py",
+        "found.append((min(corners",
+        "found.append((max(corners",
+        ("tests/design/tune/test_proof.py",),
+    ),
+    Mutation(
+        "tune: a step from steady flight is measured from hover",
+        f"{DESIGN}/tune/measure.py",
+        "response = response - response[:, :1]",
+        "response = response + 0.0",
+        ("tests/design/tune/test_proof.py",),
+    ),
+    Mutation(
+        "tune: a guard keeps the larger margin",
+        f"{DESIGN}/tune/requirement.py",
+        "bound = min(wish.bound, ROOM * min(rule, now))",
+        "bound = min(wish.bound, ROOM * max(rule, now))",
+        ("tests/design/tune/test_requirement.py",),
+    ),
+    Mutation(
+        "compare: the error in wind is that before its last second",
+        f"{DESIGN}/compare.py",
+        "away[flight.time > flight.time[-1] - 1.0].mean()",
+        "away[flight.time < flight.time[-1] - 1.0].mean()",
+        ("tests/design/test_compare.py",),
+    ),
+    Mutation(
+        "compare: the smallest overshoot of the vehicles in place of the worst",
+        f"{DESIGN}/compare.py",
+        "known.overshoot[~gone].max(initial=0.0)",
+        "known.overshoot[~gone].min(initial=0.0)",
+        ("tests/design/test_compare.py",),
+    ),
+    Mutation(
+        "regress: saturation of all rotors in place of any",
+        f"{DESIGN}/regress/measures.py",
+        "(flight.judged.commanded_speeds >= FULL * limits).any(axis=1)",
+        "(flight.judged.commanded_speeds >= FULL * limits).all(axis=1)",
+        ("tests/design/regress/test_measures.py",),
+    ),
+    Mutation(
+        "load: a torque at ten times its arm",
+        f"{DESIGN}/load_step.py",
+        "lever = SHARE * float(np.linalg.norm(hubs, axis=1).mean())",
+        "lever = float(np.linalg.norm(hubs, axis=1).mean())",
+        ("tests/design/test_load_step.py",),
+    ),
+    Mutation(
+        "session: a gain that a law cannot design with stays",
+        "workbench/session/live_context.py",
+        "                gains.SetFromVector(before)\n                raise",
+        "                raise",
+        ("tests/session/test_failing_laws.py",),
+    ),
     # sensors and battery
     Mutation(
         "IMU: gravity the wrong way",
@@ -282,6 +454,41 @@ MUTATIONS = (
         "used = PERIOD * _power(thrusts) / self._hover_power / duration",
         "used = 2.0 * PERIOD * _power(thrusts) / self._hover_power / duration",
         ("tests/systems/test_battery.py",),
+    ),
+    Mutation(
+        "battery: the law is told a voltage that rises under load",
+        f"{SYSTEMS}/battery.py",
+        "output.SetFromVector([max(0.0, rest - self._pack.resistance * current) / self._full])",
+        "output.SetFromVector([max(0.0, rest + self._pack.resistance * current) / self._full])",
+        ("tests/systems/test_charge.py",),
+    ),
+    Mutation(
+        "estimate: the age of the barometer with the other sign",
+        f"{SYSTEMS}/navigation.py",
+        "found[AGES] = context.get_time() - barometer[0]",
+        "found[AGES] = barometer[0] - context.get_time()",
+        ("tests/systems/test_navigation.py",),
+    ),
+    Mutation(
+        "estimate: the gate of the GPS not squared",
+        f"{SYSTEMS}/navigation.py",
+        "gate**2 * told[:, 1]",
+        "gate * told[:, 1]",
+        ("tests/systems/test_navigation.py",),
+    ),
+    Mutation(
+        "payload: the law is not designed anew when it becomes known",
+        f"{SYSTEMS}/flight_computer.py",
+        "SetFromVector(_joined(constants))\n        self.design(context)",
+        "SetFromVector(_joined(constants))",
+        ("tests/systems/test_flight_computer.py",),
+    ),
+    Mutation(
+        "delays: a step longer than they say",
+        "workbench/diagram/core.py",
+        "DiscreteTimeDelay(period, periods - 1, port.size())",
+        "DiscreteTimeDelay(period, periods, port.size())",
+        ("tests/diagram/test_workbench.py",),
     ),
 )
 

@@ -1,11 +1,14 @@
 """The numbers of a comparison from flights that are made up: what they are is known by hand."""
 
+import math
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 from workbench.control.mode import FlightMode
 from workbench.design import compare as compared
-from workbench.design.compare import compare
+from workbench.design.compare import VEHICLES, compare
 from workbench.scenario.scenario import Scenario
 from workbench.session.recording import Recording
 
@@ -102,3 +105,39 @@ def test_numbers_of_push_fall_and_wind_are_those_by_hand(monkeypatch, vehicle):
     assert numbers["wind_error"] == pytest.approx(0.02)
     (force,) = forces
     assert force == pytest.approx([0.0, 0.5 * vehicle.mass * 9.81, 0.0])
+
+
+def second_order(time, command, damping):
+    """Return the step of 100 / (s² + 20 ζ s + 100), which overshoots by exp(-π ζ / √(1 - ζ²))."""
+    w = 10.0 * math.sqrt(1.0 - damping**2)
+    swing = np.cos(w * time) + 10.0 * damping / w * np.sin(w * time)
+    return command * (1.0 - np.exp(-10.0 * damping * time) * swing)
+
+
+def test_the_worst_overshoot_is_that_of_the_vehicles_that_are_not_lost(monkeypatch):
+    """Of eight one is lost in the step along y, and another overshoots by 25.4 % along z."""
+    time = STEP * np.arange(1500)
+
+    class Engine:
+        """Stands for compiled flights."""
+
+        def __init__(self, *args, **more) -> None:
+            pass
+
+        def fly(self, gains, axis, amplitude, *, duration, variations) -> SimpleNamespace:
+            assert len(gains) == 8 and tuple(variations) == VEHICLES
+            dampings = [0.7] * 7 + [0.4 if axis == "z" else 0.7]
+            steps = np.array([second_order(time, amplitude, each) for each in dampings])
+            lost = np.full(8, math.nan)
+            if axis == "y":
+                lost[2], steps[2] = 1.0, 1e3
+            return SimpleNamespace(time=time, response=steps - 0.1, diverged_at=lost)
+
+    decay = SimpleNamespace(of=lambda *of: 0.5)
+    monkeypatch.setattr(compared, "RolloutEngine", Engine)
+    monkeypatch.setattr(compared, "DecayTimes", lambda *of: decay)
+    (found,) = compare(["pd"], parts=("vehicles",)).controllers
+    worst = 100.0 * math.exp(-math.pi * 0.4 / math.sqrt(1.0 - 0.16))
+    assert found.numbers["worst_overshoot"] == pytest.approx(worst, rel=0.01)
+    assert found.numbers["lost"] == 1.0
+    assert found.remarks["worst_overshoot"] == "of those that are not lost"

@@ -126,3 +126,20 @@ def test_what_is_flown_until_then_is_kept(failing):
     with pytest.raises(FlightBrokenError):
         session.tick(3.0)
     assert session.recording().v_WB[-1, 2] > 0.29
+
+
+@pytest.mark.usefixtures("interpreted_laws")
+def test_a_gain_that_a_law_cannot_design_with_leaves_the_one_before(tmp_path):
+    path = tmp_path / "designing.py"
+    path.write_text(
+        f"{TEXT}\nDESIGNED = ['half']\n\n\ndef design(vehicle, g, dt):\n"
+        "    if g.k_place > 1.0:\n        raise ValueError('too far')\n"
+        "    return [0.5 * g.k_place]\n"
+    )
+    session = Session(Scenario(controller=str(path)))
+    session.set("k_place", 0.9)
+    with pytest.raises(WorkbenchError, match="too far"):
+        session.act(Action(set={"k_place": 2.0, "k_speed": 3.0}))
+    assert session.get("k_place") == 0.9
+    assert session.get("k_speed") == 2.5
+    session.tick(0.1)

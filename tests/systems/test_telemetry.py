@@ -1,5 +1,6 @@
 """What is published, decoded by hand from the bytes, against the recording of the same flight."""
 
+import dataclasses
 import math
 import struct
 
@@ -9,9 +10,11 @@ from pydrake.common.eigen_geometry import Quaternion
 from pydrake.math import RollPitchYaw
 
 from workbench.link import drone_topics as topic
+from workbench.link.drone_topics import Outfit, drone_topics
 from workbench.scenario.scenario import Action, Scenario, SensorsConfig, Start
 from workbench.session.session import Session
 from workbench.systems.bridge import Bridge
+from workbench.systems.telemetry import TopicValues
 
 PERIOD = 5 / 1024
 """Five physics steps, the nearest to 1/200 s."""
@@ -222,18 +225,35 @@ def test_the_estimate_is_published_beside_the_truth(estimator):
     assert math.isnan(estimate[0][1][-1]) == (estimator == "complementary")
 
 
-def test_a_number_too_large_for_its_field_is_infinite(vehicle):
-    from workbench.link.drone_topics import Outfit, drone_topics
-    from workbench.systems.telemetry import TopicValues
-
+def made(vehicle, state, thrusts) -> dict[int, bytes]:
+    """Return the payloads of a motion (13) with thrusts (4), by topic."""
     values = TopicValues(vehicle, drone_topics(Outfit(rotors=4, fast=200.0, slow=20.0)))
-    state = [1.0, 0.0, 0.0, 0.0, 1e39, -1e300, 2.0, *[0.0] * 6]
     signals = {
         "state": state,
         "acceleration": [0.0] * 6,
-        "thrusts": [1.0] * 4,
+        "thrusts": thrusts,
         "reference": [0.0] * 8,
         "speeds": [0.0] * 4,
     }
-    found = dict([values.clocks(0, 0), *values.fast(signals)])
+    return dict([values.clocks(0, 0), *values.fast(signals)])
+
+
+def test_the_force_of_leaning_rotors_is_turned_into_the_world(vehicle):
+    """Each leans another way, so that all of its parts are there."""
+    axes = [[0.6, 0.0, 0.8], [0.0, 0.6, 0.8], [0.0, -0.28, 0.96], [-0.28, 0.0, 0.96]]
+    rotors = tuple(
+        dataclasses.replace(rotor, axis_B=tuple(axis))
+        for rotor, axis in zip(vehicle.rotors, axes, strict=True)
+    )
+    thrusts = [1.0, 2.0, 3.0, 4.0]
+    turn = RollPitchYaw(0.3, -0.5, 2.0)
+    state = [*turn.ToQuaternion().wxyz(), *[0.0] * 9]
+    found = made(dataclasses.replace(vehicle, rotors=rotors), state, thrusts)
+    force_W = turn.ToRotationMatrix().matrix() @ (np.array(thrusts) @ np.array(axes))
+    assert struct.unpack("<6f", found[topic.FORCE_TORQUE])[:3] == pytest.approx(force_W, abs=1e-6)
+
+
+def test_a_number_too_large_for_its_field_is_infinite(vehicle):
+    state = [1.0, 0.0, 0.0, 0.0, 1e39, -1e300, 2.0, *[0.0] * 6]
+    found = made(vehicle, state, [1.0] * 4)
     assert struct.unpack("<9f", found[topic.POSITION])[0:3] == (math.inf, -math.inf, 2.0)
