@@ -148,7 +148,9 @@ def test_the_shipped_drones_own_gains_are_near_the_rules():
     """They were found by hand, with the delay left out of account: 27 and 225."""
     gains = rule_gains(plus_quad(lag=1 / 60))
     assert gains["kd_roll"] == pytest.approx(27.0, rel=0.15)
-    assert gains["kp_roll"] == pytest.approx(225.0, rel=0.3)
+    assert math.sqrt(gains["kp_roll"]) == pytest.approx(15.0, rel=0.15)
+    damping = gains["kd_roll"] / math.sqrt(gains["kp_roll"])
+    assert damping == pytest.approx(27.0 / 15.0, rel=5e-3)
 
 
 def test_size_does_not_matter():
