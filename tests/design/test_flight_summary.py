@@ -107,6 +107,15 @@ def test_touch_down_is_the_sinking_speed_before_the_ground(made_up, vehicle):
     assert summarise(made_up(time, path)).touch_down_speed == pytest.approx(0.4, rel=1e-6)
 
 
+def test_touch_down_is_the_fastest_of_the_last_ten_centimetres(made_up, vehicle):
+    """It sinks at 0.8 m/s above 5 cm, and at 0.3 m/s below: 0.8 m/s was in them."""
+    time = np.linspace(0.0, 4.0, 513)
+    slow = np.maximum(0.05 - 0.3 * (time - 1.1875), 0.0)
+    height = np.where(time < 1.1875, 1.0 - 0.8 * time, slow)
+    path = np.stack([0.0 * time, 0.0 * time, height + vehicle.ground_clearance], axis=1)
+    assert summarise(made_up(time, path)).touch_down_speed == pytest.approx(0.8, rel=1e-6)
+
+
 def test_who_never_left_the_ground_did_not_land(made_up, vehicle):
     still = np.tile([0.0, 0.0, vehicle.ground_clearance], (3, 1))
     assert summarise(made_up([0.0, 1.0, 2.0], still)).touch_down_speed is None

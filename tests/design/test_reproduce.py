@@ -3,9 +3,10 @@
 import math
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
-from workbench.design.reproduce import PAPER, Row, checks, implied_t90, violations
+from workbench.design.reproduce import PAPER, Row, checks, implied_t90, mean_until, violations
 from workbench.design.response_metrics import StepMetrics
 from workbench.design.step_response import Coupling, StepResponse
 
@@ -73,3 +74,11 @@ def test_height_may_change_while_climbing():
 def test_the_papers_accelerations_imply_rise_times():
     implied = {figure.axis: implied_t90(make_row(figure.axis)) for figure in PAPER}
     assert implied == pytest.approx({"z": 0.5, "x": 0.45, "y": 0.45, "yaw": 0.545}, abs=1e-3)
+
+
+def test_a_mean_until_a_time_between_samples_is_that_of_the_line_between_them():
+    """Of t², samples 0.1 s apart: the trapezoids up to 0.25 s have an area of 0.00563 m."""
+    time = np.arange(0.0, 3.0, 0.1)
+    area = 0.1 * (0.01 / 2.0) + 0.1 * (0.01 + 0.04) / 2.0 + 0.05 * (0.04 + 0.065) / 2.0
+    assert mean_until(time, time**2, 0.25) == pytest.approx(area / 0.25)
+    assert mean_until(time, 3.0 * time, 0.77) == pytest.approx(3.0 * 0.77 / 2.0)
