@@ -2,7 +2,7 @@
 
 import struct
 import zlib
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -84,6 +84,7 @@ _CODES = {
     "int16_t": "h",
     "int32_t": "i",
     "uint32_t": "I",
+    "uint64_t": "Q",
     "bool": "?",
 }
 
@@ -167,13 +168,13 @@ def dataflash(messages: Sequence[Message]) -> bytes:
     return data
 
 
-def usd(stamps: Sequence[int], degrees: Sequence[float], version: int = 2) -> bytes:
-    """Return a log of a Crazyflie with gyro.x [deg/s]; stamps are in us, in version 1 in ms."""
-    data = struct.pack("<BHHH", 0xBC, version, 1, 7) + b"fixed\0" + struct.pack("<H", 1)
-    data += b"gyro.x(f)\0"
-    code = "<HIf" if version == 1 else "<HQf"
-    for time, value in zip(stamps, degrees, strict=True):
-        data += struct.pack(code, 7, int(time), value)
+def usd(stamps: Sequence[int], columns: Mapping[str, Sequence[float]], version: int = 2) -> bytes:
+    """Return a log of a Crazyflie with variables; stamps are in us, in version 1 in ms."""
+    data = struct.pack("<BHHH", 0xBC, version, 1, 7) + b"fixed\0"
+    data += struct.pack("<H", len(columns)) + b"".join(f"{name}(f)\0".encode() for name in columns)
+    code = f"<H{'I' if version == 1 else 'Q'}{len(columns)}f"
+    for time, *row in zip(stamps, *columns.values(), strict=True):
+        data += struct.pack(code, 7, int(time), *row)
     return data + struct.pack("<I", zlib.crc32(data))
 
 
@@ -211,7 +212,7 @@ def write_dataflash(folder: Path, stamps: np.ndarray, degrees: np.ndarray) -> Pa
 
 def write_usd(folder: Path, stamps: np.ndarray, degrees: np.ndarray) -> Path:
     """The same as a log of a Crazyflie."""
-    return _written(folder / "a", usd(stamps.tolist(), degrees.tolist()))
+    return _written(folder / "a", usd(stamps.tolist(), {"gyro.x": degrees.tolist()}))
 
 
 def write_csv(folder: Path, stamps: np.ndarray, degrees: np.ndarray) -> Path:
