@@ -334,6 +334,34 @@ def test_what_is_beyond_the_gate_or_not_new_changes_nothing(case, kit):
         np.testing.assert_allclose(covariance(memory), book.P, atol=1e-12)
 
 
+def test_a_range_finder_counts_while_it_looks_down(case):
+    """Along its beam a height of 3 m is 3 / cos farther; from 60 degrees on it says nothing."""
+    z = np.zeros(SAMPLES)
+    z[0:6], z[RANGE_FINDER] = [0.0, 0.0, 0.0, *G], 1.0
+    for degrees, counts in (
+        (0, True),
+        (59, True),
+        (61, False),
+        (90, False),
+        (120, False),
+        (180, False),
+    ):
+        with case(degrees):
+            R = Rotation.from_euler("y", degrees, degrees=True)
+            state = [*R.as_quat(scalar_first=True), 0.0, 0.0, 3.0, *[0.0] * 6]
+            memory = ekf.initial(state, (0.0, 0.0, 0.0), ekf.InitialDeviations())
+            begun = memory.copy()
+            z[RANGE_FINDER + 1] = 3.0 / abs(np.cos(np.radians(degrees))) + 0.01
+            ekf.update(memory, z, np.array(SETTINGS), Mounting().packed(), 0.0)
+            told = memory[ekf.INNOVATIONS + 2 * ekf.DISTANCE]
+            if counts:
+                assert told == pytest.approx(0.01, abs=1e-9)
+                assert memory[6] > 3.0
+            else:
+                assert np.isnan(told)
+                np.testing.assert_array_equal(memory[: ekf.INNOVATIONS], begun[: ekf.INNOVATIONS])
+
+
 def test_in_hover_the_covariance_settles_as_the_riccati_equation_says(kit):
     # in hover only levers tell a tilt from a bias of the accelerometer: long ones settle in seconds
     mounting = MOUNTING._replace(p_BG=(1.0, 0.5, 0.1), p_BP=(-0.5, 1.0, 0.0), p_BR=(0.0, -1.0, 0.2))

@@ -112,6 +112,24 @@ def test_a_phase_margin_is_of_the_side_that_is_nearer(closed, period):
     assert found.delay_margin == pytest.approx(lag / math.tan(b), rel=0.03 if period else 1e-6)
 
 
+def test_a_delay_margin_is_of_the_side_to_which_a_delay_turns(closed):
+    """k s² / ((s² + 2 d s + 1) (s / p + 1)) leads around its resonance, where it is above 1.
+
+    With D = 1 - w² + 2 d w j the phase is 180° less arg D + arctan(w / p): so much lead is left,
+    and a delay has all the rest of 360° to go.
+    """
+    k, d, p = 0.3, 0.1, 30.0
+    found = loop_margins(closed(k * s**2 / (s**2 + 2 * d * s + 1) / (s / p + 1)), "it")
+    square = np.polymul([1.0, 4.0 * d**2 - 2.0, 1.0], [1.0 / p**2, 1.0])  # of 1 / |L|, in w²
+    roots = np.roots(np.polysub(square, [k**2, 0.0, 0.0]))
+    crossings = np.sqrt(roots[roots.real > 0.0].real)
+    lead = np.angle(1.0 - crossings**2 + 2.0j * d * crossings) + np.arctan(crossings / p)
+    assert len(crossings) == 2
+    assert found.crossover == pytest.approx(crossings.max(), rel=1e-6)
+    assert found.phase_margin == pytest.approx(lead.min(), rel=1e-6)
+    assert found.delay_margin == pytest.approx(((2 * math.pi - lead) / crossings).min(), rel=1e-6)
+
+
 def test_gain_and_phase_margins_are_python_controls(closed, textbook):
     if textbook.dt and textbook.name in INEXACT:
         pytest.skip("python-control's polynomials are not exact enough; the poles' test has these")

@@ -96,17 +96,28 @@ def test_the_filters_begin_once():
     assert calm[5] == 0.0
 
 
-def test_the_drones_way_through_the_wind_says_how_fast_eddies_pass():
-    """They fade as exp(-V T / L): a drone at 6 m/s against 4 meets them at 10."""
-    eddies = np.array([1.0, 0, 0, 0, 0, 1.0])
-    state = STATE.copy()
-    state[10] = -6.0
-    after = np.zeros(6)
-    settings = np.array(AirSettings(wind_x=4.0, turbulence=1.0))
-    wind_at(0.0, state, np.zeros(5), settings, PERIOD, eddies, after)
+def test_the_drones_way_through_the_wind_says_how_fast_eddies_pass(case):
+    """They fade as exp(-V T / L): a drone at 6 m/s against 4 meets them at 10, in any direction.
+
+    Level the length is h / (0.177 + 0.000823 h)^1.2 in feet, upright it is h. A filter of second
+    order begins with its first state alone, of which the second one gets V T / L.
+    """
     h = 20.0 / 0.3048
-    length = 20.0 / (0.177 + 0.000823 * h) ** 1.2
-    assert after[0] == pytest.approx(math.exp(-10.0 * PERIOD / length), rel=1e-12)
+    level, upright = 20.0 / (0.177 + 0.000823 * h) ** 1.2, 20.0
+    wind = {10: "wind_x", 11: "wind_y", 12: "wind_z"}
+    for place, name in wind.items():
+        for first, length in ((0, level), (1, level), (3, upright)):
+            with case(name, first):
+                eddies, after, state = np.zeros(6), np.zeros(6), STATE.copy()
+                eddies[[first, 5]] = 1.0
+                state[place] = -6.0
+                settings = np.array(AirSettings(**{name: 4.0}, turbulence=1.0))
+                wind_at(0.0, state, np.zeros(5), settings, PERIOD, eddies, after)
+                share = 10.0 * PERIOD / length
+                assert after[first] == pytest.approx(math.exp(-share), rel=1e-12)
+                if first:
+                    expected = share * math.exp(-share)
+                    assert after[first + 1] == pytest.approx(expected, rel=1e-12)
 
 
 def test_a_push_is_a_force_in_w_at_a_point_of_b():

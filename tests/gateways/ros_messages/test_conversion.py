@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from mcap_ros2._dynamic import generate_dynamic
+from scipy.spatial.transform import Rotation
 
 from workbench.gateways.ros_messages.cdr import encode
 from workbench.gateways.ros_messages.conversion import conversion
@@ -127,6 +128,21 @@ def test_an_estimate_has_its_variances_in_the_axes_that_ros_wants():
     assert got["/dh_drone/estimate"].sigma_v_y == 4.0
     unknown = made(numbers.ESTIMATE, *motion, *[math.nan] * 9)["/dh_drone/estimated_odometry"]
     assert set(unknown.pose.covariance) == {0.0} == set(unknown.twist.covariance)
+
+
+def test_the_variances_of_an_estimate_turn_with_the_body():
+    """Sigmas of angles are about the body's axes, those of velocity along the world's."""
+    angles, angular, linear = (0.3, -0.5, 1.1), (0.125, 0.0625, 0.5), (2.0, 4.0, 1.0)
+    motion = (1, 2, 3, *angles, 1, 0, 0.5, 0, 2, 0.25)
+    got = made(numbers.ESTIMATE, *motion, 0.5, 0.25, 1, *angular, *linear)
+    odometry = got["/dh_drone/estimated_odometry"]
+    R = Rotation.from_euler("ZYX", angles[::-1]).as_matrix()  # of the body in the world
+    about = np.diag(R @ np.diag(np.square(angular)) @ R.T)
+    along = np.diag(R.T @ np.diag(np.square(linear)) @ R)
+    covariance = np.reshape(odometry.pose.covariance, (6, 6))
+    assert covariance == pytest.approx(np.diag([0.25, 0.0625, 1.0, *about]), abs=1e-6)
+    covariance = np.reshape(odometry.twist.covariance, (6, 6))
+    assert covariance == pytest.approx(np.diag([*along, 0.0, 0.0, 0.0]), abs=1e-5)
 
 
 def test_a_fix_is_in_degrees_and_its_covariance_is_unknown():
