@@ -57,6 +57,12 @@ def test_gaps_are_marked_and_never_bridged_unasked():
     assert np.isnan(grid["a.b"][~grid.whole]).all()
     bridged = flight.resample(["a.b"], 0.1, bridge=0.6, span=(0.0, 3.0))
     assert bridged["a.b"][12] == pytest.approx(1.2) and not bridged.whole[25]
+    for lost, gaps in ((1, 0), (2, 1)):  # a gap is 2.5 periods long, in a log and up to its end
+        even = 0.01 * np.arange(100)
+        torn = np.delete(even, np.arange(50, 50 + lost))
+        end = even[-1] + 0.01 * (1 + lost)
+        assert len(make_signal("a.b", "m", torn, torn).gaps) == gaps
+        assert len(make_signal("a.b", "m", even, even, end=end).gaps) == gaps
 
 
 @pytest.mark.usefixtures("unheld")

@@ -20,6 +20,7 @@ from workbench.logs.readers import dataflash as dataflash_reader
 from workbench.logs.readers import ulog as ulog_reader
 from workbench.logs.readers.blackbox import read_blackbox
 from workbench.logs.readers.dataflash import read_dataflash
+from workbench.logs.readers.rotations import without_jumps
 from workbench.logs.readers.ulog import read_ulog
 
 CASES = Path(__file__).parents[2] / "../shared/cases"
@@ -497,6 +498,21 @@ def test_angles_pass_half_a_turn_without_a_jump(tmp_path, case, kind):
             if "estimate.q_w" in flight:
                 turn = np.column_stack([flight[f"estimate.q_{part}"].values for part in "wxyz"])
                 assert (np.sum(turn[1:] * turn[:-1], axis=1) > 0.9).all()
+
+
+def test_an_angle_is_in_the_same_turn_as_the_estimate_behind_a_gap():
+    """Two turns in 4 s, of which a setpoint has no sample for 2 s, and no other one moves."""
+    yaw, wanted = turning(0.5)
+    time = 0.01 * np.arange(400)
+    kept = (time <= 1.0) | (time >= 3.0)
+    found = without_jumps(
+        {
+            "setpoint.yaw": make_signal("setpoint.yaw", "rad", time[kept], wrap(wanted[kept])),
+            "estimate.yaw": make_signal("estimate.yaw", "rad", time, wrap(yaw)),
+        }
+    )
+    np.testing.assert_allclose(found["estimate.yaw"].values, yaw, atol=1e-9)
+    np.testing.assert_allclose(found["setpoint.yaw"].values, wanted[kept], atol=1e-9)
 
 
 def test_a_log_that_an_earlier_version_imported_loses_its_jumps(tmp_path):

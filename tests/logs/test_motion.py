@@ -1,5 +1,7 @@
 """What predictions start from, out of records that are made up here: signals, motors, laws."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -85,6 +87,19 @@ def test_what_jumps_was_not_measured(make, vehicle):
     x = np.where(np.arange(len(TIME)) == 100, 50.0, 0.1)
     motion = motion_of(make((*KNOWN, *RATES, *ASKED, *MOTORS), {"estimate.x": x}), vehicle)
     assert np.flatnonzero(~motion.measured).tolist() == [99, 100, 101]
+
+
+def test_what_is_missing_for_longer_was_not_measured(make, vehicle, case):
+    """A fifth of a second is bridged, as from a packet that was lost, and more is not."""
+    record = make((*KNOWN, *RATES, *ASKED, *MOTORS))
+    for name in ("estimate.y", RATES[2], MOTORS[3]):
+        for lost, bridged in ((18, True), (30, False)):
+            with case(name, lost):
+                kept = np.abs(TIME - 1.0) > 0.005 * lost
+                torn = make_signal(name, "1", TIME[kept], record[name].values[kept], end=TIME[-1])
+                flight = dataclasses.replace(record, signals={**record.signals, name: torn})
+                measured = motion_of(flight, vehicle).measured
+                np.testing.assert_array_equal(measured, kept | bridged)
 
 
 def test_what_makes_no_motion_is_a_sentence(make, vehicle, case):

@@ -55,6 +55,18 @@ def test_a_rotor_that_carries_more_is_named() -> None:
     assert trim(vehicle, *hover(np.array([1.0, 1.0, 0.0, 1.0])))[0].finding
 
 
+def test_take_off_and_landing_are_no_hover() -> None:
+    """A rotor that gives twice as much for the first and the last 1.3 s in the air is normal."""
+    vehicle = load_vehicle(DRONES / "crazyflie.urdf")
+    time, commands = hover(np.ones(4))
+    ends = ((time > 1.0) & (time < 2.3)) | ((time > 11.7) & (time < 13.0))
+    commands[ends, 2] *= 2.0 ** (1.0 / EXPONENT)
+    rows = trim(vehicle, time, commands)
+    assert not any(row.finding for row in rows)
+    for row in rows:
+        assert row.share == pytest.approx(1.0, rel=1e-3)
+
+
 def test_it_refuses_what_it_cannot_tell() -> None:
     vehicle = load_vehicle(DRONES / "crazyflie.urdf")
     time, commands = hover(np.ones(4))

@@ -1,0 +1,198 @@
+"""What a prediction starts from, on motions in closed form: nothing of it is of later."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from workbench.control.controller import load_controller
+from workbench.design.predict import flown, prediction
+from workbench.design.predict.motion import Motion, rotation
+from workbench.design.predict.past import Past
+from workbench.design.predict.prediction import (
+    FADES,
+    FADING,
+    GIVEN,
+    LAG,
+    LATE,
+    NOTHING,
+    Predictor,
+)
+from workbench.gains.gains import flight_gains
+from workbench.scenario.configured import configured_vehicle
+from workbench.scenario.scenario import VehicleConfig
+
+PERIOD, COUNT = 0.01, 500
+TIME = PERIOD * np.arange(COUNT)
+
+
+@pytest.fixture(scope="module")
+def vehicle():
+    return configured_vehicle(VehicleConfig(model="dh_drone"))
+
+
+def motion(seed=1, **changed) -> Motion:
+    """Return a motion in the air of waves of all axes, but for some of its arrays."""
+    random = np.random.default_rng(seed)
+
+    def waves(count, size):
+        rates, phases = random.uniform(1.0, 4.0, count), random.uniform(0.0, 6.0, count)
+        return size * np.sin(TIME[:, None] * rates + phases)
+
+    q, q_known = (Rotation.from_rotvec(waves(3, 0.2)).as_quat(scalar_first=True) for _ in range(2))
+    made = Motion(
+        name="made up",
+        period=PERIOD,
+        q=q,
+        p=waves(3, 1.0) + [0.0, 0.0, 5.0],
+        v=waves(3, 2.0),
+        w=waves(3, 1.0),
+        q_known=q_known,
+        p_known=waves(3, 1.0),
+        v_known=waves(3, 2.0),
+        setpoint=waves(3, 1.0),
+        attitude_setpoint=waves(3, 0.2),
+        thrust_setpoint=0.5 + waves(1, 0.1)[:, 0],
+        commands=0.5 + waves(4, 0.1),
+        voltage=15.0 + waves(1, 0.5)[:, 0],
+        measured=np.ones(COUNT, bool),
+    )
+    return made._replace(**changed)
+
+
+def past_of(vehicle, flight, listen) -> Past:
+    """Return the past of a flight of PX4's law, which has a memory."""
+    px4 = load_controller("px4")
+    gains = dict(flight_gains(vehicle, controller=px4))
+    craft = flown.make_craft(vehicle, px4, gains, px4.period, 2)
+    return Past(flight, vehicle, px4, gains, craft, listen)
+
+
+def summed(measured, references, voltages, told, places, first, craft):
+    """Return as memory after each update the sum of all that was heard until then."""
+    heard = np.cumsum(measured.sum(axis=1) + references.sum(axis=1) + voltages)
+    return np.repeat(heard[:, None], len(first), axis=1)
+
+
+def numbered(measured, *others):
+    """Return as memory after each update its number, from 0."""
+    return np.repeat(np.arange(float(len(measured)))[:, None], len(others[4]), axis=1)
+
+
+def test_a_start_is_the_same_whatever_follows(vehicle):
+    at, before, other = 250, motion(1), motion(2)
+    later = {
+        name: np.where(np.arange(COUNT).reshape(-1, *[1] * (mine.ndim - 1)) > at, its, mine)
+        for name, mine, its in zip(Motion._fields, before, other, strict=True)
+        if isinstance(mine, np.ndarray)
+    }
+    starts = [
+        past_of(vehicle, each, summed).start(np.array([at, at - 1]))
+        for each in (before, before._replace(**later))
+    ]
+    for name, one, two in zip(starts[0]._fields, *starts, strict=True):
+        np.testing.assert_array_equal(one, two, err_msg=name)
+
+
+def test_the_memory_at_a_start_is_that_of_the_last_update_before_it(vehicle):
+    """The law updates first when its rotors turn, here at 1 s, and then each of its periods."""
+    commands = np.where(TIME[:, None] < 1.0, 0.0, np.full((1, 4), 0.5))
+    past = past_of(vehicle, motion(commands=commands), numbered)
+    samples = np.array([150, 233, 400])
+    start = past.start(samples)
+    updates = np.floor((TIME[samples] - 1.0) / load_controller("px4").period + 1e-9)
+    np.testing.assert_allclose(start.counts, updates, atol=1.0)
+    np.testing.assert_array_equal(start.memory[:, 0], start.counts - 1.0)
+
+
+def test_a_flight_computer_takes_the_start_for_what_it_knew(vehicle):
+    """Of attitudes that are off by a constant turn and by one about level axes since."""
+    constant, since = np.array([0.02, -0.015, 0.03]), np.array([0.01, 0.02, 0.0])
+    at, true = 400, motion(3)
+    off = np.tile(constant, (COUNT, 1))
+    turn = rotation(true.q)
+    known = turn * Rotation.from_rotvec(off)
+    known = Rotation.concatenate(
+        [known[:at], Rotation.from_rotvec(since) * known[at], known[at + 1 :]]
+    )
+    flight = true._replace(q_known=known.as_quat(scalar_first=True))
+    start = past_of(vehicle, flight, numbered).start(np.array([at]))
+    taken = np.empty(13)
+    flown.seen(start.states[0], start.errors[0], taken)
+    left = known[at].inv() * Rotation.from_quat(taken[:4], scalar_first=True)
+    assert left.magnitude() < 0.02 * np.linalg.norm(since)
+    assert taken[4:7] == pytest.approx(flight.p_known[at], abs=1e-12)
+    assert taken[10:13] == pytest.approx(flight.v_known[at], abs=1e-12)
+    np.testing.assert_allclose(start.states[0, 7:10], turn[at].apply(flight.w[at]), atol=1e-12)
+
+
+@pytest.fixture
+def predictor(vehicle, monkeypatch):
+    """Return a predictor whose flights stay where they begin."""
+
+    def fly(starts, *others):
+        references, keep = others[5], others[11]
+        return np.tile(starts[:, None], (1, references.shape[1] // keep + 1, 1))
+
+    made = flown.Functions(fly, numbered, numbered)
+    monkeypatch.setattr(prediction, "compiled_flights", lambda controller: made)
+    pd = load_controller("pd")
+    return Predictor(vehicle, pd, dict(flight_gains(vehicle, controller=pd)), 1 / 128)
+
+
+def test_no_prediction_goes_over_a_gap(predictor):
+    """Windows of 0.5 s from 1 s on; from 2.00 to 2.19 s, and at 4.5 s, nothing was measured."""
+    measured = (np.arange(COUNT) < 200) | (np.arange(COUNT) >= 220)
+    measured[450] = False
+    found = predictor.predict(motion(measured=measured), horizon=0.5, every=0.05)
+    begins = np.arange(100, COUNT - 1 - 50, 5)
+    expected = [k for k in begins if measured[k : k + 51].all()]
+    assert np.rint(found.starts / PERIOD).astype(int).tolist() == expected
+    assert {145, 150, 215, 220, 395, 400} & set(expected) == {145, 220, 395}
+
+
+def test_a_law_flies_to_what_was_asked_at_the_time_of_each_update(vehicle):
+    """Setpoints rise at 1, 2 and 3 m/s, so that each of them tells its time."""
+    speed = np.array([1.0, 2.0, 3.0])
+    past = past_of(vehicle, motion(setpoint=TIME[:, None] * speed), numbered)
+    period = load_controller("px4").period
+    found = past.references(np.array([150, 201]), 0.1)
+    assert found.shape == (2, round(0.1 / period), 8)
+    times = TIME[[150, 201], None] + period * np.arange(found.shape[1])
+    np.testing.assert_allclose(found[:, :, 4:7], times[:, :, None] * speed, atol=1e-9)
+
+
+def test_each_simple_method_is_exact_where_it_is_true(predictor, case):
+    """Setpoints of `LAG` before; a steady flight; rates that fade, about the axis up."""
+
+    def errors(method, **changed):
+        found = predictor.predict(motion(**changed), horizon=0.5)
+        return next(each for each in found.errors if each.method == method)
+
+    def path(time):
+        return np.column_stack([np.sin(1.3 * time), np.cos(0.9 * time), 2.0 + 0.1 * time])
+
+    with case(LATE):
+        assert errors(LATE, p=path(TIME - LAG), setpoint=path(TIME)).position.max() < 1e-9
+    level, speed = np.tile([1.0, 0.0, 0.0, 0.0], (COUNT, 1)), np.array([1.0, -0.5, 0.1])
+    steady = {
+        "p": TIME[:, None] * speed,
+        "v": np.tile(speed, (COUNT, 1)),
+        "q": level,
+        "q_known": level,
+        "w": np.zeros((COUNT, 3)),
+        "commands": np.full((COUNT, 4), 0.5),
+    }
+    for method in (NOTHING, GIVEN, FADING):
+        with case(method):
+            found = errors(method, **steady)
+            assert max(found.position.max(), found.velocity.max()) < 1e-9
+            assert found.attitude.max() < 1e-9
+    true = motion()
+    with case(GIVEN):
+        assert errors(GIVEN, q_known=true.q).attitude.max() < 1e-6
+    fades = 2.0 * np.exp((1.0 - TIME) / FADES)  # 2 rad/s at the first start
+    turned = Rotation.from_rotvec(np.outer(-FADES * fades, [0.0, 0.0, 1.0]))
+    with case(FADING):
+        rates = np.outer(fades, [0.0, 0.0, 1.0])
+        found = errors(FADING, q=turned.as_quat(scalar_first=True), w=rates)
+        assert found.attitude.max() < 1e-6
