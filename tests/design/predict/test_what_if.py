@@ -30,6 +30,21 @@ def flown_again(flown, own, other, uncertainty, draws=40):
     return explained.compare(list(explained.flights(other)))
 
 
+def test_the_band_holds_nineteen_of_twenty_flights(simulate):
+    """Forty-one flights beside each other by 1 cm: it leaves out one at either side."""
+    flown = simulate(Scenario(), duration=0.5)
+    own, _ = laws(flown.vehicle, {})
+    explained = Explained(flown.motion, flown.vehicle, own, NOTHING, draws=0)
+    (again,) = explained.flights(own)
+    beside = [again + 0.01 * k * np.eye(13)[4] for k in range(-20, 21)]
+    found = explained.compare(beside)
+    assert (found.lost, found.drawn) == (0, 41)
+    wide = [found.low[:, 0] - again[:, 4], found.high[:, 0] - again[:, 4]]
+    np.testing.assert_allclose(wide[0], -0.19 - 1e-3, atol=1e-9)
+    np.testing.assert_allclose(wide[1], 0.19 + 1e-3, atol=1e-9)
+    np.testing.assert_allclose(found.high[:, 1:] - found.low[:, 1:], 2e-3, atol=1e-9)
+
+
 def test_the_own_law_returns_the_log_and_a_push_is_found(simulate):
     push = (0.4, -0.3, 0.2)
     flown = simulate(Scenario(), push=push)
