@@ -368,6 +368,12 @@ def test_our_own_log_is_a_flight_record(log):
     grid = flight.resample(["attitude.q_w", "attitude.q_z", "position_data.yaw"], 0.05)
     yaw = 2.0 * np.arctan2(grid["attitude.q_z"], grid["attitude.q_w"])
     np.testing.assert_allclose(np.cos(yaw - grid["position_data.yaw"]), 1.0, atol=1e-3)
+    q = np.column_stack([flight[f"attitude.q_{part}"].values for part in "wxyz"])
+    away = Rotation.from_quat(q, scalar_first=True)
+    steps = (away[:-1].inv() * away[1:]).as_rotvec() / np.diff(flight["attitude.q_w"].time)[:, None]
+    rates = np.column_stack([flight[f"attitude.w_{axis}"].values for axis in "xyz"])
+    between = 0.5 * (rates[1:] + rates[:-1])
+    assert np.ptp(rates, axis=0).min() > 0.2 and np.abs(steps - between).max() < 0.02
     contents = contents_of(flight)  # it has no commands, and speeds tell that the rotors turn
     assert contents.turning == pytest.approx(flight.end, abs=0.05)
     assert np.isnan(contents.saturated)

@@ -323,6 +323,30 @@ def test_ardupilots_motors_are_the_channels_with_their_functions(tmp_path):
         np.testing.assert_allclose(flight[f"motors.command_{motor}"].values, expected, rtol=1e-6)
 
 
+def test_of_ardupilots_parameters_the_last_value_counts(tmp_path):
+    """As pymavlink keeps them; a value that is written again has not changed."""
+    reader = pytest.importorskip("pymavlink.DFReader")
+    rows = [
+        ("ATC_RAT_RLL_P", 0.25),
+        ("MOT_PWM_MIN", 1000),
+        ("ATC_RAT_RLL_P", 0.5),
+        ("MOT_PWM_MIN", 1000),
+    ]
+    told = ("PARM", "Nf", ("Name", "Value"), STAMPS[: len(rows)].tolist(), rows)
+    path = tmp_path / "a.bin"
+    flight, _ = ardupilot(path, "IMU", numbers(["GyrX", "GyrY", "GyrZ"]), told)
+    log = reader.DFReader_binary(str(path))
+    while log.recv_msg() is not None:
+        pass
+    assert flight.parameters == {
+        name: log.params[name] for name in ("ATC_RAT_RLL_P", "MOT_PWM_MIN")
+    }
+    log.close()
+    assert flight.parameters["ATC_RAT_RLL_P"] == 0.5
+    (remark,) = (each for each in flight.remarks if "changed" in each)
+    assert remark.number == 1 and "ATC_RAT_RLL_P" in remark
+
+
 def test_no_signal_of_these_readers_is_left_out_here():
     for rows, table, attitudes in (
         (ULOG_ROWS, PX4, PX4_ATTITUDES),

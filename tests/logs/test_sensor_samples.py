@@ -19,11 +19,12 @@ from workbench.common.resources import find_model
 from workbench.design.estimation_errors import estimate_errors, judge_estimate, over_truth
 from workbench.estimation.ekf import InitialDeviations
 from workbench.estimation.estimators import find_estimator
-from workbench.estimation.run import run_estimator
+from workbench.estimation.run import SensorSamples, Stamped, run_estimator
+from workbench.estimation.samples import Mounting
 from workbench.estimation.settings import EkfSettings
 from workbench.logs.flight_log import LoggedFlight
 from workbench.logs.record import read_log
-from workbench.logs.sensor_samples import logged_sensors
+from workbench.logs.sensor_samples import LoggedSensors, logged_sensors
 from workbench.plant.home import DEFAULT_HOME
 from workbench.plant.loading import load_vehicle
 from workbench.scenario.configured import configured_vehicle
@@ -260,3 +261,19 @@ def test_what_a_frozen_gps_repeats_in_the_air_is_left_out_of_an_estimate(tmp_pat
             path = tmp_path / f"stands {noise}.mcap"
             LoggedFlight(path, scenario, {}).run(lambda share: None)
             assert len(logged_sensors(read_log(path)).samples.gps.stamp) == 21
+
+
+def test_an_estimate_begins_at_the_last_state_that_is_not_after_its_first_sample():
+    states = np.zeros((4, 13))
+    states[:, 0], states[:, 4] = 1.0, [0.0, 1.0, 2.0, 3.0]
+    ekf = find_estimator("ekf")
+    for first, expected in ((0.0, 0.0), (0.1, 1.0), (0.15, 1.0), (0.3, 3.0), (9.0, 3.0)):
+        stamps = np.array([first, first + 0.01])
+        sensors = LoggedSensors(
+            samples=SensorSamples(imu=Stamped(stamps, stamps, np.zeros((2, 6)))),
+            mounting=Mounting(),
+            known=InitialDeviations(),
+            state_time=np.array([0.0, 0.1, 0.2, 0.3]),
+            states=states,
+        )
+        assert sensors.begin(ekf)[4] == expected

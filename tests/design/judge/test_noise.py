@@ -5,8 +5,13 @@ import pytest
 from scipy import signal
 
 from workbench.common.errors import WorkbenchError
-from workbench.design.judge.noise import noise_effects, noise_response, noise_rows
-from workbench.design.linear.operating_point import OperatingPoint
+from workbench.design.judge.noise import (
+    input_deviations,
+    noise_effects,
+    noise_response,
+    noise_rows,
+)
+from workbench.design.linear.operating_point import HOLDING, OperatingPoint
 from workbench.design.linear.study import LinearStudy
 from workbench.scenario.scenario import Scenario, VehicleConfig
 from workbench.session.session import Session
@@ -59,6 +64,15 @@ def test_variances_of_sensors_add_up():
     assert {each.sensor for each in single} > {"gyro", "accelerometer", "gps", "magnetometer"}
     total = np.sum([np.square(each.command) for each in single], axis=0)
     assert np.sqrt(total) == pytest.approx(every.command)
+
+
+def test_a_slow_sensor_counts_as_a_fast_one_with_as_much_noise_over_time():
+    """GPS at 10 Hz every 102 steps of 1/1024 s, range finder at 50 Hz every 20, updates every 8."""
+    study = LinearStudy(Scenario(estimator="ekf", vehicle=NOISY_GPS))
+    found = input_deviations(study, study.noisy(HOLDING))
+    assert found["gps_p_x_noise"] == pytest.approx(0.3 * np.sqrt(102 / 8))
+    assert found["gps_p_z_noise"] == pytest.approx(0.6 * np.sqrt(102 / 8))
+    assert found["range_finder_distance_noise"] == pytest.approx(0.01 * np.sqrt(20 / 8))
 
 
 def test_the_gyros_variance_is_that_of_a_long_run_of_scipys():
