@@ -15,7 +15,7 @@ from workbench.scenario.scenario import Scenario
 from workbench.session.session import Session
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture
 def framed() -> Session:
     """A flight in a world where something moves."""
     session = Session(Scenario(world="moving_obstacle"))
