@@ -1,5 +1,8 @@
 """Every number field of every screen and dialog, typed into by the keyboard in the real window."""
 
+import copy
+import dataclasses
+
 import pytest
 from PyQt6.QtCore import Qt
 from PyQt6.QtWidgets import QAbstractSpinBox, QApplication, QLineEdit, QScrollArea, QTabWidget
@@ -42,11 +45,15 @@ def workspace(shared_workspace):
 
 @pytest.fixture
 def window(shared_window, workspace, canned, unasked, monkeypatch):
-    """The window with all its screens, before a flight out of a can that does what it is told."""
-    monkeypatch.setattr(workspace.flight, "_view", canned.views[0])
+    """The window with all its screens, before a flight out of a can that does what it is told.
+
+    It is a flight of the test's own, of another vehicle: what was typed before is not proposed.
+    """
+    view = dataclasses.replace(canned.views[0], vehicle=copy.copy(canned.views[0].vehicle))
+    monkeypatch.setattr(workspace.flight, "_view", view)
     monkeypatch.setattr(workspace.flight, "order", lambda give, done=None, refused=None: None)
-    workspace.flight.begun.emit(canned.views[0])
-    workspace.flight.viewed.emit(canned.views[0])
+    workspace.flight.begun.emit(view)
+    workspace.flight.viewed.emit(view)
     return shared_window
 
 
@@ -123,7 +130,7 @@ def test_what_flies_is_what_was_typed(window, qtbot, workspace, monkeypatch):
     )
     window.show_screen("tuning")
     panel = window.stack.current.panel
-    window.stack.current.gains._stability.knows = lambda values: True
+    monkeypatch.setattr(window.stack.current.gains._stability, "knows", lambda values: True)
     enter(qtbot, panel.rows["max_climb_rate"].field, "1,2")
     assert ordered.pop() == ("set_all", {"max_climb_rate": 1.2})
     enter(qtbot, window.top_bar.speed, "0,5")
@@ -162,10 +169,7 @@ def test_lines_with_a_number_in_them_follow_the_same_rule(window, qtbot):
 
 
 def test_every_number_field_takes_what_is_typed_or_says_why_not(window, qtbot):
-    """What is read of each text is one rule; a field adds its range, and whether it is whole.
-
-    It is the last one here: it leaves the window that all share full of what was typed.
-    """
+    """What is read of each text is one rule; a field adds its range, and whether it is whole."""
     tried = []
     for row in SCREENS:
         window.show_screen(row.name)
