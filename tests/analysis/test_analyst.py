@@ -187,7 +187,7 @@ def test_nothing_waits_for_a_search_or_is_stopped_with_it(own):
 
 
 def test_closing_in_the_middle_of_a_search_leaves_nothing():
-    threads, sockets = set(threading.enumerate()), len(open_sockets())
+    threads, sockets = set(threading.enumerate()), open_sockets()
     told = []
     analyst = Analyst(Scenario(), {}, told.append)
     asked = [analyst.ask(Judge({})), analyst.ask(Tune({}, HARD))]
@@ -196,7 +196,7 @@ def test_closing_in_the_middle_of_a_search_leaves_nothing():
     analyst.close()
     assert not any(running(pid) for pid in pids)
     assert set(threading.enumerate()) <= threads
-    assert len(open_sockets()) == sockets
+    assert open_sockets() <= sockets
     with pytest.raises(WorkbenchError, match="closed"):
         asked[1].result(ENOUGH)
     with pytest.raises(WorkbenchError, match="closed"):
@@ -204,15 +204,15 @@ def test_closing_in_the_middle_of_a_search_leaves_nothing():
     analyst.close()  # twice does no harm
 
 
-def open_sockets():
-    found = []
+def open_sockets() -> set[str]:
+    """Return the sockets of this process by their inodes, as file descriptors are given again."""
+    found = set()
     for fd in Path("/proc/self/fd").iterdir():
         try:
-            if str(fd.readlink()).startswith("socket:"):
-                found.append(fd)
-        except OSError:
+            found.add(str(fd.readlink()))
+        except OSError:  # the one that lists them
             continue
-    return found
+    return {each for each in found if each.startswith("socket:")}
 
 
 def test_it_ends_with_its_caller():

@@ -7,8 +7,9 @@ from PyQt6.QtCore import QPoint, QPointF, Qt
 from PyQt6.QtGui import QWheelEvent
 from PyQt6.QtTest import QTest
 from PyQt6.QtWidgets import QApplication
+from pytestqt.qtbot import QtBot
 
-from tests.gui.conftest import noted, workspace_in
+from tests.gui.conftest import PATIENCE, noted, workspace_in
 from workbench.control.mode import FlightMode
 from workbench.gui.flight_control import NO_FLIGHT, ON_THE_GROUND
 from workbench.gui.home.gps_card import GO_TO
@@ -76,7 +77,7 @@ class Bench:
 
 
 @pytest.fixture(scope="module")
-def flown(qapp, tmp_path_factory):
+def flown(request, qapp, tmp_path_factory):
     """A drone between obstacles; it is flown by one test after another."""
     bench = Bench(tmp_path_factory.mktemp("map"))
     bench.screen.show()
@@ -84,6 +85,10 @@ def flown(qapp, tmp_path_factory):
     assert not bench.button.isEnabled() and bench.button.toolTip() == NO_FLIGHT
     bench.flight.fly(Choice("network", sensors=()), {"take_off_speed": 2.0}, draw=False)
     bench.flight.live.wait()
+    wait = QtBot(request).waitUntil
+    wait(lambda: bench.button.toolTip() == ON_THE_GROUND, timeout=PATIENCE)
+    assert not bench.button.isEnabled()
+    bench.flight.order(lambda live: live.request("take_off"))
     yield bench
     bench.close()
 
@@ -91,11 +96,6 @@ def flown(qapp, tmp_path_factory):
 @pytest.fixture
 def bench(flown, qtbot):
     """The drone hovering, without waypoints, the button up."""
-    qtbot.waitUntil(lambda: flown.now is not None)
-    if flown.now.mode is FlightMode.OFF:
-        qtbot.waitUntil(lambda: flown.button.toolTip() == ON_THE_GROUND)
-        assert not flown.button.isEnabled()
-        flown.flight.order(lambda live: live.request("take_off"))
     qtbot.waitUntil(lambda: flown.now.mode in (FlightMode.HOVERING, FlightMode.CRUISING))
     qtbot.waitUntil(flown.button.isEnabled)
     assert flown.button.toolTip() == GO_TO
@@ -158,7 +158,9 @@ def test_inside_of_an_obstacle_it_is_refused_with_its_name(bench, qtbot):
     assert bench.map.say_place(bench.map.under)[-1].startswith("mast, 0.0 to 8.0")
     bench.click(*middle)
     assert bench.places == []
-    assert bench.told[-1].what.startswith("this place is inside 'mast' at a height of 1.5")
+    said, _, height = bench.told[-1].what.rpartition(" at a height of ")
+    assert said == "this place is inside 'mast'"
+    assert float(height.removesuffix(" m")) == pytest.approx(bench.now.p_WB[2], abs=0.15)
     bench.wheel(1)
 
 
