@@ -73,7 +73,7 @@ class Bench:
 
 @pytest.fixture(scope="module")
 def flown(qapp, tmp_path_factory):
-    """A drone without sensors that stands on the ground; it is flown by one test after another."""
+    """A flight without sensors, whose process serves one test after another."""
     bench = Bench(tmp_path_factory.mktemp("joystick"))
     bench.flight.fly(Choice("network", sensors=()), {"take_off_speed": 2.0}, draw=False)
     bench.flight.live.wait()
@@ -83,16 +83,20 @@ def flown(qapp, tmp_path_factory):
 
 @pytest.fixture
 def bench(flown, qtbot):
-    """The drone hovering, with all sticks let go, in front."""
+    """The drone hovering above its start with its first parameters, all sticks let go, in front."""
     flown.window.show()
     flown.window.activateWindow()
     qtbot.waitUntil(flown.window.isActiveWindow, timeout=LONG)
-    qtbot.waitUntil(lambda: flown.snapshot is not None, timeout=LONG)
-    if flown.snapshot.mode is FlightMode.OFF:
-        state = flown.screen.state_bar.state
-        qtbot.waitUntil(lambda: state.text() == ON_THE_GROUND, timeout=LONG)
-        QTest.mouseClick(flown.screen.state_bar.take_off, Qt.MouseButton.LeftButton)
+    flown.flight.order(lambda live: live.reset())
+    qtbot.waitUntil(
+        lambda: flown.snapshot is not None and flown.snapshot.mode is FlightMode.OFF, timeout=LONG
+    )
+    state = flown.screen.state_bar.state
+    qtbot.waitUntil(lambda: state.text() == ON_THE_GROUND, timeout=LONG)
+    flown.flight.order(lambda live: live.set_speed(5.0))
+    QTest.mouseClick(flown.screen.state_bar.take_off, Qt.MouseButton.LeftButton)
     qtbot.waitUntil(lambda: flown.snapshot.mode is FlightMode.HOVERING, timeout=LONG)
+    flown.flight.order(lambda live: live.set_speed(1.0))
     flown.screen.setFocus()
     return flown
 
@@ -279,15 +283,19 @@ def test_a_limit_that_holds_a_wish_back_is_said(bench, qtbot):
     assert "max_speed" not in bench.screen.state_bar.control.text()
 
 
-def test_sliders_change_the_feel_and_are_kept(bench):
-    slider = bench.screen.handling.sliders["stick_expo"]
+def test_sliders_change_the_feel_and_are_kept(workspace, told, qtbot):
+    screen = JoystickScreen(workspace)
+    qtbot.addWidget(screen)
+    screen.show()
+    slider = screen.handling.sliders["stick_expo"]
     slider.setFocus()
     QTest.keyClick(slider, Qt.Key.Key_Home)
-    assert bench.workspace.preferences.number("stick_expo") == 0.0
-    assert bench.pilot.handling.curve.expo == 0.0
-    bench.workspace.preferences.set("stick_dead_band", 0.25)
-    assert bench.screen.handling.sliders["stick_dead_band"].value() == 100  # of 200 up to 0.5
-    assert bench.told == []
+    assert workspace.preferences.number("stick_expo") == 0.0
+    assert screen.pilot.handling.curve.expo == 0.0
+    workspace.preferences.set("stick_dead_band", 0.25)
+    assert screen.handling.sliders["stick_dead_band"].value() == 100  # of 200 up to 0.5
+    assert told == []
+    screen.close_screen()
 
 
 def fly_until_lost(address, lost, leave):
