@@ -194,6 +194,35 @@ def show(workspace, monkeypatch):
     return show_view
 
 
+class Orders:
+    """A live flight that notes what it is asked for."""
+
+    def __init__(self):
+        self.given = []
+
+    def __getattr__(self, name):
+        if name == "checkpoint":  # the ghost asks for it, and no key
+            return lambda: None
+        return lambda *args: self.given.append((name, *args))
+
+
+@pytest.fixture
+def orders(window, workspace, canned, unasked, monkeypatch):
+    """What a flight out of a can is asked for."""
+    made = Orders()
+    monkeypatch.setattr(
+        workspace.flight, "order", lambda give, done=None, refused=None: give(made) and None
+    )
+    workspace.flight.begun.emit(canned.views[0])
+    return made
+
+
+def view_of(canned, phase, mode):
+    """Return a view of a flight in a phase and a mode."""
+    view = canned.views[0]
+    return replace(view, phase=phase, snapshot=replace(view.snapshot, mode=mode))
+
+
 @pytest.fixture
 def told(workspace):
     """All that the workspace told its user."""

@@ -1,13 +1,11 @@
 """Keys over the real window: what stops the rotors, what does not, and shortcuts in fields."""
 
-import dataclasses
-
 import pytest
-from PyQt6 import sip
-from PyQt6.QtCore import QEvent, Qt, QTimer
+from PyQt6.QtCore import QEvent, Qt
 from PyQt6.QtGui import QAction, QKeySequence, QShortcut
 from PyQt6.QtWidgets import QApplication, QFileDialog, QLineEdit, QWidget
 
+from tests.gui.conftest import view_of
 from workbench.control.mode import FlightMode
 from workbench.gui.actions import ACTIONS
 from workbench.gui.gains.gain_bar import GAIN_ACTIONS
@@ -19,30 +17,7 @@ LIMIT = 120_000
 """Any single thing happens within this time, however slow the machine is [ms]."""
 LEFT = Qt.MouseButton.LeftButton
 CONTROL = Qt.KeyboardModifier.ControlModifier
-ALT = Qt.KeyboardModifier.AltModifier
-KEYS = (
-    Qt.Key.Key_Space,
-    Qt.Key.Key_Return,
-    Qt.Key.Key_Enter,
-    Qt.Key.Key_Select,
-    Qt.Key.Key_Tab,
-    Qt.Key.Key_Escape,
-    Qt.Key.Key_Delete,
-    Qt.Key.Key_S,
-)
 FLIES = (FlightMode.TAKING_OFF, FlightMode.HOVERING, FlightMode.CRUISING, FlightMode.ASCENDING)
-
-
-class Orders:
-    """A live flight that notes what it is asked for."""
-
-    def __init__(self):
-        self.given = []
-
-    def __getattr__(self, name):
-        if name == "checkpoint":  # the ghost asks for it, and no key
-            return lambda: None
-        return lambda *args: self.given.append((name, *args))
 
 
 @pytest.fixture(scope="module")
@@ -54,25 +29,6 @@ def workspace(shared_workspace):
 def window(shared_window):
     shared_window.activateWindow()
     return shared_window
-
-
-@pytest.fixture
-def orders(window, workspace, canned, unasked, monkeypatch):
-    """What a flight out of a can is asked for."""
-    made = Orders()
-    monkeypatch.setattr(
-        workspace.flight, "order", lambda give, done=None, refused=None: give(made) and None
-    )
-    workspace.flight.begun.emit(canned.views[0])
-    return made
-
-
-def view_of(canned, phase, mode):
-    """Return a view of a flight in a phase and a mode."""
-    view = canned.views[0]
-    return dataclasses.replace(
-        view, phase=phase, snapshot=dataclasses.replace(view.snapshot, mode=mode)
-    )
 
 
 def test_space_after_take_off_does_not_stop_the_rotors(window, qtbot, workspace):
@@ -164,38 +120,6 @@ def test_what_the_focus_falls_on_hears_no_key(window, orders, canned, show, qtbo
     assert lost > 20
 
 
-def has_tab(widget) -> bool:
-    return bool(widget.focusPolicy().value & Qt.FocusPolicy.TabFocus.value)
-
-
-def press(qtbot, widget, key, modifier=Qt.KeyboardModifier.NoModifier) -> None:
-    """Press a key on a widget, and close what it has opened above the window."""
-    window = widget.window()
-    qtbot.keyClick(widget, key, modifier)
-    close_popups(window)
-
-
-def close_popups(window) -> None:
-    """Close menus, lists and dialogs above the window."""
-    while (popup := QApplication.activePopupWidget()) is not None:
-        popup.close()
-    for each in QApplication.topLevelWidgets():
-        if each.isVisible() and each is not window:
-            each.close()
-
-
-def all_menu_actions(window):
-    """Return the actions of all menus, whatever they stand in."""
-    found = []
-    waiting = [window.menuBar()]
-    while waiting:
-        for action in waiting.pop().actions():
-            found.append(action)
-            if action.menu() is not None:
-                waiting.append(action.menu())
-    return found
-
-
 def test_f12_stops_above_every_file_dialog(window, orders, canned, show, qtbot):
     show(view_of(canned, Phase.FLYING, FlightMode.HOVERING))
     opened = 0
@@ -238,45 +162,3 @@ def test_no_key_does_two_things_on_any_screen(window, orders, canned, show):
 def keys_of(widget: QWidget) -> list[QAction | QShortcut]:
     """Return everything below a widget that a key may do."""
     return [*widget.findChildren(QAction), *widget.findChildren(QShortcut)]
-
-
-def test_no_key_but_f12_stops_the_rotors(window, orders, canned, show, qtbot):
-    """With the focus on every widget that can have it, on every screen.
-
-    It is the last one here: it leaves the window that all share with much that was pressed.
-    """
-    stop = window.top_bar.button("stop")
-    show(view_of(canned, Phase.FLYING, FlightMode.HOVERING))
-    tried = 0
-    closer = QTimer()  # a button's menu has an event loop of its own
-    closer.timeout.connect(lambda: close_popups(window))
-    closer.start(20)
-    for row in SCREENS:
-        window.show_screen(row.name)
-        QApplication.processEvents()
-        widgets = [
-            each
-            for each in window.findChildren(QWidget)
-            if each.isVisible()
-            and each.isEnabled()
-            and each.focusPolicy() & Qt.FocusPolicy.TabFocus
-        ]
-        for widget in widgets:
-            for key in KEYS:
-                if sip.isdeleted(widget):  # a key before has removed its row
-                    break
-                widget.setFocus()
-                press(qtbot, widget, key)
-            tried += 1
-        for letter in "ABCDEFGHIJKLMNOPRSTUVWXYZ":
-            press(qtbot, window.stack.current, Qt.Key(ord(letter)), ALT)
-    closer.stop()
-    assert tried > 100
-    assert ("request", "stop") not in orders.given
-    assert window.actions_by_name["stop"] not in all_menu_actions(window)
-    window.top_bar.button("hold").setFocus()
-    for _ in range(400):
-        press(qtbot, QApplication.focusWidget() or window, Qt.Key.Key_Tab)
-        assert QApplication.focusWidget() is not stop
-    qtbot.mouseClick(stop, LEFT)
-    assert orders.given[-1] == ("request", "stop")
