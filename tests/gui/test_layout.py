@@ -335,15 +335,22 @@ def test_what_opens_on_the_tuning_screen_is_laid_out_well(window, qapp):
     window.resize(*SIZES[0])
     qapp.processEvents()
     screen = window.stack.current
-    for group in screen.findChildren(GainGroup):
+    closed = [group for group in screen.findChildren(GainGroup) if not group.is_open]
+    forms = [card.form.button for card in (screen.response, screen.margins)]
+    assert closed and not any(button.isChecked() for button in forms)
+    for group in closed:
         group.set_open(True)
-    for card in (screen.response, screen.margins):
-        card.form.button.click()
+    for button in forms:
+        button.click()
     found = []
     for page in pages_of(screen):
         for _ in range(5):
             qapp.processEvents()
         found += [f"{page}: {fault}" for fault in faults(window)]
+    for group in closed:
+        group.set_open(False)
+    for button in forms:
+        button.click()
     assert found == []
 
 
