@@ -53,11 +53,18 @@ def test_a_display_that_does_not_answer_is_refused(tmp_path):
         check_display({"WAYLAND_DISPLAY": "wayland-9", "XDG_RUNTIME_DIR": str(tmp_path)})
 
 
-def test_a_platform_of_the_user_s_is_trusted():
-    check_display({"QT_QPA_PLATFORM": "offscreen"})
-    check_display({"QT_QPA_PLATFORM": "wayland;offscreen"})
-    check_display({"QT_QPA_PLATFORM": "vnc:size=800x600", "DISPLAY": ":417"})
-    check_display({"QT_QPA_PLATFORM": "wayland-egl", "WAYLAND_SOCKET": "7"})
+def test_a_platform_of_the_user_s_is_trusted(tmp_path):
+    unheard = {"DISPLAY": ":417", "XDG_RUNTIME_DIR": str(tmp_path)}
+    for platform in ("offscreen", "wayland;offscreen", "vnc:size=800x600"):
+        check_display({"QT_QPA_PLATFORM": platform} | unheard)
+    egl = {"QT_QPA_PLATFORM": "wayland-egl"} | unheard
+    check_display(egl | {"WAYLAND_SOCKET": "7"})
+    with pytest.raises(WorkbenchError, match="'wayland-0' does not answer"):
+        check_display(egl)
+
+
+SYNC = struct.pack("=IHHI", 1, 0, 12, 2)
+"""The request `wl_display.sync` for the object 2."""
 
 
 @pytest.fixture
@@ -69,15 +76,17 @@ def compositor(tmp_path):
 
         def answer(data):
             with listener.accept()[0] as end:
-                if data:
-                    assert end.recv(12) == struct.pack("=IHHI", 1, 0, 12, 2)
+                heard = end.recv(12) if data else SYNC
                 end.sendall(data)
+            return heard
 
         def start(data):
-            threads.submit(answer, data)
+            heard.append(threads.submit(answer, data))
             return {"XDG_RUNTIME_DIR": str(tmp_path)}
 
+        heard = []
         yield start
+        assert [each.result() for each in heard] == [SYNC] * len(heard)
 
 
 DONE = struct.pack("=IHHI", 2, 0, 12, 0)

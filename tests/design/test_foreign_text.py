@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 
 import workbench
 from tests.hostile_names import NAMES, acting
-from workbench.common.plain_text import html_text, plain_name, plain_text
+from workbench.common.plain_text import html_text, plain_name, plain_text, visible
 from workbench.design.block_graph import Block, BlockGraph, Net, Terminal, block_dot
 from workbench.design.plots import (
     curve_name,
@@ -130,7 +130,9 @@ def test_a_page_has_the_tags_of_plain_names(case):
 def test_junit_is_xml(case):
     for name in NAMES:
         with case(name[:60]):
-            ElementTree.fromstring(junit_xml(results(name)))
+            page = ElementTree.fromstring(junit_xml(results(name)))
+            assert [each.get("name") for each in page.iter("testcase")] == [visible(name)] * 2
+            assert [each.tag for each in page.iter()][:3] == ["testsuites", "testsuite", "testcase"]
 
 
 def test_a_diagram_is_one_graph(case):

@@ -161,7 +161,11 @@ def test_a_trial_without_noise_movement_or_scans_is_drawn_too(tmp_path):
     blind = dataclasses.replace(still, scans=())
     alone = dataclasses.replace(blind, obstacles=())
     for flight in (still, blind, alone):
-        plot_trial(report_trial(flight, flight), "nothing").savefig(tmp_path / "trial.png")
+        figure = plot_trial(report_trial(flight, flight), "nothing")
+        figure.savefig(tmp_path / "trial.png")
+        titles = list(panels(figure))
+        assert titles[0].startswith(f"cloud of {len(flight.scans)} scans")
+        assert len(titles) == 5
 
 
 def test_the_cloud_of_the_page_is_the_measured_one(report):

@@ -43,6 +43,12 @@ def test_the_table_of_commands_has_each_topic_that_is_read():
     assert {topic for topic, _ in rows("Fly")} == {CMD_VEL, COMMAND_VELOCITY, FLIGHT_OPERATION}
 
 
-def test_the_node_is_python():
+def test_the_node_publishes_what_is_read():
     (code,) = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)
-    ast.parse(code)
+    made = [
+        (call.args[1].value, call.args[0].id)
+        for call in ast.walk(ast.parse(code))
+        if isinstance(call, ast.Call) and ast.unparse(call.func) == "node.create_publisher"
+    ]
+    types = {topic: name.rpartition("/")[2] for topic, name in rows("Fly")}
+    assert made == [(topic, types[topic]) for topic in (CMD_VEL, FLIGHT_OPERATION)]

@@ -1,6 +1,7 @@
 """The page's address, and its QR code."""
 
 import io
+import ipaddress
 import socket
 import sys
 
@@ -99,8 +100,9 @@ def test_the_address_in_the_network_is_one_of_this_machine(by_ipv6):
     if found is None:
         pytest.skip("this machine is in no such network")
     family = socket.AF_INET6 if by_ipv6 else socket.AF_INET
-    with socket.create_server((found, 0), family=family):
-        pass
+    with socket.create_server((found, 0), family=family) as server:
+        assert server.getsockname()[0] == found
+    assert not ipaddress.ip_address(found).is_loopback
 
 
 @pytest.mark.parametrize("by_ipv6", [False, True])

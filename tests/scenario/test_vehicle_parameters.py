@@ -48,4 +48,7 @@ def test_what_is_not_there_is_refused_before_the_flight(vehicle):
 
 
 def test_defaults_may_be_given_for_what_is_not_there(vehicle):
-    check_settings(vehicle, {row.name: row.default for row in parameter_table()})
+    defaults = {row.name: row.default for row in parameter_table()}
+    check_settings(vehicle, defaults)
+    with pytest.raises(WorkbenchError, match="rotor_8 cannot be set"):
+        check_settings(vehicle, defaults | {"rotor_8": 0.5})

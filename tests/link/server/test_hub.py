@@ -165,7 +165,10 @@ def test_a_reply_that_json_has_no_numbers_for_is_a_nack(room, parts):
 
 
 def test_what_is_for_a_client_that_has_gone_is_nothing(room, parts):
+    client = room.connect()
+    told, sent = list(room.told), bytes(client.transport.data)
     room.hub.hear([Reply(9, ReleaseControl(1)), Refused(9, 1, "held", ""), Disconnect(9, "")])
+    assert (room.told, bytes(client.transport.data)) == (told, sent)
 
 
 def test_more_requests_than_16_wait_for_the_flight_in_vain(room, parts):

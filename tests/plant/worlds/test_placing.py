@@ -181,8 +181,13 @@ def test_an_obstacle_is_where_the_world_says(dh_drone, read):
 
 def test_one_world_can_be_flown_in_twice(dh_drone):
     world = shipped("room")
+    names = []
     for _ in range(2):
-        add_plant(DiagramBuilder(), dh_drone, time_step=STEP, world=world)
+        _, scene_graph = add_plant(DiagramBuilder(), dh_drone, time_step=STEP, world=world)
+        inspector = scene_graph.model_inspector()
+        names.append([inspector.GetName(id) for id in inspector.GetAllGeometryIds()])
+    assert names[0] == names[1]
+    assert {f"{name}::shape" for name in world.names} <= {*names[0]}
 
 
 def test_the_camera_sees_ground_and_obstacles_without_a_word(dh_drone, caplog):
