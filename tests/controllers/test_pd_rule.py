@@ -124,8 +124,8 @@ def test_thrust_is_left_at_the_largest_tilt_and_for_braking(thrust_to_weight_rat
     vehicle = plus_quad(mass=20.0 / 9.81 / thrust_to_weight_ratio)
     assert thrust_to_weight(thrust_frame(vehicle)) == pytest.approx(thrust_to_weight_ratio)
     gains = rule_gains(vehicle)
-    if gains["max_tilt"] > 0.05:
-        assert 1.0 / math.cos(gains["max_tilt"]) <= 1.01 * (1.0 + thrust_to_weight_ratio) / 2.0
+    tilt = math.acos(2.0 / (1.0 + thrust_to_weight_ratio))  # half of the spare thrust is left
+    assert gains["max_tilt"] == pytest.approx(np.clip(tilt, 0.05, 0.7), rel=5e-3)
     braking = gains["kp_position_z"] * gains["max_climb_rate"]
     assert braking <= 0.76 * 9.81 * (thrust_to_weight_ratio - 1.0)
     assert gains["max_climb_rate"] >= 1.0
