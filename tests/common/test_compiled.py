@@ -254,4 +254,4 @@ def test_every_file_of_what_is_compiled_is_watched(case):
                 tree = ast.parse(file.read_text())
                 names = {n.module for n in ast.walk(tree) if isinstance(n, ast.ImportFrom)}
                 todo += [one for one in names - found if one.startswith("workbench.")]
-        assert len(found) > 1 or start == "workbench.design.response_metrics"  # calls none of ours
+        assert len(found) > 1

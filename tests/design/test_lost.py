@@ -66,5 +66,5 @@ def test_up_and_down_again_is_a_flight():
     session.run()
     flown = session.recording()
     assert set(flown.mode) >= {FlightMode.HOVERING, FlightMode.LANDING}
-    assert flown.mode[-1] == FlightMode.OFF or flown.mode[-1] == FlightMode.ARMED
+    assert flown.mode[-1] == FlightMode.OFF
     assert find_loss(flown) is None

@@ -92,7 +92,7 @@ def test_the_loop_through_which_a_mode_grows_is_named(study, settings, guilty):
 def test_a_set_that_cannot_fly_is_judged_all_the_same():
     found = judge(settings={"kp_velocity_y": 30.0})
     assert "velocity_y" in found.unstable
-    assert math.isnan(found.slowest.stable_period) or found.slowest.stable_period < 1 / 128
+    assert math.isnan(found.slowest.stable_period)
     assert len(found.steps) == 4
     assert {step.linear for step in found.steps} == {None}
     assert all(math.isnan(step.difference) for step in found.steps)

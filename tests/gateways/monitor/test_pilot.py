@@ -85,7 +85,7 @@ def test_without_control_nothing_is_sent(server):
         for key in ("w", "t", "x", "space"):
             pilot.said = ""
             pilot.key(key)
-            assert key == "space" or pilot.said == "press C to take control first"
+            assert pilot.said == ("" if key == "space" else "press C to take control first")
         assert not pilot.key("z")
         pilot.release()
     assert server.commands == []
