@@ -92,11 +92,18 @@ def test_an_unstable_loop_is_named(answer):
 
 
 def test_only_a_held_place_may_be_unstable(answer):
-    judged = answer(Judge({"kp_position_z": 5.0, "kp_velocity_z": 1.0, "kd_velocity_z": 1.0}))
-    loops = {each.name: each.stable for each in judged.loops}
-    if not judged.stable:  # the position loop grows, the velocity loops do not
-        assert loops["velocity_z"]
-        assert judged.said.startswith("holding the position is unstable")
+    """The position's loops grow, and those of the velocity inside them do not."""
+    gains = {
+        f"{name}_velocity_{axis}": k for axis in "xy" for name, k in (("kp", 12.0), ("kd", 0.0))
+    }
+    assert answer(Judge(gains)).stable
+    judged = answer(Judge(gains | {"kp_position_xy": 5.0}))
+    assert not judged.stable
+    assert judged.said.startswith(
+        "holding the position is unstable: a mode grows through position x"
+    )
+    unstable = {each.name for each in judged.loops if not each.stable}
+    assert unstable == {"position_x", "position_y", "position_z"}
 
 
 def test_settings_count_and_a_question_counts_more(answer):

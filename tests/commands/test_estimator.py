@@ -72,10 +72,12 @@ def test_wherever_a_flight_takes_a_controller_it_takes_an_estimator():
     # they fly what a file says: a spec, or a log with the estimate of its flight computer; a plan
     # is written for the controller alone
     of_files = {"regress", "predict", "what-if", "excite"}
-    for name, command in commands.items():
-        options = command._option_string_actions
-        if "--controller" in options and name not in of_files:
-            assert "--estimator" in options, name
+    taking = {
+        option: {name for name, each in commands.items() if option in each._option_string_actions}
+        for option in ("--controller", "--estimator")
+    }
+    assert taking["--controller"] - of_files <= taking["--estimator"]
+    assert {"fly", "step", "hover", "serve", "gui"} <= taking["--controller"] - of_files
 
 
 @pytest.mark.parametrize("command", ["fly hover", "step", "hover", "reproduce", "serve", "gui"])

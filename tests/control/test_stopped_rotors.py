@@ -115,6 +115,7 @@ def test_what_is_out_of_reach_comes_near_in_tilt_first_then_in_force(layout, los
     broken = Broken(layout, lost)
     left = np.flatnonzero(broken.most)
     arms = broken.rows[1:3, left]
+    found = 0
     for wrench in [*broken.wrenches(10, 1.5), *broken.wrenches(6, 30.0)]:
         made = broken.rows @ broken(wrench)
         nearest = lsq_linear(arms, wrench[1:3], bounds=(0.0, MOST), method="bvls", tol=1e-14)
@@ -123,7 +124,9 @@ def test_what_is_out_of_reach_comes_near_in_tilt_first_then_in_force(layout, los
 
         room = broken.range_of(broken.rows[0], broken.rows[1:3], made[1:3])
         if room is not None:  # the tilt made lies on the edge, and beside it by rounding
+            found += 1
             assert made[0] == pytest.approx(np.clip(wrench[0], *room), abs=0.02)
+    assert found == 16
 
 
 def test_a_hexacopter_hovers_without_one_with_the_opposite_one_at_rest():

@@ -208,6 +208,7 @@ def test_a_command_on_an_old_or_coming_state_is_dropped(authority, at, now, righ
     lease = flying(authority, 9.9)
     if right:
         authority.command(command(lease, at=at), now)
+        assert authority.state(now).age == 0.0
     else:
         assert code_of(lambda: authority.command(command(lease, at=at), now)) == "stale"
         assert authority.state(now).age == pytest.approx(0.1)
