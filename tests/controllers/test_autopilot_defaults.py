@@ -62,9 +62,11 @@ def test_their_gains_are_the_firmware_s_and_hold_the_place(law):
     flight = scenario(law, start=Start(position=[0.0, 0.0, 10.0]))
     controller = load_controller(law)
     ruled = rule_gains(load_vehicle(VEHICLES[law]), controller)
-    for row in controller.parameters:
-        if re.match(GAINS[law], row.name):
-            assert ruled.get(row.name, row.default) == row.default, row.name
+    stock = {
+        row.name: row.default for row in controller.parameters if re.match(GAINS[law], row.name)
+    }
+    assert len(stock) > 5
+    assert {name: ruled.get(name, default) for name, default in stock.items()} == stock
     session = Session(flight)
     session.run_law(interpreted=True)
     session.go_to([0.0, 0.0, 10.0])

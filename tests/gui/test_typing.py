@@ -82,9 +82,9 @@ def enter(qtbot, field, text) -> None:
     qtbot.keyClick(field, Qt.Key.Key_Return)
 
 
-def try_field(qtbot, field, right, wrong) -> None:
-    """Type texts into one field."""
-    name = field.accessibleName()
+def try_field(qtbot, field, right, wrong) -> int:
+    """Type texts into one field; return how many it took."""
+    name, taken = field.accessibleName(), 0
     for text, number in right.items():
         before = field.value()
         enter(qtbot, field, text)
@@ -93,12 +93,14 @@ def try_field(qtbot, field, right, wrong) -> None:
         elif not said_beside(field):
             assert field.value() == pytest.approx(number, rel=1e-9), f"{name}: {text}"
             assert "bad" not in str(field.property("class")), name
+            taken += 1
     for text in wrong:
         before = field.value()
         enter(qtbot, field, text)
         refused(field, text.strip(), before, name)
     qtbot.keyClick(field, Qt.Key.Key_Escape)
     assert not field.fault, f"{name}: Escape brings the value back"
+    return taken
 
 
 def refused(field, text, before, name) -> None:
@@ -170,7 +172,7 @@ def test_lines_with_a_number_in_them_follow_the_same_rule(window, qtbot):
 
 def test_every_number_field_takes_what_is_typed_or_says_why_not(window, qtbot):
     """What is read of each text is one rule; a field adds its range, and whether it is whole."""
-    tried = []
+    tried, taken = [], 0
     for row in SCREENS:
         window.show_screen(row.name)
         if row.name == "tuning":
@@ -180,8 +182,9 @@ def test_every_number_field_takes_what_is_typed_or_says_why_not(window, qtbot):
                 continue
             assert isinstance(field, NumberField), f"{field.accessibleName()} takes 1,2 for 12"
             few = len(tried) > 3  # all texts in some fields, and one of each kind in all
-            try_field(qtbot, field, FEW if few else RIGHT, WRONG[:1] if few else WRONG)
+            taken += try_field(qtbot, field, FEW if few else RIGHT, WRONG[:1] if few else WRONG)
             tried.append(field)
     left = [each for each in window.findChildren(QAbstractSpinBox) if each not in tried]
     assert not [each.accessibleName() for each in left if each.isEnabled()]
     assert len(tried) > 60
+    assert taken > 100
