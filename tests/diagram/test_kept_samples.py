@@ -106,6 +106,7 @@ def test_keeping_does_not_change_the_flight():
 
 def test_files_have_what_was_kept(polled, tmp_path):
     session, _ = polled
+    assert {samples.suffix for samples in session.samples()} == {".csv", ".npz"}
     for samples in session.samples():
         path = tmp_path / f"{samples.sensor}{samples.suffix}"
         samples.write(path)
