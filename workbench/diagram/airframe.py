@@ -1,25 +1,34 @@
 """The vehicle and its world as systems of a diagram."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
+import numpy as np
 from pydrake.geometry import SceneGraph
-from pydrake.multibody.plant import MultibodyPlant
-from pydrake.systems.framework import DiagramBuilder, InputPort, OutputPort
+from pydrake.multibody.plant import ExternallyAppliedSpatialForceMultiplexer, MultibodyPlant
+from pydrake.multibody.tree import RigidBody, RotationalInertia, SpatialInertia
+from pydrake.systems.framework import Context, DiagramBuilder, InputPort, OutputPort
 
-from workbench.dynamics.air.settings import AirSettings
 from workbench.estimation.gyro import GyroSettings
 from workbench.plant.description import Description
-from workbench.plant.multibody import add_shapes
-from workbench.plant.payload import payload_of
+from workbench.plant.loading import make_vehicle
+from workbench.plant.multibody import add_plant
+from workbench.plant.payload import Payload, laden, payload_of
+from workbench.plant.reach import Reach, reach
 from workbench.plant.sensors import Imu
 from workbench.plant.vehicle import BatteryPack, Vehicle
 from workbench.plant.worlds.world import EMPTY, World
 from workbench.scenario.parameters import parameter_table
 from workbench.scenario.scenario import Rates
 from workbench.systems.battery import PERIOD, Battery, ChargeGauge
+from workbench.systems.body_forces import BodyForces, BodyForces_, BodyForceSettings
+from workbench.systems.flight_imu import FlightImu
 from workbench.systems.noise import CountedNoise, add_counted_noise
-from workbench.systems.vehicle_dynamics import VehicleDynamics
+from workbench.systems.rotors import Rotors, Rotors_, rotation
+from workbench.systems.wind import Wind, WindSettings
+
+FASTEST_CHANGE = 1000.0
+"""Upper bound of the acceleration of a vehicle [m/s²]; it bounds how soon contact is possible."""
 
 
 @dataclass(frozen=True)
@@ -27,34 +36,108 @@ class Airframe:
     """The vehicle in its world.
 
     Attributes:
-        dynamics: system that integrates the motion.
-        plant: plant with the bodies and shapes; not a system of the diagram.
+        plant: owns the state of the body.
         scene_graph: scene graph with all shapes.
+        body: of the vehicle in the plant.
+        vehicle: as it flies, without its payload.
+        rotors: their lag and forces.
+        body_forces: drag and pushes.
+        wind: the velocity of the air.
+        imu: samples of the flight computer.
+        around: the sphere around everything that can touch.
+        ground: whether there is ground.
+        obstacles: whether there is anything to touch but the ground.
     """
 
-    dynamics: VehicleDynamics
     plant: MultibodyPlant
     scene_graph: SceneGraph
+    body: RigidBody
+    vehicle: Vehicle
+    rotors: Rotors
+    body_forces: BodyForces
+    wind: Wind
+    imu: FlightImu
+    around: Reach
+    ground: bool
+    obstacles: bool
 
     @property
     def commands(self) -> InputPort:
         """Commanded rotor speeds (n) [rad/s]."""
-        return self.dynamics.GetInputPort("commands")
+        return self.rotors.GetInputPort("commands")
 
     @property
     def state(self) -> OutputPort:
         """State of the body (13): q_WB, p_WB, w_WB_W, v_WB_W."""
-        return self.dynamics.GetOutputPort("state")
+        return self.plant.get_state_output_port()
+
+    @property
+    def acceleration(self) -> OutputPort:
+        """Angular acceleration, and acceleration of the origin, in W (6) [rad/s², m/s²]."""
+        return self.plant.get_generalized_acceleration_output_port()
 
     @property
     def sensed(self) -> OutputPort:
-        """The same with the angular velocity of the gyro (13)."""
-        return self.dynamics.GetOutputPort("sensed")
+        """The state with the angular velocity of the gyro (13)."""
+        return self.imu.GetOutputPort("sensed")
 
     def signals(self, commands: OutputPort) -> dict[str, OutputPort]:
         """Return the signals that every flight records, with the rotor commands."""
-        names = ("state", "acceleration", "thrusts", "speeds", "wind")
-        return {name: self.dynamics.GetOutputPort(name) for name in names} | {"commands": commands}
+        return {
+            "state": self.state,
+            "acceleration": self.acceleration,
+            "thrusts": self.rotors.GetOutputPort("thrusts"),
+            "speeds": self.rotors.GetOutputPort("speeds"),
+            "wind": self.wind.get_output_port(),
+            "commands": commands,
+        }
+
+    def set_payload(self, root: Context, payload: Payload) -> None:
+        """Let the vehicle carry a payload from now on.
+
+        The state is that of the body's origin, and is continuous: a payload that is picked up has
+        the velocity of the body at its place, and adds its own momentum.
+        """
+        whole = self.body.default_spatial_inertia()
+        if payload.payload_mass > 0.0:
+            box = payload.inertial
+            moments = RotationalInertia(*box.moments)
+            own = SpatialInertia.MakeFromCentralInertia(box.mass, box.X_LI.translation(), moments)
+            whole = SpatialInertia(
+                whole.get_mass(), whole.get_com(), whole.get_unit_inertia()
+            )
+            whole += own
+        context = self.plant.GetMyMutableContextFromRoot(root)
+        self.body.SetSpatialInertiaInBodyFrame(context, whole)
+        forces = self.body_forces.GetMyMutableContextFromRoot(root)
+        center = laden(self.vehicle, payload).p_BoBcm_B
+        forces.get_mutable_numeric_parameter(1).SetFromVector(list(center))
+
+    def place(self, root: Context, state: np.ndarray, speeds: np.ndarray) -> None:
+        """Begin at a state of the body (13), with the rotors at speeds (n) [rad/s]."""
+        self.plant.SetPositionsAndVelocities(self.plant.GetMyMutableContextFromRoot(root), state)
+        self.rotors.GetMyMutableContextFromRoot(root).SetContinuousState(speeds)
+        self.imu.begin(self.imu.GetMyMutableContextFromRoot(root), state)
+
+    def may_touch(self, root: Context, period: float) -> bool:
+        """Return whether the vehicle may touch something within a time [s]."""
+        state = self.body_state(root)
+        p_WC = state[4:7] + rotation(state) @ np.array(self.around.p_BC)
+        way = np.linalg.norm(state[10:13]) * period + 0.5 * FASTEST_CHANGE * period**2
+        if not self.obstacles:
+            return bool(self.ground and p_WC[2] - self.around.radius < way)
+        query = self.scene_graph.get_query_output_port().Eval(
+            self.scene_graph.GetMyContextFromRoot(root)
+        )
+        own = self.plant.GetCollisionGeometriesForBody(self.body)
+        return any(
+            each.distance < self.around.radius + way and each.id_G not in own
+            for each in query.ComputeSignedDistanceToPoint(p_WC, self.around.radius + way)
+        )
+
+    def body_state(self, root: Context) -> np.ndarray:
+        """Return a copy of the state of the body (13)."""
+        return self.plant.GetPositionsAndVelocities(self.plant.GetMyContextFromRoot(root)).copy()
 
 
 @dataclass(frozen=True)
@@ -79,31 +162,71 @@ def add_airframe(
     Args:
         builder: the diagram being built.
         description: of the vehicle, with or without drawn shapes.
-        values: of parameters by name; those of air, gyro and payload are used.
+        values: of parameters by name; those of air and gyro are used.
         rates: of physics and control.
         world: the surroundings.
         imu: of the estimator; None without one.
     """
-    plant, scene_graph, state = add_shapes(builder, description, world)
-    air, gyro = (
-        {row.name: values[row.name] for row in parameter_table().of(system)}
-        for system in ("air", "gyro")
+    plant, scene_graph = add_plant(builder, description, time_step=0.0, world=world)
+    plant.set_name("plant")
+    body = plant.GetBodyByName(description.base_link)
+    vehicle = make_vehicle(description)
+    turning = description.rotors
+    if not world.ground:
+        turning = tuple(replace(rotor, ground_effect_coefficient=0.0) for rotor in turning)
+    rotors = builder.AddNamedSystem("rotors", Rotors_[float](rotors=turning, body=body.index()))
+    body_forces = builder.AddNamedSystem(
+        "body_forces",
+        BodyForces_[float](
+            body=body.index(),
+            settings=BodyForceSettings(*(values[name] for name in BodyForceSettings._fields)),
+            p_BoBcm_B=laden(vehicle, payload_of(values)).p_BoBcm_B,
+            period=rates.control_period,
+        ),
     )
-    dynamics = builder.AddNamedSystem(
-        "dynamics",
-        VehicleDynamics(
-            description=description,
-            settings=AirSettings(**air),
+    wind = builder.AddNamedSystem(
+        "wind",
+        Wind(
+            settings=WindSettings(*(values[name] for name in WindSettings._fields)),
+            period=rates.control_period,
+        ),
+    )
+    gyro = {row.name: values[row.name] for row in parameter_table().of("gyro")}
+    flight_imu = builder.AddNamedSystem(
+        "flight_imu",
+        FlightImu(
+            settings=GyroSettings(**gyro),
             step=rates.physics_step,
-            world=world,
-            payload=payload_of(values),
-            gyro=GyroSettings(**gyro),
             readout=round(rates.control_period / rates.physics_step),
             imu=imu,
         ),
     )
-    builder.Connect(dynamics.GetOutputPort("state"), state)
-    return Airframe(dynamics, plant, scene_graph)
+    forces = builder.AddNamedSystem("forces", ExternallyAppliedSpatialForceMultiplexer(2))
+    state = plant.get_state_output_port()
+    for system in (rotors, body_forces, wind, flight_imu):
+        builder.Connect(state, system.GetInputPort("state"))
+    for number, system in enumerate((rotors, body_forces)):
+        builder.Connect(wind.get_output_port(), system.GetInputPort("wind"))
+        builder.Connect(system.GetOutputPort("spatial_forces"), forces.get_input_port(number))
+    builder.Connect(
+        forces.get_output_port(), plant.get_applied_spatial_force_input_port()
+    )
+    if imu:
+        acceleration = plant.get_generalized_acceleration_output_port()
+        builder.Connect(acceleration, flight_imu.GetInputPort("acceleration"))
+    return Airframe(
+        plant=plant,
+        scene_graph=scene_graph,
+        body=body,
+        vehicle=vehicle,
+        rotors=rotors,
+        body_forces=body_forces,
+        wind=wind,
+        imu=flight_imu,
+        around=reach(description.model, description.base_link, description.rotors),
+        ground=world.ground,
+        obstacles=bool(world.names),
+    )
 
 
 def add_battery(
@@ -128,11 +251,10 @@ def add_battery(
         "battery",
         Battery(vehicle=vehicle, duration=battery_duration, compensation=sag_compensation),
     )
-    dynamics = airframe.dynamics
-    thrusts = "static_thrusts" if dynamics.HasOutputPort("static_thrusts") else "thrusts"
-    builder.Connect(dynamics.GetOutputPort(thrusts), battery.GetInputPort("thrusts"))
-    if dynamics.HasInputPort("supply"):
-        builder.Connect(battery.GetOutputPort("supply"), dynamics.GetInputPort("supply"))
+    rotors = airframe.rotors
+    builder.Connect(rotors.GetOutputPort("static_thrusts"), battery.GetInputPort("thrusts"))
+    if vehicle.battery:
+        builder.Connect(battery.GetOutputPort("supply"), rotors.GetInputPort("supply"))
     if gauge:
         system = gauge.system
         builder.Connect(battery.GetOutputPort("terminals"), system.GetInputPort("terminals"))

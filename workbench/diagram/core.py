@@ -182,9 +182,8 @@ def add_computer(
         commands = _delayed(builder, COMMAND_DELAY, commands, rates.physics_step, delays.command)
     builder.Connect(state, computer.GetInputPort("state"))
     builder.Connect(commands, airframe.commands)
-    if airframe.dynamics.HasOutputPort("voltage"):
-        told = voltage or airframe.dynamics.GetOutputPort("voltage")
-        builder.Connect(told, computer.GetInputPort("voltage"))
+    told = voltage or airframe.rotors.GetOutputPort("voltage")
+    builder.Connect(told, computer.GetInputPort("voltage"))
     return computer
 
 

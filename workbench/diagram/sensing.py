@@ -258,10 +258,10 @@ class _Mount:
             case Gps() as sensor:
                 return gps(sensor, self.home)
             case Barometer() as sensor:
-                dynamics, plant = self.airframe.dynamics, self.airframe.plant
+                plant = self.airframe.plant
                 weight = GRAVITY * plant.CalcTotalMass(plant.CreateDefaultContext())
                 return barometer(
-                    sensor, self.home, dynamics.GetOutputPort("thrusts").size(), weight
+                    sensor, self.home, self.airframe.rotors.GetOutputPort("thrusts").size(), weight
                 )
             case Magnetometer() as sensor:
                 return magnetometer(sensor, self.home)
@@ -276,8 +276,8 @@ class _Mount:
         """Connect a sensor's inputs by their names; return the source of its noise."""
         outputs = {
             "state": self.airframe.state,
-            "thrusts": self.airframe.dynamics.GetOutputPort("thrusts"),
-            "acceleration": self.airframe.dynamics.GetOutputPort("acceleration"),
+            "thrusts": self.airframe.rotors.GetOutputPort("thrusts"),
+            "acceleration": self.airframe.acceleration,
             "geometry_query": self.airframe.scene_graph.get_query_output_port(),
         }
         noise: RandomSource | CountedNoise | None = None

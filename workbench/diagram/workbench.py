@@ -295,7 +295,7 @@ def _add_navigation(
             gps_repeats=gps_repeats(sensors),
         ),
     )
-    builder.Connect(airframe.dynamics.GetOutputPort("imu"), navigation.GetInputPort("imu"))
+    builder.Connect(airframe.imu.GetOutputPort("imu"), navigation.GetInputPort("imu"))
     return navigation
 
 
@@ -358,7 +358,7 @@ def _draw(
         airframe.scene_graph,
         vehicle,
         airframe.state,
-        airframe.dynamics.GetOutputPort("speeds"),
+        airframe.rotors.GetOutputPort("speeds"),
         period=PICTURE_PERIOD,
     )
     return MeshcatVisualizer.AddToBuilder(

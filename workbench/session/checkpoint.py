@@ -14,10 +14,12 @@ class SystemState:
     Attributes:
         state: groups of its discrete state.
         parameters: groups of its numeric parameters: gains, wind, faults.
+        continuous: its continuous state.
     """
 
     state: Groups
     parameters: Groups
+    continuous: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True)

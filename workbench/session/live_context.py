@@ -32,9 +32,11 @@ from workbench.plant.vehicle import Vehicle
 from workbench.scenario.parameters import SENSOR_KINDS, Parameter, check_parameters, parameter_table
 from workbench.scenario.scenario import Scenario, Start
 from workbench.session.checkpoint import Checkpoint, Groups, SystemState
-from workbench.session.compiled_flight import CompiledFlight
+from workbench.session.integration import Integration
 from workbench.session.snapshot import Clearance, LidarSummary, SensorStatus, Snapshot, Triple
-from workbench.systems.flight_computer import GAINS, MEMORY, PATH, PROBES, SHARES
+from workbench.systems.body_forces import BodyForceSettings
+from workbench.systems.flight_computer import GAINS, MEMORY, PATH, PAYLOAD, PROBES, SHARES
+from workbench.systems.flight_imu import FAULT, SETTINGS
 from workbench.systems.noise import CountedNoise, noise_seed, seed_noise
 from workbench.systems.pilot import Wish
 from workbench.systems.propeller_display import PropellerDisplay
@@ -48,8 +50,7 @@ from workbench.systems.sensors.readings import (
     RangeReading,
     Reading,
 )
-from workbench.systems.vehicle_dynamics import BODY, FAULT, PAYLOAD, SETTINGS
-from workbench.systems.vehicle_dynamics import SHARES as DYNAMICS_SHARES
+from workbench.systems.wind import WindSettings
 
 R = TypeVar("R", bound=Reading)
 Place = tuple[System, int, int]
@@ -87,12 +88,15 @@ class LiveContext:
         self._places = _places(bench)
         self._found: dict[str, list[Place]] = {}
         self.simulator = Simulator(bench.diagram)
+        self._integration = Integration(scenario.rates)
         self._start(scenario.start)
         root = self.simulator.get_mutable_context()
-        bench.airframe.dynamics.set_seed(self._of(bench.airframe.dynamics), scenario.sensors.seed)
+        airframe = bench.airframe
+        for noisy in (airframe.wind, airframe.imu):
+            noisy.set_seed(self._of(noisy), scenario.sensors.seed)
         bench.sensing.seed(root, scenario.sensors.seed)
         if bench.navigation:
-            state = bench.airframe.dynamics.body_state(self._of(bench.airframe.dynamics))
+            state = airframe.body_state(root)
             seed = None
             if scenario.sensors.noise:
                 seed = noise_seed(scenario.sensors.seed, START)
@@ -114,8 +118,6 @@ class LiveContext:
             begin.suppress_initialization_events = True
         with sentences("the flight could not begin"):
             self.simulator.Initialize(begin)
-        self._moved = False
-        self._flown: list[tuple[np.ndarray, np.ndarray]] = []
 
     @property
     def root(self) -> Context:
@@ -123,26 +125,24 @@ class LiveContext:
         return self.simulator.get_context()
 
     def advance(self, step: int) -> None:
-        """Let the Simulator advance to a step of the physics."""
-        if self._moved:  # events that are due now are still to come, as at a checkpoint
-            go_on = InitializeParams()
-            go_on.suppress_initialization_events = True
-            self.simulator.Initialize(go_on)
-            self._moved = False
-        self.simulator.AdvanceTo(step * self._step)
+        """Let the Simulator advance to a step of the physics, a control period at a time."""
+        every = round(self._period / self._step)
+        now = round(self.root.get_time() / self._step)
+        while now < step:
+            now = min(step, (now // every + 1) * every)
+            self._integration.choose(self.simulator, self._bench.airframe)
+            self.simulator.AdvanceTo(now * self._step)
 
-    def advance_compiled(self, flight: CompiledFlight, first: int, last: int) -> int:
-        """Let compiled code fly a range of steps, see `CompiledFlight.fly`."""
-        self._moved = True
-        root = self.simulator.get_mutable_context()
-        return flight.fly(root, first, last, lambda times, rows: self._flown.append((times, rows)))
+    @property
+    def payload(self) -> Payload:
+        """What the vehicle carries."""
+        values = self._of(self._bench.computer).get_numeric_parameter(PAYLOAD).CopyToVector()
+        return Payload(*values.tolist())
 
     def recorded(self) -> tuple[np.ndarray, dict[str, np.ndarray]]:
         """Return the recorded times (N) [s], and the signals (N, size) each."""
         recorder = self._bench.recorder
-        if not self._flown:
-            return recorder.times(self.root), recorder.signals(self.root)
-        return recorder.with_rows(self.root, self._flown)
+        return recorder.times(self.root), recorder.signals(self.root)
 
     def start_program(self) -> None:
         """Start the program that runs the law, see `FlightComputer.start_program`."""
@@ -200,12 +200,12 @@ class LiveContext:
         """
         good = self._table.checked(values)
         places = {name: self._find(self._table.find(name)) for name in good}
-        dynamics, computer = self._bench.airframe.dynamics, self._bench.computer
+        airframe, computer = self._bench.airframe, self._bench.computer
         carried = {name: good.pop(name) for name in Payload._fields if name in good}
         if carried:
-            payload = dynamics.payload(self._of(dynamics))._replace(**carried)
+            payload = self.payload._replace(**carried)
             computer.set_payload(self._of(computer), payload)
-            dynamics.set_payload(self._of(dynamics), payload)
+            airframe.set_payload(self.simulator.get_mutable_context(), payload)
         chosen = [(place, value) for name, value in good.items() for place in places[name]]
         own = [(place[2], value) for place, value in chosen if place[:2] == (computer, GAINS)]
         if own:
@@ -235,13 +235,13 @@ class LiveContext:
         """
         if row.name not in self._found:
             check_parameters(self._bench.vehicle, [row.name], self._table)
-            first = self._places.get(row.system)
+            first = self._places.get(row.name) or self._places.get(row.system)
             if not first:
                 raise WorkbenchError(
                     f"{row.name} cannot be set: nothing in this flight uses it: "
                     f"{_remedy(row.system)}"
                 )
-            index = self._table.of(row.system).index(row)
+            index = 0 if row.name in self._places else self._table.of(row.system).index(row)
             self._found[row.name] = [(system, n, at + index) for system, n, at in first]
         return self._found[row.name]
 
@@ -281,8 +281,9 @@ class LiveContext:
         self, checkpoint: Checkpoint, schedule: Schedule, sets: Mapping[str, float]
     ) -> Mapping[str, float]:
         """Return the gains interpolated in a schedule that flew, by name."""
-        body = checkpoint.systems[self._bench.airframe.dynamics.GetSystemPathname()]
-        state, payload = body.state[BODY], Payload(*body.parameters[PAYLOAD])
+        body = checkpoint.systems[self._bench.airframe.plant.GetSystemPathname()]
+        computer = checkpoint.systems[self._bench.computer.GetSystemPathname()]
+        state, payload = body.continuous, Payload(*computer.parameters[PAYLOAD])
         # the voltage is unknown before the flight continues: that of a full battery stands in
         now = schedule.value(
             height=state[6], velocity=state[10:13], payload=payload.known_payload_mass
@@ -308,8 +309,9 @@ class LiveContext:
             w_WB=start.angular_velocity,
         )
         speeds = frame.hover_speeds if flying else np.zeros(len(vehicle.rotors))
-        dynamics = bench.airframe.dynamics
-        dynamics.place(self._of(dynamics), state, speeds)
+        root = self.simulator.get_mutable_context()
+        bench.airframe.place(root, state, speeds)
+        bench.airframe.set_payload(root, self.payload)
         bench.computer.begin(self._of(bench.computer), speeds, np.array(start.velocity))
         self._fill_delay()
         mode = FlightMode.HOVERING if flying else FlightMode.OFF
@@ -318,7 +320,7 @@ class LiveContext:
     def _fill_delay(self) -> None:
         """Fill delay lines with the initial values."""
         bench = self._bench
-        state = bench.airframe.dynamics.body_state(self._of(bench.airframe.dynamics))
+        state = bench.airframe.body_state(self.root)
         commands = bench.computer.GetOutputPort("commands").Eval(self._of(bench.computer))
         for name, values in ((STATE_DELAY, state), (COMMAND_DELAY, commands)):
             if bench.diagram.HasSubsystemNamed(name):
@@ -342,23 +344,27 @@ def _places(bench: Workbench) -> dict[str, list[Place]]:
 
     Most systems have their rows in numeric parameter 0 of the diagram's system of that name.
     """
-    dynamics, computer, navigation = bench.airframe.dynamics, bench.computer, bench.navigation
+    airframe, computer, navigation = bench.airframe, bench.computer, bench.navigation
     places: dict[str, list[Place]] = {
         each.get_name(): [(each, 0, 0)] for each in bench.diagram.GetSystems()
     }
     places |= {
-        "air": [(dynamics, 0, 0)],
-        "gyro": [(dynamics, 0, SETTINGS)],
-        "payload": [(dynamics, PAYLOAD, 0)],
-        "rotors": [(computer, SHARES, 0), (dynamics, 0, DYNAMICS_SHARES)],
+        "gyro": [(airframe.imu, SETTINGS, 0)],
+        "payload": [(computer, PAYLOAD, 0)],
+        "rotors": [(computer, SHARES, 0), (airframe.rotors, 0, 0)],
         "computer": [(computer, PATH, 0)],
     }
+    for system, names in (
+        (airframe.wind, WindSettings._fields),
+        (airframe.body_forces, BodyForceSettings._fields),
+    ):
+        places |= {name: [(system, 0, number)] for number, name in enumerate(names)}
     for kind in SENSOR_KINDS:
         places[kind] = [(each.system, 0, 0) for each in bench.sensing.of_kind(kind)]
     if navigation:
         own = navigation.estimator
         places[own.name if own.file is None else OWN] = [(navigation, 0, 0)]
-        places["imu"].insert(0, (dynamics, 0, FAULT))
+        places["imu"].insert(0, (airframe.imu, FAULT, 0))
     return places
 
 
@@ -381,8 +387,9 @@ def _read_states(bench: Workbench, root: Context) -> dict[str, SystemState]:
     found = {}
     for path, system in _deciding(bench):
         context = system.GetMyContextFromRoot(root)
-        memory = SystemState(_discrete(context), _parameters(context))
-        if memory.state or memory.parameters:
+        continuous = tuple(context.get_continuous_state_vector().CopyToVector().tolist())
+        memory = SystemState(_discrete(context), _parameters(context), continuous)
+        if memory.state or memory.parameters or continuous:
             found[path] = memory
     return found
 
@@ -407,6 +414,8 @@ def _write_states(bench: Workbench, root: Context, states: Mapping[str, SystemSt
             context.SetDiscreteState(number, values)
         for number, values in enumerate(states[path].parameters):
             context.get_mutable_numeric_parameter(number).SetFromVector(values)
+        if states[path].continuous:
+            context.SetContinuousState(states[path].continuous)
 
 
 def _deciding(bench: Workbench) -> Iterator[tuple[str, System]]:
@@ -433,8 +442,8 @@ def _leaves(diagram: Diagram) -> Iterator[System]:
 
 
 def _discrete(context: Context) -> Groups:
-    """Return the discrete state; these systems have no other kind."""
-    assert not context.num_abstract_states() and not context.num_continuous_states()
+    """Return the discrete state."""
+    assert not context.num_abstract_states()
     groups = range(context.num_discrete_state_groups())
     return tuple(tuple(context.get_discrete_state(i).CopyToVector().tolist()) for i in groups)
 
@@ -491,11 +500,9 @@ def _observed(bench: Workbench, root_context: Context, start: Sequence[float]) -
 
 def _voltage(bench: Workbench, root_context: Context) -> float:
     """Return the voltage under load over that of a full battery, 1 without a stated battery."""
-    dynamics = bench.airframe.dynamics
-    if not dynamics.HasOutputPort("voltage"):
-        return 1.0
-    port = dynamics.GetOutputPort("voltage")
-    return float(port.Eval(dynamics.GetMyContextFromRoot(root_context))[0])
+    rotors = bench.airframe.rotors
+    port = rotors.GetOutputPort("voltage")
+    return float(port.Eval(rotors.GetMyContextFromRoot(root_context))[0])
 
 
 def _first(readings: Iterable[Reading | None], wanted: type[R]) -> R | None:

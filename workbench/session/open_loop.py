@@ -118,10 +118,9 @@ class AutopilotFlight:
         """Return what sensors at the base link measure now."""
         from workbench.plant.geodesy import geodetic  # see above
 
-        dynamics = self._bench.airframe.dynamics
-        context = dynamics.GetMyContextFromRoot(self._context)
-        state = dynamics.GetOutputPort("state").Eval(context)
-        vdot = dynamics.GetOutputPort("acceleration").Eval(context)[3:6]
+        airframe = self._bench.airframe
+        context = airframe.plant.GetMyContextFromRoot(self._context)
+        state, vdot = airframe.state.Eval(context), airframe.acceleration.Eval(context)[3:6]
         q, p, w, v = state[:4], state[4:7], state[7:10], state[10:13]
         q = q / np.linalg.norm(q)
         into_body = RotationMatrix(Quaternion(q)).matrix().T
@@ -227,14 +226,14 @@ def _place_at_start(
     context: Context, bench: OpenLoop, scenario: Scenario, vehicle: Vehicle, speeds: np.ndarray
 ) -> None:
     """Write a scenario's start and rotor speeds (n) [rad/s] to the Context."""
-    start, dynamics = scenario.start, bench.airframe.dynamics
+    start = scenario.start
     state = body_state(
         p_WB=start_position(start, vehicle),
         roll_pitch_yaw=start.roll_pitch_yaw,
         v_WB=start.velocity,
         w_WB=start.angular_velocity,
     )
-    dynamics.place(dynamics.GetMyMutableContextFromRoot(context), state, speeds)
+    bench.airframe.place(context, state, speeds)
 
 
 def _recorded(context: Context, bench: OpenLoop, vehicle: Vehicle) -> Recording:

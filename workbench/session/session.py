@@ -61,7 +61,6 @@ from workbench.scenario.scenario import (
     flown_tables,
 )
 from workbench.session.checkpoint import Checkpoint
-from workbench.session.compiled_flight import CompiledFlight, is_quick, why_not_compiled
 from workbench.session.injected import Injected, Injecting
 from workbench.session.live_context import START_HEIGHT, LiveContext, start_position
 from workbench.session.pilot_numbers import check_height, finite, place_above
@@ -604,9 +603,7 @@ class Session:
 
     def state(self) -> np.ndarray:
         """Return the present state of the body (13): q_WB, p_WB, w_WB and v_WB, SI units."""
-        dynamics = self._bench.airframe.dynamics
-        state: np.ndarray = dynamics.body_state(dynamics.GetMyContextFromRoot(self._live.root))
-        return state
+        return self._bench.airframe.body_state(self._live.root)
 
     def free_way(self, direction_W: Sequence[float], most: float) -> tuple[float, str]:
         """Return how far the drone can fly straight ahead before it may touch something [m].
@@ -674,25 +671,6 @@ class Session:
         self.controller: Controller = built.bench.controller
         self._table = parameter_table(built.bench.controller)
         self._bench, self._values = built.bench, built.values
-        self._compiled = self._make_compiled(built)
-
-    def _make_compiled(self, built: _BuiltFlight) -> CompiledFlight | None:
-        """Return the compiled flight; None if the diagram flies.
-
-        Raises:
-            WorkbenchError: if compiled code is requested but does not support the flight.
-        """
-        if self._engine == "diagram":
-            return None
-        reason = why_not_compiled(built.scenario, built.bench)
-        if self._engine == "either" and (reason or not is_quick(built.bench.controller)):
-            return None
-        if reason:
-            raise WorkbenchError(
-                f"compiled code does not support {reason}: leave it out, or fly the diagram, as "
-                'Session(engine="diagram")'
-            )
-        return CompiledFlight(built.bench, built.scenario.rates)
 
     def _begin(self, checkpoint: Checkpoint | None) -> None:
         """Begin at a checkpoint, or at the start without one."""
@@ -785,15 +763,8 @@ class Session:
         """Simulate up to a step."""
         target = int(step)
         try:
-            while self._steps < target:
-                reached = self._steps
-                if self._compiled and not self.interpreted:
-                    reached = self._live.advance_compiled(self._compiled, self._steps, target)
-                if reached == self._steps:
-                    look = max(1, round(LOOK / self.scenario.rates.physics_step))
-                    reached = min(target, reached + look) if self._compiled else target
-                    self._live.advance(reached)
-                self._steps = reached
+            self._live.advance(target)
+            self._steps = target
         except FlightBrokenError as error:
             raise FlightBrokenError(
                 f"{error}; the flight broke off after {self.time:.3f} s"

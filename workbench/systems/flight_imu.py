@@ -1,0 +1,202 @@
+"""The IMU of the flight computer: samples of gyro and accelerometer, their filters, and readings.
+
+A sample is taken at each step of the Simulator, see `sample_steps_of`. A reading is the mean of
+angular velocity and specific force since the reading before, once a control period; without an IMU
+there is an exact gyro alone, and its filters.
+"""
+
+import numpy as np
+from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
+
+from workbench.estimation.filters import after, lowpass, output, works
+from workbench.estimation.gyro import (
+    GyroSettings,
+    at_rest,
+    body_rates,
+    filtered_rates,
+    filters_gyro,
+    gyro_filter,
+    sample_steps,
+    sensed,
+    stepped_filters,
+)
+from workbench.estimation.imu import (
+    FROZEN,
+    MEAN,
+    SILENT,
+    SOURCE,
+    SPREAD,
+    drawn_bias,
+    measured,
+    noisy_sample,
+    packed,
+    step_drift,
+)
+from workbench.plant.sensors import Imu
+from workbench.systems.noise import noise_seed
+
+GYRO, RATES, ACCEL, SAMPLE, SUMS, ELAPSED, BIAS, DRIFT = range(8)
+"""Groups of the discrete state: states of the gyro's filters (12), its filtered angular velocity in
+B (3), states of the accelerometer's low-pass (6), the last sample (6), the integral of samples
+since the last reading (6) and its length in physics steps, -1 before the first (1), the biases (6)
+and their drift (6)."""
+SIZES = (12, 3, 6, 6, 6, 1, 6, 6)
+SETTINGS, FAULT, SEED = range(3)
+"""Numeric parameters."""
+
+
+class FlightImu(LeafSystem):
+    """Samples the motion of the body.
+
+    Input ports:
+        state (13): of the body: q_WB (w, x, y, z), p_WB [m], w_WB_W [rad/s], v_WB_W [m/s].
+        acceleration (6): angular, and of the origin, in W [rad/s², m/s²]; only with an IMU.
+    Output ports:
+        sensed (13): the state with the gyro's filtered angular velocity.
+        imu (9): mean angular velocity [rad/s] and specific force [m/s²] since the last reading, and
+            filtered angular velocity, in B; only with an IMU.
+    Numeric parameter 0: `GyroSettings`. 1: fault of the IMU. 2: seed of its noise.
+
+    Args:
+        settings: initial ones.
+        step: of the physics, of which all times are multiples [s].
+        readout: steps between two readings.
+        imu: its noise and place; None for an exact gyro.
+    """
+
+    def __init__(
+        self, *, settings: GyroSettings, step: float, readout: int, imu: Imu | None = None
+    ) -> None:
+        super().__init__()
+        self._step, self._readout = step, readout
+        self._imu = packed(imu, step, readout * step) if imu else None
+        self._p_BS = imu.p_BS if imu else (0.0, 0.0, 0.0)
+        for values in (settings, [0.0], [0.0]):
+            self.DeclareNumericParameter(BasicVector(list(values)))
+        self._state = self.DeclareVectorInputPort("state", 13)
+        for size in SIZES:
+            self.DeclareDiscreteState(size)
+        needs = {self._state.ticket(), self.xd_ticket(), self.time_ticket(), self.pn_ticket()}
+        self.DeclareVectorOutputPort("sensed", 13, self._calc_sensed, needs)
+        if imu:
+            self._acceleration = self.DeclareVectorInputPort("acceleration", 6)
+            needs |= {self._acceleration.ticket()}
+            self.DeclareVectorOutputPort("imu", 9, self._calc_imu, needs)
+        self.DeclarePerStepDiscreteUpdateEvent(self._update)
+
+    def set_seed(self, context: Context, seed: int) -> None:
+        """Set the seed of the noise; equal seeds give equal noise."""
+        context.get_mutable_numeric_parameter(SEED).SetAtIndex(0, float(noise_seed(seed, SOURCE)))
+
+    def begin(self, context: Context, state: np.ndarray) -> None:
+        """Begin at a state of the body (13)."""
+        rates = body_rates(state)
+        for group, size in enumerate(SIZES):
+            context.SetDiscreteState(group, np.zeros(size))
+        context.SetDiscreteState(GYRO, at_rest(rates))
+        context.SetDiscreteState(RATES, rates)
+        context.SetDiscreteState(ELAPSED, [-1.0])
+
+    def sample_steps(self, context: Context) -> int:
+        """Return the number of physics steps between two samples, a divisor of the readout.
+
+        Without a stated rate, filters sample at each step, an IMU twice a reading.
+        """
+        settings = GyroSettings(*context.get_numeric_parameter(SETTINGS).CopyToVector())
+        if settings.gyro_rate > 0.0:
+            return sample_steps(settings.gyro_rate, self._step, self._readout)
+        if filters_gyro(settings, self._step) or works(settings.accel_lowpass, self._step):
+            return 1
+        return self._readout if self._imu is None else max(1, self._readout // 2)
+
+    def _number(self, context: Context) -> int:
+        return round(context.get_time() / self._step)
+
+    def _settings(self, context: Context) -> list[float]:
+        return context.get_numeric_parameter(SETTINGS).CopyToVector().tolist()
+
+    def _group(self, context: Context, group: int) -> np.ndarray:
+        return context.get_discrete_state(group).CopyToVector()
+
+    def _sample(self, context: Context, every: int) -> tuple[float, ...]:
+        """Return a sample now (6): of an exact gyro alone without an IMU."""
+        state = self._state.Eval(context).tolist()
+        if self._imu is None:
+            return (*body_rates(state), 0.0, 0.0, 0.0)
+        fault = context.get_numeric_parameter(FAULT)[0]
+        seed = context.get_numeric_parameter(SEED)[0]
+        bias = self._group(context, BIAS)
+        if self._group(context, ELAPSED)[0] < 0.0:
+            bias = np.array(drawn_bias(self._imu[MEAN:SPREAD], self._imu[SPREAD:], seed))
+        elif fault in (FROZEN, SILENT):
+            return tuple(self._group(context, SAMPLE))
+        exact = measured(state, self._acceleration.Eval(context).tolist(), self._p_BS)
+        both = np.concatenate([bias, self._group(context, DRIFT)])
+        return noisy_sample(exact, self._number(context), every, fault, both, self._imu, seed)
+
+    def _update(self, context: Context, discrete_state: DiscreteValues) -> None:
+        every, number = self.sample_steps(context), self._number(context)
+        if number % every:
+            return
+        settings, sample = self._settings(context), self._sample(context, every)
+        coefficients = gyro_filter(settings, every * self._step)
+        x = self._group(context, GYRO)
+        discrete_state.set_value(RATES, filtered_rates(coefficients, x, sample[0:3]))
+        discrete_state.set_value(GYRO, stepped_filters(coefficients, x, sample[0:3]))
+        if self._imu is None:
+            return
+        seed = context.get_numeric_parameter(SEED)[0]
+        elapsed = self._group(context, ELAPSED)[0]
+        first = elapsed < 0.0
+        if first:
+            bias = drawn_bias(self._imu[MEAN:SPREAD], self._imu[SPREAD:], seed)
+            discrete_state.set_value(BIAS, bias)
+        section = lowpass(settings[5], settings[6], every * self._step)
+        accel, before = self._group(context, ACCEL), self._group(context, SAMPLE)
+        sums = self._group(context, SUMS)
+        for i in range(3):
+            force = sample[3 + i]
+            if first:
+                accel[2 * i + 1] = force
+            smooth = output(section, accel[2 * i], accel[2 * i + 1], force)
+            accel[2 * i : 2 * i + 2] = after(section, accel[2 * i], accel[2 * i + 1], force)
+            sums[i] += 0.5 * every * (before[i] + sample[i])
+            sums[3 + i] += every * smooth
+        elapsed += every
+        if first or number % self._readout == 0:
+            elapsed, sums = 0.0, np.zeros(6)
+            drift = self._group(context, DRIFT)
+            step_drift(drift, number, self._imu, seed)
+            discrete_state.set_value(DRIFT, drift)
+        for group, values in ((ACCEL, accel), (SAMPLE, sample), (SUMS, sums), (ELAPSED, [elapsed])):
+            discrete_state.set_value(group, values)
+
+    def _calc_sensed(self, context: Context, output_vector: BasicVector) -> None:
+        state, settings = self._state.Eval(context).tolist(), self._settings(context)
+        every = self.sample_steps(context)
+        period = every * self._step
+        if not filters_gyro(settings, period):
+            output_vector.SetFromVector(state)
+            return
+        rates = self._group(context, RATES)
+        if self._number(context) % every == 0:
+            coefficients = gyro_filter(settings, period)
+            rates = filtered_rates(coefficients, self._group(context, GYRO), body_rates(state))
+        output_vector.SetFromVector(sensed(state, rates))
+
+    def _calc_imu(self, context: Context, output_vector: BasicVector) -> None:
+        every, settings = self.sample_steps(context), self._settings(context)
+        sample, before = self._sample(context, every), self._group(context, SAMPLE)
+        sums, accel = self._group(context, SUMS), self._group(context, ACCEL)
+        elapsed = self._group(context, ELAPSED)[0]
+        coefficients = gyro_filter(settings, every * self._step)
+        rates = filtered_rates(coefficients, self._group(context, GYRO), sample[0:3])
+        section = lowpass(settings[5], settings[6], every * self._step)
+        reading = [*sample, *rates]
+        if elapsed >= 0.0:
+            for i in range(3):
+                smooth = output(section, accel[2 * i], accel[2 * i + 1], sample[3 + i])
+                turned = sums[i] + 0.5 * every * (before[i] + sample[i])
+                reading[i] = turned / (elapsed + every)
+                reading[3 + i] = (sums[3 + i] + every * smooth) / (elapsed + every)
+        output_vector.SetFromVector(reading)
