@@ -531,7 +531,7 @@ class Session:
             self._bench.computer.end_program()
 
     def tick(self, duration: float) -> None:
-        """Fly for a time [s]; a remainder of a physics step is added to the next tick.
+        """Fly for a time [s]; a remainder of a control period is added to the next tick.
 
         Raises:
             FlightBrokenError: if the simulation cannot go on.
@@ -540,9 +540,10 @@ class Session:
             raise WorkbenchError(f"cannot fly on for {duration!r:.60} s: give it a positive time")
         if self._runs_programs:
             self._live.start_program()
-        step = self.scenario.rates.physics_step
+        rates = self.scenario.rates
+        every = round(rates.control_period / rates.physics_step)
         self._due += duration
-        target = math.floor(self._due / step + 1e-6)
+        target = every * math.floor(self._due / rates.control_period + 1e-6)
         while self._steps < target:
             for action in self._script.due(self._steps):
                 if self._bridge and action.flies:  # it precedes clients, as an operator does
@@ -552,7 +553,8 @@ class Session:
                 if action.controller is not None:
                     self._take_over(action.controller, action.interpreted)
                 self._act(action)
-            self._advance(min(target, self._script.next_step, self._inject()))
+            planned = min(self._script.next_step, self._inject())
+            self._advance(min(target, every * math.ceil(planned / every) if planned < target else target))
 
     def run(self, progress: Callable[[float], None] | None = None) -> None:
         """Fly to the end of the scenario, calling `progress` with the flown share, 0 .. 1."""

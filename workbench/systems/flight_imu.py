@@ -134,6 +134,7 @@ class FlightImu(LeafSystem):
         both = np.concatenate([bias, self._group(context, DRIFT)])
         return noisy_sample(exact, self._number(context), every, fault, both, self._imu, seed)
 
+    @np.errstate(over="ignore")  # integers of the noise wrap around
     def _update(self, context: Context, discrete_state: DiscreteValues) -> None:
         every, number = self.sample_steps(context), self._number(context)
         if number % every:
@@ -184,6 +185,7 @@ class FlightImu(LeafSystem):
             rates = filtered_rates(coefficients, self._group(context, GYRO), body_rates(state))
         output_vector.SetFromVector(sensed(state, rates))
 
+    @np.errstate(over="ignore")
     def _calc_imu(self, context: Context, output_vector: BasicVector) -> None:
         every, settings = self.sample_steps(context), self._settings(context)
         sample, before = self._sample(context, every), self._group(context, SAMPLE)

@@ -68,6 +68,7 @@ class Wind(LeafSystem):
     def _settings(self, context: Context) -> WindSettings:
         return WindSettings(*context.get_numeric_parameter(WIND).CopyToVector().tolist())
 
+    @np.errstate(over="ignore")  # integers of the noise wrap around
     def _update(self, context: Context, discrete_state: DiscreteValues) -> None:
         settings = self._settings(context)
         if settings.turbulence == 0.0:  # turbulence that starts later draws stationary states
