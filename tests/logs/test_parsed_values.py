@@ -5,6 +5,8 @@ or orangebox; the logs of a Crazyflie and tables have no such parser, and their 
 that were written. Which sign and which axis a number has is said once more in the tables here.
 """
 
+import itertools
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -62,7 +64,7 @@ def items(field, count=3):
 
 DOWN, AS_IT_IS = ((2, -1.0),), ((0, 1.0),)
 PX4 = (
-    # topic, fields, signals, and where their numbers are
+    # topic, fields, signals, and where their numbers are; of a signal the newest topic first
     ("vehicle_local_position", ["x", "y", "z"], xyz("estimate."), ENU),
     ("vehicle_local_position", ["vx", "vy", "vz"], xyz("estimate.v_"), ENU),
     ("vehicle_local_position", ["ax", "ay", "az"], xyz("estimate.a_"), ENU),
@@ -74,10 +76,10 @@ PX4 = (
     ("sensor_combined", items("accelerometer_m_s2"), xyz("imu.linear_acceleration."), FLU),
     ("sensor_combined", items("gyro_rad"), xyz("imu.angular_velocity."), FLU),
     ("vehicle_rates_setpoint", ["roll", "pitch", "yaw"], xyz("rate_setpoint.w_"), FLU),
-    ("vehicle_rates_setpoint", items("thrust_body"), ["attitude_setpoint.thrust"], DOWN),
-    ("vehicle_rates_setpoint", ["thrust"], ["attitude_setpoint.thrust"], AS_IT_IS),
     ("vehicle_attitude_setpoint", items("thrust_body"), ["attitude_setpoint.thrust"], DOWN),
     ("vehicle_attitude_setpoint", ["thrust"], ["attitude_setpoint.thrust"], AS_IT_IS),
+    ("vehicle_rates_setpoint", items("thrust_body"), ["attitude_setpoint.thrust"], DOWN),
+    ("vehicle_rates_setpoint", ["thrust"], ["attitude_setpoint.thrust"], AS_IT_IS),
     ("vehicle_torque_setpoint", items("xyz"), xyz("torque_setpoint."), FLU),
     ("actuator_controls_0", items("control", 4), xyz("torque_setpoint."), FLU),
     ("trajectory_setpoint", items("position"), xyz("setpoint."), ENU),
@@ -146,6 +148,27 @@ def test_px4s_attitudes_and_headings_are_turned_from_pyulogs(tmp_path, case):
             off = flight["setpoint.yaw"].values - (0.5 * np.pi - parsed["yaw"])
             np.testing.assert_allclose(np.cos(off), 1.0, atol=1e-9)
             np.testing.assert_allclose(np.sin(off), 0.0, atol=1e-6)
+
+
+def test_of_px4s_topics_for_one_signal_the_newer_one_counts(tmp_path, case):
+    """Whichever of both comes first in the log; the newer one stands before the other in `PX4`."""
+    pairs = [
+        (newer, older)
+        for newer, older in itertools.combinations(PX4, 2)
+        if newer[2] == older[2] and newer[0] != older[0]
+    ]
+    assert len(pairs) >= 4
+    for newer, older in pairs:
+        topics = []
+        for seed, (topic, fields, _, _) in enumerate((newer, older), start=1):
+            columns = {name: ("float", each) for name, each in numbers(fields, seed).items()}
+            topics.append((topic, 0, STAMPS.tolist(), columns))
+        for order in (topics, topics[::-1]):
+            with case(newer[0], order[0][0]):
+                path = tmp_path / "a.ulg"
+                path.write_bytes(ulog(order))
+                columns = list(numbers(newer[1]).values())
+                check(read_ulog(path), newer[2], columns, newer[3])
 
 
 def test_px4s_integrals_of_the_imu_are_over_their_time(tmp_path):

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy import linalg
 from scipy.spatial.transform import Rotation
 
 from workbench.control.controller import load_controller
@@ -125,6 +126,31 @@ def test_a_flight_computer_takes_the_start_for_what_it_knew(vehicle):
     np.testing.assert_allclose(start.states[0, 7:10], turn[at].apply(flight.w[at]), atol=1e-12)
 
 
+def test_the_voltage_is_over_that_which_the_law_takes_for_full(vehicle):
+    px4 = load_controller("px4")
+    gains = {**flight_gains(vehicle, controller=px4), "vbat": 16.0}
+    flight = motion()
+    craft = flown.make_craft(vehicle, px4, dict(gains), px4.period, 2)
+    past = Past(flight, vehicle, px4, gains, craft, numbered)
+    samples = np.array([10, 300])
+    np.testing.assert_allclose(past.start(samples).voltages, flight.voltage[samples] / 16.0)
+
+
+def test_an_estimate_takes_drag_for_tilt_as_its_equations_say():
+    """de/dt = eta + d v - L e and deta/dt = -W e, beside the exponential of their matrix."""
+    gain, tilt, drag = observer = flown.Observer(7.0, 10.0, 0.4)
+    v, error, dt = (3.0, -2.0, 1.0), np.zeros(flown.ERROR), 1e-4
+    error[3:8] = 0.2, 0.1, -0.3, 0.5, -0.4
+    begun, count = error.copy(), 4000
+    for _ in range(count):
+        flown.step_error(error, v, observer, dt)
+    A = np.array([[-gain, 1.0, drag], [-tilt, 0.0, 0.0], [0.0, 0.0, 0.0]])
+    for axis in (0, 1):
+        after = linalg.expm(A * dt * count) @ [begun[3 + axis], begun[6 + axis], v[axis]]
+        assert [error[3 + axis], error[6 + axis]] == pytest.approx(after[:2], abs=1e-3)
+    assert error[5] == pytest.approx(-0.3 * np.exp(-gain * dt * count), rel=1e-3)
+
+
 @pytest.fixture
 def predictor(vehicle, monkeypatch):
     """Return a predictor whose flights stay where they begin."""
@@ -137,6 +163,17 @@ def predictor(vehicle, monkeypatch):
     monkeypatch.setattr(prediction, "compiled_flights", lambda controller: made)
     pd = load_controller("pd")
     return Predictor(vehicle, pd, dict(flight_gains(vehicle, controller=pd)), 1 / 128)
+
+
+def test_a_flight_is_in_the_air_from_above_its_start_to_its_landing():
+    """0.3 m above the ground from 1 to 4 s, less 0.2 s at either end; a gap is one in the air."""
+    p = np.where((TIME >= 1.0) & (TIME < 4.0), 1.0, 0.2)[:, None] * [0.0, 0.0, 1.0]
+    measured = (TIME >= 0.9) & ((TIME < 2.0) | (TIME >= 2.3)) & ((TIME < 3.0) | (TIME >= 3.1))
+    flight = motion(p=p, commands=np.zeros((COUNT, 4)), measured=measured)
+    assert flight.airborne == (120, 379)
+    assert flight.longest_gap == pytest.approx((2.0, 2.3))
+    assert motion(p=0.2 + 0.0 * p, commands=np.zeros((COUNT, 4))).airborne == (0, 0)
+    assert motion(p=p).airborne == (0, COUNT - 1)  # its rotors turn from the begin on
 
 
 def test_no_prediction_goes_over_a_gap(predictor):
