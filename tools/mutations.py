@@ -375,6 +375,27 @@ MUTATIONS = (
         ("tests/design/tune/test_requirement.py",),
     ),
     Mutation(
+        "tune: an unstable loop has a margin above 0",
+        f"{DESIGN}/tune/measure.py",
+        "GROWTH_AS_MARGIN = -0.1",
+        "GROWTH_AS_MARGIN = 0.1",
+        ("tests/design/tune/test_measure.py",),
+    ),
+    Mutation(
+        "tune: a flight that diverges uses no rotor",
+        f"{DESIGN}/tune/measure.py",
+        "use = np.where(flown.diverged, math.inf, flown.peak_rotor_use)",
+        "use = np.where(flown.diverged, 0.0, flown.peak_rotor_use)",
+        ("tests/design/tune/test_measure.py",),
+    ),
+    Mutation(
+        "tune: a flight that is lost is a proof",
+        f"{DESIGN}/tune/proof.py",
+        "    if response.loss:\n        return math.nan\n",
+        "",
+        ("tests/design/tune/test_proof.py",),
+    ),
+    Mutation(
         "compare: the error in wind is that before its last second",
         f"{DESIGN}/compare.py",
         "away[flight.time > flight.time[-1] - 1.0].mean()",
