@@ -1,5 +1,7 @@
 """What a prediction starts from, on motions in closed form: nothing of it is of later."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from scipy import linalg
@@ -22,6 +24,7 @@ from workbench.gains.gains import flight_gains
 from workbench.scenario.configured import configured_vehicle
 from workbench.scenario.scenario import VehicleConfig
 
+DRONES = Path(__file__).parents[2] / "drones"
 PERIOD, COUNT = 0.01, 500
 TIME = PERIOD * np.arange(COUNT)
 
@@ -106,10 +109,11 @@ def test_the_memory_at_a_start_is_that_of_the_last_update_before_it(vehicle):
 
 
 def test_a_flight_computer_takes_the_start_for_what_it_knew(vehicle):
-    """Of attitudes that are off by a constant turn and by one about level axes since."""
+    """Of attitudes that are off by a constant turn for 3 s, and by one about level axes since."""
     constant, since = np.array([0.02, -0.015, 0.03]), np.array([0.01, 0.02, 0.0])
     at, true = 400, motion(3)
     off = np.tile(constant, (COUNT, 1))
+    off[: at - 299] = -0.2, 0.3, 0.1  # what was before is forgotten
     turn = rotation(true.q)
     known = turn * Rotation.from_rotvec(off)
     known = Rotation.concatenate(
@@ -124,6 +128,35 @@ def test_a_flight_computer_takes_the_start_for_what_it_knew(vehicle):
     assert taken[4:7] == pytest.approx(flight.p_known[at], abs=1e-12)
     assert taken[10:13] == pytest.approx(flight.v_known[at], abs=1e-12)
     np.testing.assert_allclose(start.states[0, 7:10], turn[at].apply(flight.w[at]), atol=1e-12)
+
+
+def test_inner_integrals_hold_the_moment_of_the_air():
+    """A Crazyflie's rotors are dragged above its centre of mass: forwards, that lifts its nose.
+
+    Each rotor gives half of what the law asks for about an axis, in 65535 of its largest thrust;
+    the firmware's pitch is positive nose up.
+    """
+    drone = configured_vehicle(VehicleConfig(model=str(DRONES / "nanobench.urdf")))
+    law = load_controller("crazyflie")
+    gains = dict(flight_gains(drone, controller=law))
+    level, v = np.tile([1.0, 0.0, 0.0, 0.0], (COUNT, 1)), np.array([1.5, -0.8, 0.0])
+    flight = motion(q=level, v=np.tile(v, (COUNT, 1)))
+    craft = flown.make_craft(drone, law, gains, law.period)
+    memory = Past(flight, drone, law, gains, craft, numbered).start(np.array([300])).memory[0]
+    names = [state.name for state in law.memory]
+    rotors, speeds = drone.rotors, drone.hover_speeds
+    pull = [each.rotor_drag_coefficient * w for each, w in zip(rotors, speeds, strict=True)]
+    hubs = np.array([each.p_BR for each in rotors]) - drone.p_BoBcm_B
+    moment = sum(np.cross(hub, -k * v) for hub, k in zip(hubs, pull, strict=True))
+    for axis, arm, sign, gain in (
+        (0, 1, 1.0, "pid_rate_roll_ki"),
+        (1, 0, -1.0, "pid_rate_pitch_ki"),
+    ):
+        integral = memory[names.index(f"i_rate_{'xyz'[axis]}")]
+        thrust = 0.5 * integral * gains[gain] * gains["thrust_max"] / 65535.0
+        held = sign * thrust * np.abs(hubs[:, arm]).sum()
+        assert abs(moment[axis]) > 1e-6
+        assert held == pytest.approx(-moment[axis], rel=0.02)
 
 
 def test_the_voltage_is_over_that_which_the_law_takes_for_full(vehicle):
