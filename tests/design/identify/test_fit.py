@@ -182,6 +182,14 @@ def test_a_search_that_is_stopped_says_how_far_it_may_be_off(vehicle):
     assert off[1] == pytest.approx(math.log(1.1)) and off[1] < 1.1 * deviations[1]
 
 
+def test_what_is_known_before_draws_a_search_back(vehicle):
+    """Known to a millionth, a thrust stays as it is described, wherever the search begins."""
+    piece = make_piece(flown(vehicle, 250, 6.0, thrust=1.1), vehicle)
+    known = [Quantity("thrust", 0.0, 0.002, 1e-6, "force")]
+    found = Fitter(vehicle, [piece], known, ["force"]).fit(np.array([0.05]))
+    assert abs(found.value("thrust")) < 1e-3
+
+
 def found_of(vehicle: Vehicle, values: dict[str, float], covariance, flight: Flight) -> Found:
     """Return a result of a search with such values (k) and covariance (k, k)."""
     none = np.empty(0)

@@ -159,6 +159,32 @@ def test_inner_integrals_hold_the_moment_of_the_air():
         assert held == pytest.approx(-moment[axis], rel=0.02)
 
 
+def test_a_push_acts_in_the_axes_that_it_is_stated_in(vehicle):
+    """Of a drone on its side: forces in W and B that are the same, and a moment in B."""
+    pd = load_controller("pd")
+    craft = flown.make_craft(vehicle, pd, dict(flight_gains(vehicle, controller=pd)), 1 / 128)
+    turn = Rotation.from_euler("ZYX", [0.7, -0.3, 1.2])
+
+    def ended(push):
+        state, speeds = np.zeros(13), vehicle.hover_speeds.copy()
+        state[0:4], state[6] = turn.as_quat(scalar_first=True), 10.0
+        last, room, ones = np.zeros(6), np.empty((3, len(speeds))), np.ones(len(speeds))
+        flown.fly_period(state, last, speeds, speeds, speeds, ones, push, 0.0, craft, room)
+        return state[7:13]
+
+    still, push = ended(np.zeros(flown.PUSH)), np.array([3.0, -2.0, 1.0])
+    for place, moved in ((slice(0, 3), push), (slice(3, 6), turn.apply(push))):
+        pushed = np.zeros(flown.PUSH)
+        pushed[place] = push
+        change = (ended(pushed) - still)[3:]
+        np.testing.assert_allclose(change, moved / vehicle.mass / 128, atol=0.02 * np.ptp(change))
+    twisted = np.zeros(flown.PUSH)
+    twisted[6:9] = 0.02, -0.03, 0.01
+    change = turn.inv().apply((ended(twisted) - still)[:3])
+    expected = np.linalg.solve(vehicle.inertia, twisted[6:9]) / 128
+    np.testing.assert_allclose(change, expected, atol=0.02 * np.ptp(expected))
+
+
 def test_the_voltage_is_over_that_which_the_law_takes_for_full(vehicle):
     px4 = load_controller("px4")
     gains = {**flight_gains(vehicle, controller=px4), "vbat": 16.0}
