@@ -351,6 +351,7 @@ def _plain(text: str, folder: Path) -> str:
     text = re.sub(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d(:\d\d(\.\d+)?)?(Z|[+-]\d\d:\d\d)?", "TIME", text)
     text = re.sub(r"in \d+\.\d+s( \(.*?\))?", "in TIME", text)  # pytest's
     text = re.sub(r"(?m)^={3,}(.*?)={3,}$", r"===\1===", text)  # as wide as the time is long
+    text = re.sub(r" at 0x[0-9a-f]+>", ">", text)  # a function's place in memory
     text = re.sub(r" (time|timestamp)=\"[^\"]*\"", r' \1="TIME"', text)  # JUnit's
     text = re.sub(r"(?m)^workbench: .*: \d+ %\n", "", text)  # of a slow machine
     # Python 3.13 no longer repeats the value's name
