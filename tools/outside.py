@@ -193,7 +193,12 @@ def _quiet() -> Iterator[None]:
         "PYTHONPATH": str(ROOT),
         "QT_QPA_PLATFORM": "offscreen",
     }
-    unwanted = [name for name in os.environ if name.startswith(("PYTEST_", "ROS_", "LINK_"))]
+    # with CI or BUILD_NUMBER set, pytest prints long lines in full
+    unwanted = [
+        name
+        for name in os.environ
+        if name in ("CI", "BUILD_NUMBER") or name.startswith(("PYTEST_", "ROS_", "LINK_"))
+    ]
     before = dict(os.environ)
     progress = logging.getLogger("workbench.progress")
     os.environ.update(wanted)
