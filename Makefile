@@ -7,7 +7,7 @@ BIN := $(VENV)/bin
 # Three on two cores, as live flights wait for the clock. A worker that has crashed, or was ended because
 # a test hung, is not started anew: xdist would have it run the same test again, up to eight times
 WORKERS ?= 3
-PYTEST = $(BIN)/pytest --dist loadfile -n $(WORKERS) --max-worker-restart 0 $(OPTIONS)
+PYTEST = $(BIN)/pytest --dist loadfile -n $(WORKERS) --max-worker-restart 0 $(PYTEST_OPTIONS)
 
 .DEFAULT_GOAL := help
 .PHONY: help setup run test types quick test-slow test-all format notebooks docs bench clean

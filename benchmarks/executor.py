@@ -5,8 +5,12 @@ equally. Processes are started in each turn, as by a command; workers keep runni
 """
 
 import statistics
+import sys
 import time
 from dataclasses import dataclass
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
 from workbench.design.executor.cluster import DaskCluster
 from workbench.design.executor.executor import Executor, LocalProcesses
@@ -42,18 +46,11 @@ class ExecutorRow:
 
 def measure() -> list[ExecutorRow]:
     """Return a row for local processes and one for a cluster on this machine."""
-    from distributed import LocalCluster
+    from tests.clusters import local_cluster  # distributed takes a second to load
 
     case = SweepCase("x", 2.0, STEP)
     with (
-        LocalCluster(
-            n_workers=PROCESSES,
-            threads_per_worker=1,
-            processes=True,
-            protocol="tcp://",
-            host="127.0.0.1",
-            dashboard_address="127.0.0.1:0",
-        ) as workers,
+        local_cluster(PROCESSES) as workers,
         DaskCluster(workers.scheduler_address) as cluster,
     ):
         places: dict[str, Executor] = {

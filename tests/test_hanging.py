@@ -52,7 +52,7 @@ def test_only_make_test_all_runs_slow_tests():
         "MAKEOVERRIDES",
         "VENV",
         "PYTHON",
-        "OPTIONS",
+        "PYTEST_OPTIONS",
     }  # of the make that runs this
     env = {name: value for name, value in os.environ.items() if name not in outer}
     for target, runs in (("test", [quick]), ("test-slow", [slow]), ("test-all", [quick, slow])):

@@ -31,7 +31,12 @@ def test_mutated_files_are_understood_or_refused_with_a_sentence(load, count):
     assert tally.understood.total() + tally.refused.total() == count
     if count == 2000:
         kinds = load("mutated_reader").KINDS
-        assert set(tally.understood) == set(tally.refused) == set(kinds)
+        assert set(tally.understood) == set(kinds)
+        assert set(kinds) - set(tally.refused) <= LEFT_OUT
+
+
+LEFT_OUT = {"mesh-binary", "mesh-text", "mesh-xml", "log-metadata"}
+"""Kinds of files beside another one, which is read without them and with a remark."""
 
 
 def test_what_is_neither_is_a_fault(load, tmp_path, case, monkeypatch):

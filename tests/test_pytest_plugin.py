@@ -6,8 +6,8 @@ from importlib.metadata import entry_points
 from pathlib import Path
 
 import pytest
+from _pytest.pytester import SysModulesSnapshot
 
-import workbench.design.regress.running  # noqa: F401  Drake cannot be loaded again by each run
 from workbench.common.resources import controllers_dir
 
 pytest_plugins = ["pytester"]
@@ -26,6 +26,12 @@ BAD = """\
 cases:
   - {name: too strict, axis: z, amplitude: 0.5, duration: 0.5, limits: {peak: {max: 0.1}}}
 """
+
+
+@pytest.fixture(autouse=True)
+def imported(monkeypatch):
+    """Keep what runs within this process import: Drake cannot be loaded twice, nor can classes."""
+    monkeypatch.setattr(SysModulesSnapshot, "restore", lambda self: None)
 
 
 @pytest.fixture

@@ -28,10 +28,14 @@ LEFT_OUT = (".*", "__pycache__", "out", "build", "dist", "node_modules")
 
 DYNAMICS, CONTROL, SYSTEMS = "workbench/dynamics", "workbench/control", "workbench/systems"
 CONTROLLERS, DESIGN = "workbench/controllers", "workbench/design"
+READERS, ESTIMATION = "workbench/logs/readers", "workbench/estimation"
+IDENTIFY, PREDICT = "workbench/design/identify", "workbench/design/predict"
 ORACLE = "tests/oracles/test_reference_flights.py"
 LOOPS = "tests/oracles/test_loops_by_hand.py"
 LAW = "tests/controllers/test_pd.py"
 EQUATIONS = "tests/controllers/test_equations.py"
+PARSED = "tests/logs/test_parsed_values.py"
+FIT, PAST = "tests/design/identify/test_fit.py", "tests/design/predict/test_past.py"
 
 
 @dataclass(frozen=True)
@@ -371,6 +375,27 @@ MUTATIONS = (
         ("tests/design/tune/test_requirement.py",),
     ),
     Mutation(
+        "tune: an unstable loop has a margin above 0",
+        f"{DESIGN}/tune/measure.py",
+        "GROWTH_AS_MARGIN = -0.1",
+        "GROWTH_AS_MARGIN = 0.1",
+        ("tests/design/tune/test_measure.py",),
+    ),
+    Mutation(
+        "tune: a flight that diverges uses no rotor",
+        f"{DESIGN}/tune/measure.py",
+        "use = np.where(flown.diverged, math.inf, flown.peak_rotor_use)",
+        "use = np.where(flown.diverged, 0.0, flown.peak_rotor_use)",
+        ("tests/design/tune/test_measure.py",),
+    ),
+    Mutation(
+        "tune: a flight that is lost is a proof",
+        f"{DESIGN}/tune/proof.py",
+        "    if response.loss:\n        return math.nan\n",
+        "",
+        ("tests/design/tune/test_proof.py",),
+    ),
+    Mutation(
         "compare: the error in wind is that before its last second",
         f"{DESIGN}/compare.py",
         "away[flight.time > flight.time[-1] - 1.0].mean()",
@@ -489,6 +514,198 @@ MUTATIONS = (
         "DiscreteTimeDelay(period, periods - 1, port.size())",
         "DiscreteTimeDelay(period, periods, port.size())",
         ("tests/diagram/test_workbench.py",),
+    ),
+    # logs
+    Mutation(
+        "log: thrust of PX4's rate setpoint downwards",
+        f"{READERS}/ulog.py",
+        'Row(_RATES, ("thrust_body[2]",), _THRUST, "1", np.negative)',
+        'Row(_RATES, ("thrust_body[2]",), _THRUST, "1")',
+        (PARSED,),
+    ),
+    Mutation(
+        "log: PX4's stamps of samples taken where some are zero",
+        f"{READERS}/ulog.py",
+        "not (sampled > 0).all()",
+        "not (sampled > 0).any()",
+        (PARSED,),
+    ),
+    Mutation(
+        "log: PX4's samples from before the begin kept",
+        f"{READERS}/topic_log.py",
+        "np.flatnonzero(time >= 0.0)",
+        "np.flatnonzero(np.isfinite(time))",
+        (PARSED,),
+    ),
+    Mutation(
+        "log: ArduPilot's height setpoint downwards",
+        f"{READERS}/dataflash.py",
+        '("PSCD", "D", "z", -1.0)',
+        '("PSCD", "D", "z", 1.0)',
+        (PARSED,),
+    ),
+    Mutation(
+        "log: ArduPilot's motors by channel in place of function",
+        f"{READERS}/dataflash.py",
+        "channels[int(function) - MOTOR_1 + 1] = channel",
+        "channels[channel] = channel",
+        (PARSED,),
+    ),
+    Mutation(
+        "log: pitch rate setpoint of a Crazyflie not turned",
+        f"{READERS}/crazyflie_usd.py",
+        '("rate_setpoint.w_y", "rad/s", -_DEG)',
+        '("rate_setpoint.w_y", "rad/s", _DEG)',
+        (PARSED,),
+    ),
+    Mutation(
+        "log: offset of a mapping without its sign",
+        f"{READERS}/mapped_csv.py",
+        'factor * numbers["offset"] + zero',
+        'factor * numbers["sign"] * numbers["offset"] + zero',
+        (PARSED,),
+    ),
+    Mutation(
+        "log: commands of a simulated flight a row early",
+        f"{READERS}/states_csv.py",
+        "np.append(values[1:], values[-1:])",
+        "values",
+        (PARSED,),
+    ),
+    Mutation(
+        "log: an interpolated sample of NanoBench kept",
+        f"{READERS}/nanobench.py",
+        "rows[begin + 1 : stop] = False",
+        "rows[begin + 2 : stop] = False",
+        (PARSED,),
+    ),
+    Mutation(
+        "log: motors bridged over any gap",
+        "workbench/logs/measured_flight.py",
+        "max(bridge, BRIDGE * told_every))",
+        "np.inf)",
+        ("tests/logs/test_measured_flight.py",),
+    ),
+    Mutation(
+        "log: clock offsets the other way",
+        "workbench/logs/flight_contents.py",
+        "return float((lags[best] + part) * _GRID), float(at)",
+        "return float(-(lags[best] + part) * _GRID), float(at)",
+        ("tests/logs/test_flight_contents.py",),
+    ),
+    # identification and prediction
+    Mutation(
+        "identify: specific force a row early",
+        f"{IDENTIFY}/fit.py",
+        "blocks(flight.force, block)[1:],",
+        "blocks(flight.force, block)[:-1],",
+        (FIT,),
+    ),
+    Mutation(
+        "identify: grid of averaged samples moved the other way",
+        f"{IDENTIFY}/fit.py",
+        "early += 0.5 * flight.period",
+        "early -= 0.5 * flight.period",
+        (FIT,),
+    ),
+    Mutation(
+        "identify: a stopped search does not say what it lacks",
+        f"{IDENTIFY}/fit.py",
+        "        covariance += np.outer(left, left)\n",
+        "",
+        (FIT,),
+    ),
+    Mutation(
+        "identify: validated on what was fitted",
+        f"{IDENTIFY}/report.py",
+        "last.append(replace(flight, good=flight.good & ~seen))",
+        "last.append(replace(flight, good=flight.good & seen))",
+        (FIT,),
+    ),
+    Mutation(
+        "identify: impacts not spread",
+        f"{IDENTIFY}/flight.py",
+        "binary_dilation(hard, np.ones(2 * round(AWAY * flight.rate) + 1))",
+        "hard",
+        (FIT,),
+    ),
+    Mutation(
+        "predict: windows over a gap",
+        f"{PREDICT}/prediction.py",
+        "samples[:, None] + np.arange(ahead + 1)].all(axis=1)]\n",
+        "samples[:, None] + np.arange(1)].all(axis=1)]\n",
+        (PAST,),
+    ),
+    Mutation(
+        "predict: thrust before a start looks ahead",
+        f"{PREDICT}/past.py",
+        "mean_before(each, samples - 1, before) for each",
+        "mean_before(each, samples + 1, before) for each",
+        (PAST,),
+    ),
+    Mutation(
+        "predict: memory of an update later",
+        f"{PREDICT}/past.py",
+        "np.clip(counts.astype(int) - 1, 0",
+        "np.clip(counts.astype(int), 0",
+        (PAST,),
+    ),
+    Mutation(
+        "predict: tilt of the estimate the other way",
+        f"{PREDICT}/past.py",
+        "found[:, 7] = -GRAVITY * tilt[:, 0]",
+        "found[:, 7] = GRAVITY * tilt[:, 0]",
+        (PAST,),
+    ),
+    # estimation
+    Mutation(
+        "estimator: a late fix not carried to the present",
+        f"{ESTIMATION}/complementary.py",
+        "- arm[i] + z[GPS + 1] * v_y[i]",
+        "- arm[i]",
+        ("tests/estimation/test_complementary_motion.py",),
+    ),
+    Mutation(
+        "estimator: a fix held for ever",
+        f"{ESTIMATION}/complementary.py",
+        "seen[0] if seen[3] <= GPS_HELD else 0.0",
+        "seen[0]",
+        ("tests/estimation/test_complementary_motion.py",),
+    ),
+    Mutation(
+        "estimator: a range finder that looks up",
+        f"{ESTIMATION}/ekf.py",
+        "if down > LEAST_LOOK else math.nan",
+        "if abs(down) > LEAST_LOOK else math.nan",
+        ("tests/estimation/test_ekf.py",),
+    ),
+    Mutation(
+        "estimator: negative ages of heights",
+        f"{ESTIMATION}/run.py",
+        "z[rows, AGES + place] = imu.stamp[rows] - sensor.stamp[new]",
+        "z[rows, AGES + place] = sensor.stamp[new] - imu.stamp[rows]",
+        ("tests/estimation/test_run.py",),
+    ),
+    Mutation(
+        "turbulence: vertical speed not in the airspeed",
+        f"{DYNAMICS}/air/update.py",
+        "e_z = state[12] - w_z",
+        "e_z = 0.0",
+        ("tests/dynamics/air/test_update.py",),
+    ),
+    Mutation(
+        "ROS: variances of velocity turned the other way",
+        "workbench/gateways/ros_messages/making.py",
+        "_diagonal([*_turned(turn, velocity)",
+        '_diagonal([*_turned({**turn, "w": -turn["w"]}, velocity)',
+        ("tests/gateways/ros_messages/test_conversion.py",),
+    ),
+    Mutation(
+        "margins: delay of the nearer side",
+        "workbench/design/judge/margins.py",
+        "delay_margin=float((turn / crossings)",
+        "delay_margin=float((np.minimum(turn, 2.0 * math.pi - turn) / crossings)",
+        ("tests/design/judge/test_margins.py",),
     ),
 )
 

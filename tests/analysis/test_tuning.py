@@ -88,7 +88,12 @@ def test_it_tells_how_it_goes(found):
 def test_it_says_what_it_does_and_is_never_full_before_the_end(found):
     _, told = found
     phases = [each.phase for each in told]
-    stages = ["reading", "flying the rule's gains", "linear model of vehicle 1 of 8", "searching"]
+    stages = [
+        "reading",
+        "flying the law's own gains",
+        "linear model of vehicle 1 of 8",
+        "searching",
+    ]
     stages += ["proving on the full diagram: x step 1 of", "flying the steps for the report"]
     places = [next(i for i, phase in enumerate(phases) if phase.startswith(s)) for s in stages]
     assert places == sorted(places)

@@ -91,7 +91,7 @@ def test_each_is_tuned_for_the_same_wishes_first(run, out, write, laws):
         assert set(each["gains"]) == SEARCHED[each["name"]]
         assert each["numbers"]["unmet_wishes"] == 0.0
         scenario = Scenario(controller=each["name"])
-        flown = fly_step("yaw", 0.2, duration=5.0, scenario=scenario, settings=each["gains"])
+        flown = fly_step("yaw", 0.2, scenario=scenario, settings=each["gains"])
         assert each["numbers"]["rise_time_yaw"] == flown.metrics.rise_time <= 0.35
     refused = run("compare", "pd", "--parts", "steps", "--tune", "yaw.rise_tim<=1")
     assert refused.code == 2

@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from workbench.estimation.complementary import LAST, initial, update
-from workbench.estimation.samples import GPS, SAMPLES, Mounting
+from workbench.estimation.samples import BAROMETER, GPS, SAMPLES, Mounting
 from workbench.estimation.settings import ComplementarySettings
 from workbench.plant.gravity import GRAVITY
 
@@ -45,6 +45,20 @@ def test_a_late_sample_of_the_gps_is_carried_to_the_present():
         update(memory, z, settings, Mounting().packed(), PERIOD)
         assert memory[4:7] == pytest.approx(v * time, abs=1e-9)
         assert memory[7:10] == pytest.approx(v, abs=1e-9)
+
+
+def test_a_climb_does_not_lag_behind_samples_of_the_barometer():
+    """At 4 m/s a height of 0.1 s ago is 0.4 m too low."""
+    memory = initial([1.0, *[0.0] * 11, 4.0], (0.0, 0.0, 0.0))
+    settings = np.array(ComplementarySettings(complementary_kp=0.0, complementary_ki=0.0))
+    for step in range(1, 257):
+        z = np.zeros(SAMPLES)
+        z[5] = GRAVITY
+        if step % EVERY == 0:
+            z[BAROMETER : BAROMETER + 2] = 1.0, 4.0 * step * PERIOD
+        update(memory, z, settings, Mounting().packed(), PERIOD)
+        assert memory[6] == pytest.approx(4.0 * step * PERIOD, abs=1e-9)
+        assert memory[9] == pytest.approx(4.0, abs=1e-9)
 
 
 def test_the_last_sample_of_the_gps_counts_for_a_second_and_no_longer():

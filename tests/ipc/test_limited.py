@@ -14,8 +14,6 @@ from workbench.common.errors import WorkbenchError
 from workbench.ipc import limited
 from workbench.ipc.limited import LimitedError, run_limited, run_trusted
 
-LIMIT = 60.0
-"""Time until a test fails that waits [s]."""
 CHILD = """
 import os, resource, signal, subprocess, sys, time
 from workbench.common.errors import WorkbenchError
@@ -142,17 +140,10 @@ def test_a_child_ends_with_its_caller_however_that_ends(tmp_path, monkeypatch, b
         [sys.executable, "-c", f"from workbench.ipc.limited import run_trusted; {call}"]
     )
     begun = tmp_path / "begun"
-    wait_until(lambda: begun.exists() and begun.read_text())
+    wait_for(lambda: begun.exists() and begun.read_text())
     caller.kill()
     caller.wait()
-    wait_until(lambda: not Path(f"/proc/{begun.read_text()}").exists())
-
-
-def wait_until(condition):
-    end = time.monotonic() + LIMIT
-    while not condition():
-        assert time.monotonic() < end
-        time.sleep(0.01)
+    wait_for(lambda: not Path(f"/proc/{begun.read_text()}").exists())
 
 
 def test_noise_neither_spoils_the_answer_nor_reaches_the_terminal(run, capfd):

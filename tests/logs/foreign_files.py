@@ -105,10 +105,15 @@ def ulog(
     for name, _, _, fields in {topic[0]: topic for topic in topics}.values():
         counts: dict[str, tuple[str, int]] = {}
         for field, (kind, _) in fields.items():
-            base = field.partition("[")[0]
+            base, _, rest = field.partition("[")
+            if "]." in rest:  # of a nested message with one field
+                data += message("F", f"{base}_report:{kind} {rest.partition('].')[2]};".encode())
+                kind = f"{base}_report"
             counts[base] = (kind, counts.get(base, (kind, 0))[1] + 1)
         text = "uint64_t timestamp;" + "".join(
-            f"{kind}[{count}] {base};" if f"{base}[0]" in fields else f"{kind} {base};"
+            f"{kind}[{count}] {base};"
+            if any(field.startswith(f"{base}[") for field in fields)
+            else f"{kind} {base};"
             for base, (kind, count) in counts.items()
         )
         data += message("F", f"{name}:{text}".encode())

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.logs.foreign_files import WRITERS, read_here
-from workbench.logs.flight_record import FlightRecord, Remark
+from workbench.logs.flight_record import FlightRecord, Remark, make_signal
 from workbench.logs.readers.clock import PAUSE, Stamps, read_clock, stamps_of
 
 PERIOD = 2000
@@ -220,6 +220,10 @@ def test_streams_restart_together_and_stay_aligned():
     np.testing.assert_allclose(clock.times["slow"], times, atol=1e-9)
     np.testing.assert_allclose(clock.times["late"], [2.0, 14.49], atol=1e-9)
     assert [each.number for each in clock.remarks] == [503]
+    assert clock.breaks == (pytest.approx((9.99, 9.99 + PAUSE)),)
+    # so that even a stream whose samples are farther apart than that has a gap there
+    slow = make_signal("a.b", "V", clock.times["slow"], np.ones(6), breaks=clock.breaks)
+    assert slow.gaps == (pytest.approx((7.5, 10.991)),)
 
 
 def test_a_stream_may_step_back_alone():

@@ -275,6 +275,7 @@ def test_a_csv_with_a_mapping(tmp_path, case):
     flight = read_flight(table)
     np.testing.assert_allclose(flight["imu.angular_velocity.x"].values, -np.pi / 2)
     assert flight["motors.command_1"].values[2] == pytest.approx(0.002)
+    assert flight["motors.command_1"].delay is None
     assert flight["battery.voltage"].delay == 0.1 and flight["battery.voltage"].values[0] == 11.1
     assert len(flight["battery.voltage"].gaps) == 1 and len(flight["motors.command_1"].time) == 39
     assert any("1 cells" in remark for remark in flight.remarks)

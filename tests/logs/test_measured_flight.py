@@ -1,12 +1,14 @@
 """A log as identify takes it, from records that are made here."""
 
+import dataclasses
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from workbench.common.errors import WorkbenchError
 from workbench.logs.flight_record import FORCE, GYRO, FlightRecord, make_signal
-from workbench.logs.measured_flight import measured_flight
+from workbench.logs.measured_flight import in_series, measured_flight
 
 TIME = np.arange(0.0, 20.0, 0.004)
 MOTORS = tuple(f"motors.command_{i}" for i in (1, 2, 3, 4))
@@ -69,3 +71,29 @@ def test_a_gap_of_the_gyro_is_not_bridged(case):
             lost = (TIME > 10.0) & (TIME < 10.5)
             flight = measured_flight(record(**{name: (TIME[~lost], 0.0 * TIME[~lost])}), 4)
             assert bad(flight) == pytest.approx([10.004, 10.496])
+
+
+def test_low_passes_in_series_are_one_with_their_delays():
+    """That of second order at f has the delay sqrt(2) / (2 pi f): delays add up."""
+    assert in_series((30.0, 145.0)) == pytest.approx(1.0 / (1.0 / 30.0 + 1.0 / 145.0))
+    assert in_series(()) == 0.0
+    plain = record()
+    crazyflie = dataclasses.replace(plain, firmware="Crazyflie 2025.02")
+    for flight, force, gyro in ((plain, 0.0, 0.0), (crazyflie, in_series((30.0, 145.0)), 47.347)):
+        found = measured_flight(flight, 4)
+        assert (found.force_lowpass, found.gyro_lowpass) == pytest.approx((force, gyro), rel=1e-4)
+    assert measured_flight(crazyflie, 4, force_lowpass=0.0).force_lowpass == 0.0
+
+
+def test_a_log_that_stays_on_the_ground_is_refused():
+    """Its motors start at 2 s; 0.2 m is the least that counts as flight."""
+    on = np.where(TIME < 2.0, 0.0, 0.5)
+    motors = {name: (TIME, on) for name in MOTORS}
+    for top, flies in ((0.15, False), (0.25, True)):
+        height = (TIME, np.where(TIME < 2.0, 3.0, 3.0 + top * np.sin(np.minimum(TIME - 2.0, 1.5))))
+        flight = record(**motors, **{"estimate.z": height})
+        if flies:
+            assert measured_flight(flight, 4).good.any()
+        else:
+            with pytest.raises(WorkbenchError, match="never leaves the ground"):
+                measured_flight(flight, 4)

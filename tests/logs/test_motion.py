@@ -4,6 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from workbench.common.errors import WorkbenchError
 from workbench.design.predict.past import lagged, thrusts
@@ -43,18 +44,28 @@ def make(tmp_path):
 def test_the_estimate_is_the_motion_where_nothing_else_measured_it(make, vehicle):
     motion = motion_of(make((*KNOWN, *RATES, *ASKED, *MOTORS)), vehicle)
     assert np.array_equal(motion.p, motion.p_known) and np.array_equal(motion.q, motion.q_known)
+    assert motion.commands[0] == pytest.approx(0.1)  # shares, and no speeds
     names = (*KNOWN, *TRUE, *RATES, *ASKED, *MOTORS, *(f"attitude.w_{axis}" for axis in "xyz"))
-    both = motion_of(make(names, {"position_data.x": 0.5 + 0.0 * TIME}), vehicle)
+    measured = {"position_data.x": 0.5, "velocity_data.v_y": -0.7, "attitude.q_x": -0.1}
+    both = motion_of(
+        make(names, {name: each + 0.0 * TIME for name, each in measured.items()}), vehicle
+    )
     assert both.p[0, 0] == 0.5 and both.p_known[0, 0] == pytest.approx(0.1)
+    assert both.v[0, 1] == -0.7 and both.v_known[0, 1] == pytest.approx(0.1)
+    assert both.q[0, 1] < 0.0 < both.q_known[0, 1]
 
 
 def test_without_rates_they_are_those_of_the_attitude(make, vehicle):
-    angle = np.sin(TIME)
-    parts = (np.cos(0.5 * angle), np.sin(0.5 * angle), 0.0 * TIME, 0.0 * TIME)
-    turn = dict(zip(KNOWN[:4], parts, strict=True))
-    motion = motion_of(make((*KNOWN, *ASKED, *MOTORS), turn), vehicle)
-    wanted = np.column_stack([np.cos(TIME), 0.0 * TIME, 0.0 * TIME])
-    np.testing.assert_allclose(motion.w[2:-2], wanted[2:-2], atol=1e-4)
+    """About all axes in turn: from each sample to the next, by scipy, in the body's axes."""
+    turn = Rotation.from_rotvec(np.sin(np.outer(TIME, [1.0, 1.7, 2.3]) + [0.0, 1.0, 2.0]))
+    q = turn.as_quat(scalar_first=True)
+    q *= np.sign(np.sum(q * q[0], axis=1))[:, None]
+    motion = motion_of(
+        make((*KNOWN, *ASKED, *MOTORS), dict(zip(KNOWN[:4], q.T, strict=True))), vehicle
+    )
+    between = (turn[:-1].inv() * turn[1:]).as_rotvec() / 0.01
+    wanted = 0.5 * (between[1:] + between[:-1])
+    np.testing.assert_allclose(motion.w[1:-1], wanted, atol=2e-3)
 
 
 def test_speeds_of_the_rotors_show_their_lag_and_commands_do_not(make, vehicle, case):

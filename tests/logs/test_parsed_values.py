@@ -5,6 +5,8 @@ or orangebox; the logs of a Crazyflie and tables have no such parser, and their 
 that were written. Which sign and which axis a number has is said once more in the tables here.
 """
 
+import itertools
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -62,7 +64,7 @@ def items(field, count=3):
 
 DOWN, AS_IT_IS = ((2, -1.0),), ((0, 1.0),)
 PX4 = (
-    # topic, fields, signals, and where their numbers are
+    # topic, fields, signals, and where their numbers are; of a signal the newest topic first
     ("vehicle_local_position", ["x", "y", "z"], xyz("estimate."), ENU),
     ("vehicle_local_position", ["vx", "vy", "vz"], xyz("estimate.v_"), ENU),
     ("vehicle_local_position", ["ax", "ay", "az"], xyz("estimate.a_"), ENU),
@@ -74,10 +76,10 @@ PX4 = (
     ("sensor_combined", items("accelerometer_m_s2"), xyz("imu.linear_acceleration."), FLU),
     ("sensor_combined", items("gyro_rad"), xyz("imu.angular_velocity."), FLU),
     ("vehicle_rates_setpoint", ["roll", "pitch", "yaw"], xyz("rate_setpoint.w_"), FLU),
-    ("vehicle_rates_setpoint", items("thrust_body"), ["attitude_setpoint.thrust"], DOWN),
-    ("vehicle_rates_setpoint", ["thrust"], ["attitude_setpoint.thrust"], AS_IT_IS),
     ("vehicle_attitude_setpoint", items("thrust_body"), ["attitude_setpoint.thrust"], DOWN),
     ("vehicle_attitude_setpoint", ["thrust"], ["attitude_setpoint.thrust"], AS_IT_IS),
+    ("vehicle_rates_setpoint", items("thrust_body"), ["attitude_setpoint.thrust"], DOWN),
+    ("vehicle_rates_setpoint", ["thrust"], ["attitude_setpoint.thrust"], AS_IT_IS),
     ("vehicle_torque_setpoint", items("xyz"), xyz("torque_setpoint."), FLU),
     ("actuator_controls_0", items("control", 4), xyz("torque_setpoint."), FLU),
     ("trajectory_setpoint", items("position"), xyz("setpoint."), ENU),
@@ -148,6 +150,27 @@ def test_px4s_attitudes_and_headings_are_turned_from_pyulogs(tmp_path, case):
             np.testing.assert_allclose(np.sin(off), 0.0, atol=1e-6)
 
 
+def test_of_px4s_topics_for_one_signal_the_newer_one_counts(tmp_path, case):
+    """Whichever of both comes first in the log; the newer one stands before the other in `PX4`."""
+    pairs = [
+        (newer, older)
+        for newer, older in itertools.combinations(PX4, 2)
+        if newer[2] == older[2] and newer[0] != older[0]
+    ]
+    assert len(pairs) >= 4
+    for newer, older in pairs:
+        topics = []
+        for seed, (topic, fields, _, _) in enumerate((newer, older), start=1):
+            columns = {name: ("float", each) for name, each in numbers(fields, seed).items()}
+            topics.append((topic, 0, STAMPS.tolist(), columns))
+        for order in (topics, topics[::-1]):
+            with case(newer[0], order[0][0]):
+                path = tmp_path / "a.ulg"
+                path.write_bytes(ulog(order))
+                columns = list(numbers(newer[1]).values())
+                check(read_ulog(path), newer[2], columns, newer[3])
+
+
 def test_px4s_integrals_of_the_imu_are_over_their_time(tmp_path):
     """0.002 rad in 4 ms are 0.5 rad/s; without a duration there is no rate."""
     fields = [
@@ -178,6 +201,20 @@ def test_a_number_that_px4_does_not_know_is_not_measured(tmp_path):
         np.testing.assert_array_equal(
             flight[f"battery.{name}"].values, np.delete(parsed[field], lost).astype(float)
         )
+
+
+def test_px4s_rotor_speeds_are_pyulogs_in_radians(tmp_path):
+    """Of two speed controllers; a report may have room for more."""
+    pyulog = pytest.importorskip("pyulog")
+    rpm = {f"esc[{i}].esc_rpm": ("int32_t", 1000 * i + 100 * np.arange(COUNT)) for i in range(3)}
+    fields = {"esc_count": ("uint8_t", [2] * COUNT), **rpm}
+    path = tmp_path / "a.ulg"
+    path.write_bytes(ulog([("esc_status", 0, STAMPS.tolist(), fields)]))
+    parsed = pyulog.ULog(str(path)).get_dataset("esc_status").data
+    flight = read_ulog(path)
+    assert flight.motors("rotors.speed.") == xyz("rotors.speed.", "01")
+    for i in range(2):
+        check(flight, [f"rotors.speed.{i}"], [parsed[f"esc[{i}].esc_rpm"]], AS_IT_IS, RPM)
 
 
 def test_px4s_outputs_have_the_limits_of_their_group(tmp_path, case):
@@ -323,6 +360,20 @@ def test_ardupilots_motors_are_the_channels_with_their_functions(tmp_path):
         np.testing.assert_allclose(flight[f"motors.command_{motor}"].values, expected, rtol=1e-6)
 
 
+def test_an_old_copters_motors_are_the_first_channels(tmp_path):
+    """Which had no parameters for what channels do; those of a plane are not known."""
+    pulses = {f"C{i}": np.linspace(1000 + 100 * i, 1100 + 100 * i, COUNT) for i in range(1, 6)}
+    for firmware, motors in (("ArduCopter V3.2.1", "1234"), ("ArduPlane V3.3", "")):
+        said = ("MSG", "Z", ("Message",), [int(STAMPS[0])], [(firmware,)])
+        flight, parsed = ardupilot(tmp_path / "a.bin", "RCOU", pulses, said)
+        assert flight.motors("motors.command_") == xyz("motors.command_", motors)
+        for motor in map(int, motors):
+            expected = (parsed[motor - 1] - 1000.0) / 1000.0
+            np.testing.assert_allclose(
+                flight[f"motors.command_{motor}"].values, expected, rtol=1e-6
+            )
+
+
 def test_of_ardupilots_parameters_the_last_value_counts(tmp_path):
     """As pymavlink keeps them; a value that is written again has not changed."""
     reader = pytest.importorskip("pymavlink.DFReader")
@@ -437,6 +488,20 @@ def test_a_crazyflies_numbers_are_those_that_were_written(tmp_path, case, versio
             np.testing.assert_allclose(found.values, scale * values, rtol=1e-6)
             seconds = (1e-3 if version == 1 else 1e-6) * (np.array(stamps) - stamps[0])
             np.testing.assert_allclose(found.time, seconds, atol=1e-9)
+    begin = read_usd(path).parameters["first_sample_s"]
+    assert begin == pytest.approx((1e-3 if version == 1 else 1e-6) * stamps[0])
+
+
+def test_of_a_crazyflies_motors_those_behind_the_battery_count(tmp_path, case):
+    columns = numbers(["motor.m2", "pwm.m2_pwm"])
+    for names in (list(columns), list(columns)[::-1]):
+        with case(names):
+            path = tmp_path / "log00"
+            path.write_bytes(usd(STAMPS.tolist(), {name: columns[name] for name in names}))
+            flight = read_usd(path)
+            pwm = columns["pwm.m2_pwm"] / 65535.0
+            np.testing.assert_allclose(flight["motors.command_2"].values, pwm, rtol=1e-6)
+            np.testing.assert_allclose(flight["motor.m2"].values, columns["motor.m2"], rtol=1e-6)
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
@@ -551,6 +616,30 @@ def test_nanobenchs_numbers_are_those_that_were_written(tmp_path, case):
         with case(column):
             np.testing.assert_allclose(flight[signal].values, scale * columns[column], rtol=1e-6)
             np.testing.assert_allclose(flight[signal].time, 0.01 * np.arange(COUNT), atol=1e-6)
+
+
+def test_rates_of_nanobench_are_in_the_world_too(tmp_path):
+    columns = nanobench(tmp_path / "a.csv")
+    flight = read_nanobench(tmp_path / "a.csv")
+    q = np.column_stack([columns[f"q{part}"] for part in "wxyz"])
+    w = np.column_stack([columns[f"w{axis}_vicon"] for axis in "xyz"])
+    expected = Rotation.from_quat(q, scalar_first=True).apply(w)
+    found = np.column_stack([flight[f"velocity_data.w_{axis}"].values for axis in "xyz"])
+    np.testing.assert_allclose(found, expected, rtol=1e-6)
+
+
+def test_what_nanobench_extrapolated_is_left_out(tmp_path):
+    """From the seventh row on all columns of the IMU go on along a line."""
+    names = [f"imu_{kind}_{axis}" for kind in ("acc", "gyro") for axis in "xyz"]
+    columns = numbers(names)
+    for values in columns.values():
+        values[6:] = values[6] + 0.25 * np.arange(COUNT - 6)
+    nanobench(tmp_path / "a.csv", **columns)
+    flight = read_nanobench(tmp_path / "a.csv")
+    assert any("end at 0.06 s and were extrapolated" in remark for remark in flight.remarks)
+    for name in ("imu.angular_velocity.x", "imu.linear_acceleration.z"):
+        assert flight[name].time[-1] == pytest.approx(0.06)
+        assert flight[name].gaps[-1] == (pytest.approx(0.06), pytest.approx(0.11))
 
 
 def test_motors_that_nanobench_interpolated_were_not_measured(tmp_path):

@@ -1,11 +1,13 @@
 """Oracle: the texts in this folder's conftest, read with the eye."""
 
 import dataclasses
+import re
 
 import pytest
 
 from workbench.common.errors import WorkbenchError
 from workbench.plant.description import read_description
+from workbench.plant.loading import make_vehicle
 
 
 def fault(path, args=None) -> str:
@@ -183,3 +185,17 @@ def test_too_many_parts_are_refused_before_they_are_read(write, monkeypatch, kin
     name, text = many(kind, count)
     path = write(text, name)
     assert fault(path) == f"{path}: {said}: give the file of one drone"
+
+
+def test_a_name_of_any_length_is_a_sentence(quad, write, case):
+    """Drake's parser ends the process at a name of 100,000 characters."""
+    for kind, name in (("link", "base"), ("link", "rotor_0"), ("joint", "joint_0")):
+        assert f'"{name}"' in quad or f">{name}<" in quad
+        for length in (1000, 1001, 100_000):
+            with case(kind, name, length):
+                path = write(re.sub(rf"\b{name}\b", "x" * length, quad))
+                if length == 1000:
+                    assert make_vehicle(read_description(path)).mass > 0.0
+                else:
+                    assert f"{kind} 'xxx" in fault(path)
+                    assert fault(path).endswith("is longer than 1,000 characters: shorten it")

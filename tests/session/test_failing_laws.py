@@ -92,12 +92,16 @@ def test_python_finds_the_line_where_machine_code_failed(failing, as_machine_cod
 
 
 @pytest.mark.slow
-def test_machine_code_names_the_line(failing, case):
-    """One law with all failures, as making the machine code of one takes a minute."""
+def test_machine_code_names_the_line(failing, case, tmp_path):
+    """One law with all failures, as making the machine code of one takes a minute.
+
+    Its text is its own: machine code of an earlier run would name the file of that run.
+    """
     lines = "".join(
         f"\n        if g.k_place == {number}.0:\n            {line}"
         for number, (line, _) in enumerate(FAILURES)
     )
+    lines += f"\n        # {tmp_path}"
     for engine in ("diagram", "compiled"):
         path, _ = failing(lines)
         for number, (line, said) in enumerate(FAILURES):

@@ -607,9 +607,12 @@ def _sources() -> Path:
 
 def _make(command: list[str]) -> str:
     """Run a build; return its last output."""
+    # a make that has started this program hands its variables on, some of which are the firmware's
+    env = {n: v for n, v in os.environ.items() if not n.startswith(("MAKE", "MFLAGS"))}
     try:
         done = subprocess.run(
             command,
+            env=env,
             stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,

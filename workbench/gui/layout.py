@@ -249,8 +249,26 @@ def fit_page(screen: QWidget, layout: QLayout) -> None:
 def scrolled(part: QWidget) -> QScrollArea:
     """Return an area that gives a part its full width and scrolls it vertically if necessary."""
     area = scroll_area(part, sideways=False)
-    area.setMinimumWidth(part.minimumSizeHint().width() + BAR)
+    part.installEventFilter(_Widening(area, part))
     return area
+
+
+class _Widening(QObject):
+    """Gives an area the width that its part needs once more of it is shown."""
+
+    def __init__(self, area: QScrollArea, part: QWidget) -> None:
+        super().__init__(area)
+        self._area = area
+        self._widen(part)
+
+    def _widen(self, part: QWidget) -> None:
+        self._area.setMinimumWidth(part.minimumSizeHint().width() + BAR)
+
+    def eventFilter(self, part: QObject | None, event: QEvent | None) -> bool:
+        if event is not None and event.type() is QEvent.Type.LayoutRequest:
+            assert isinstance(part, QWidget)
+            self._widen(part)
+        return False
 
 
 class Pair(QWidget):

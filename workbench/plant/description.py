@@ -116,6 +116,7 @@ def read_description(
     finder = PackageFinder(path, packages)
     remarks = Remarks()
     model = _read(path, args or {}, finder, remarks)
+    model.refuse_long_names()
     model = dataclasses.replace(model, name=plain_name(model.name))
     base_link = find_base_link(model)
     # before links without mass become frames

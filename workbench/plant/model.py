@@ -11,6 +11,7 @@ import numpy as np
 from pydrake.math import RigidTransform
 
 from workbench.common.errors import WorkbenchError
+from workbench.common.plain_text import plain_name
 from workbench.plant.formats.xml import Element
 from workbench.plant.shapes import Mesh, Shape
 
@@ -19,6 +20,10 @@ MOST_SHAPES = 1000
 """Limit of the number of visuals and collisions together."""
 MOST_COLLISIONS = 300
 """Limit of the number of collisions: Drake takes time and memory for each two of them."""
+
+LONGEST_NAME = 1000
+"""Longest name of a link, joint or frame: one of 100,000 characters ends Drake's parser, and
+with it the process."""
 
 
 def refuse_too_many(source: Path, links: int, shapes: int, collisions: int) -> None:
@@ -194,6 +199,20 @@ class Model:
     plugins: tuple[Element, ...]
     properties: tuple[tuple[str, str], ...] = ()
     actuators: tuple[DeclaredActuator, ...] = ()
+
+    def refuse_long_names(self) -> None:
+        """Reject names that Drake cannot read.
+
+        Raises:
+            WorkbenchError: naming the file and the part.
+        """
+        for kind, parts in (("link", self.links), ("joint", self.joints), ("frame", self.frames)):
+            for name in (part.name for part in parts):
+                if len(name) > LONGEST_NAME:
+                    raise WorkbenchError(
+                        f"{self.source}: the name of {kind} '{plain_name(name)}' is longer than "
+                        f"{LONGEST_NAME:,} characters: shorten it"
+                    )
 
     def link(self, name: str) -> Link | None:
         """Return the link with a name, or None."""

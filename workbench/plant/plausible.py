@@ -21,6 +21,9 @@ lifters."""
 _SLIPS = ((300.0, 3000.0, "millimetres"), (50.0, 300.0, "centimetres"), (15.0, 50.0, "inches"))
 """Factors of likely unit errors, with the unit given instead of metres."""
 
+FULL_SHARE = 1.0
+"""Largest speed of a rotor whose speed is a share of the full one."""
+
 
 def doubts(vehicle: Vehicle) -> list[str]:
     """Return a clause for each implausible number of a vehicle, with what to check."""
@@ -84,9 +87,15 @@ def _of_the_thrust(vehicle: Vehicle) -> Iterator[str]:
 
 
 def _of_the_rotors(vehicle: Vehicle) -> Iterator[str]:
-    """Yield implausible numbers, each of the first rotor that has it; most rotors are alike."""
+    """Yield implausible numbers, each of the first rotor that has it; most rotors are alike.
+
+    A propeller's size follows from its motor constant, unless speeds are shares of the full one, as
+    in a Gazebo model whose motors take 0 to 1.
+    """
     for clauses in (_of_speed, _of_size, _of_lag, _of_torque, _of_spinning):
         for rotor in vehicle.rotors:
+            if clauses is not _of_lag and rotor.max_rot_velocity <= FULL_SHARE:
+                continue
             said = clauses(vehicle, rotor)
             if said:
                 yield f"{rotor.name}: {said}"

@@ -10,8 +10,17 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy import signal
 
-from workbench.design.identify.fit import CHANNELS, Fit, Fitter, make_piece, model_rows, shifted
+from workbench.design.identify.fit import (
+    CHANNELS,
+    Fit,
+    Fitter,
+    filtered,
+    make_piece,
+    model_rows,
+    shifted,
+)
 from workbench.design.identify.flight import Flight, free_flight, held_on_grid
 from workbench.design.identify.quantities import Quantity
 from workbench.design.identify.report import (
@@ -105,6 +114,41 @@ def test_the_model_says_of_each_row_what_was_measured_in_it(vehicle, case):
                 assert np.quantile(off, 0.75) < 0.002 * np.ptp(measured), name
 
 
+def test_the_models_specific_force_is_behind_the_accelerometers_filter(vehicle):
+    """A Butterworth filter of second order at 30 Hz, by scipy."""
+    flight = flown(vehicle, 1000, 0.6)
+    first, section = flight.force[0], signal.butter(2, 30.0, fs=1000.0, output="sos")
+    behind = signal.sosfilt(section, flight.force - first, axis=0)
+    flight = dataclasses.replace(flight, force=behind + first, force_lowpass=30.0)
+    piece = make_piece(flight, vehicle)
+    off = np.abs(model_rows(vehicle, {"delay": 0.0}, piece)[:, 5] - piece.force[:, 2])[5:]
+    assert np.quantile(off, 0.75) < 0.005 * np.ptp(piece.force[:, 2])
+
+
+def test_behind_a_filter_a_ramp_is_late_by_its_delay(case):
+    time = 0.001 * np.arange(400)
+    for delay in (0.0004, 0.003, 0.011):
+        with case(delay):
+            found = filtered(time[:, None] * [1.0, -2.0], delay, 0.001)
+            np.testing.assert_allclose(
+                found[200:], (time[200:, None] - delay) * [1.0, -2.0], atol=1e-6
+            )
+
+
+def test_where_lags_are_apart_rotation_has_its_own(vehicle):
+    piece = make_piece(flown(vehicle, 250, 0.4), vehicle)
+    apart = model_rows(vehicle, {"lag": 0.1, "lag_turn": 0.2}, piece)
+    lift, turn = (model_rows(vehicle, {"lag": lag}, piece) for lag in (0.1, 0.1 + 0.2))
+    np.testing.assert_array_equal(apart, np.hstack([turn[:, :3], lift[:, 3:]]))
+    assert np.abs(turn - lift)[:, [0, 5]].max() > 0.1
+
+
+def test_the_voltage_of_a_run_is_over_the_mean_of_all(vehicle):
+    flight = dataclasses.replace(flown(vehicle, 250, 0.4), voltage=np.full(100, 15.6))
+    np.testing.assert_allclose(make_piece(flight, vehicle, 15.0).voltage, 15.6 / 15.0)
+    np.testing.assert_allclose(make_piece(flight, vehicle).voltage, 1.0)
+
+
 def test_samples_of_before_lie_on_lines_between_samples(case):
     values = np.arange(20.0)[:, None] ** 2 * [1.0, -2.0]
     for late in (0.0, 1.0, 2.25, -0.25, -3.0):
@@ -136,6 +180,14 @@ def test_a_search_that_is_stopped_says_how_far_it_may_be_off(vehicle):
         deviations.append(found.deviation("thrust"))
     assert off[0] < 1e-3 and deviations[0] < 1e-3
     assert off[1] == pytest.approx(math.log(1.1)) and off[1] < 1.1 * deviations[1]
+
+
+def test_what_is_known_before_draws_a_search_back(vehicle):
+    """Known to a millionth, a thrust stays as it is described, wherever the search begins."""
+    piece = make_piece(flown(vehicle, 250, 6.0, thrust=1.1), vehicle)
+    known = [Quantity("thrust", 0.0, 0.002, 1e-6, "force")]
+    found = Fitter(vehicle, [piece], known, ["force"]).fit(np.array([0.05]))
+    assert abs(found.value("thrust")) < 1e-3
 
 
 def found_of(vehicle: Vehicle, values: dict[str, float], covariance, flight: Flight) -> Found:

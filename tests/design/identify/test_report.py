@@ -56,6 +56,24 @@ def test_the_sidecar_flies_as_what_was_identified(tmp_path: Path) -> None:
         assert load_sidecar(file)[1].identified[0].high == 0.022
 
 
+def test_quantities_make_the_vehicle_that_they_are_of() -> None:
+    vehicle = load_vehicle(DRONES / "crazyflie.urdf")
+    made = with_quantities(vehicle, FOUND)
+    np.testing.assert_allclose(
+        np.diag(made.inertia), np.diag(vehicle.inertia) * np.exp([0.2, 0.0, -0.1])
+    )
+    moved = np.array(made.p_BoBcm_B) - vehicle.p_BoBcm_B
+    np.testing.assert_allclose(moved, [0.03 * 0.5 * vehicle.span, 0.0, 0.0], atol=1e-12)
+    for one, other in zip(made.rotors, vehicle.rotors, strict=True):
+        more = 1.02 if other.direction > 0 else 0.98  # counter-clockwise ones give more
+        assert one.motor_constant == pytest.approx(other.motor_constant * np.exp(-0.05) * more)
+        assert one.time_constant_up == pytest.approx(other.time_constant_up * np.exp(0.1))
+        assert one.time_constant_down == pytest.approx(other.time_constant_down * np.exp(0.1))
+    drags = sum(one.rotor_drag_coefficient for one in made.rotors)
+    mean = np.mean(made.hover_speeds)  # of rotors that give a little more or less
+    assert drags * mean / vehicle.mass == pytest.approx(0.3, rel=1e-3)
+
+
 def test_a_body_that_cannot_be_is_refused_with_its_line(tmp_path: Path) -> None:
     vehicle = load_vehicle(DRONES / "crazyflie.urdf")
     text = sidecar_text(vehicle, [ROW], [Path("a.csv")])

@@ -1,7 +1,10 @@
 """What a prediction starts from, on motions in closed form: nothing of it is of later."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
+from scipy import linalg
 from scipy.spatial.transform import Rotation
 
 from workbench.control.controller import load_controller
@@ -21,6 +24,7 @@ from workbench.gains.gains import flight_gains
 from workbench.scenario.configured import configured_vehicle
 from workbench.scenario.scenario import VehicleConfig
 
+DRONES = Path(__file__).parents[2] / "drones"
 PERIOD, COUNT = 0.01, 500
 TIME = PERIOD * np.arange(COUNT)
 
@@ -105,10 +109,11 @@ def test_the_memory_at_a_start_is_that_of_the_last_update_before_it(vehicle):
 
 
 def test_a_flight_computer_takes_the_start_for_what_it_knew(vehicle):
-    """Of attitudes that are off by a constant turn and by one about level axes since."""
+    """Of attitudes that are off by a constant turn for 3 s, and by one about level axes since."""
     constant, since = np.array([0.02, -0.015, 0.03]), np.array([0.01, 0.02, 0.0])
     at, true = 400, motion(3)
     off = np.tile(constant, (COUNT, 1))
+    off[: at - 299] = -0.2, 0.3, 0.1  # what was before is forgotten
     turn = rotation(true.q)
     known = turn * Rotation.from_rotvec(off)
     known = Rotation.concatenate(
@@ -125,6 +130,86 @@ def test_a_flight_computer_takes_the_start_for_what_it_knew(vehicle):
     np.testing.assert_allclose(start.states[0, 7:10], turn[at].apply(flight.w[at]), atol=1e-12)
 
 
+def test_inner_integrals_hold_the_moment_of_the_air():
+    """A Crazyflie's rotors are dragged above its centre of mass: forwards, that lifts its nose.
+
+    Each rotor gives half of what the law asks for about an axis, in 65535 of its largest thrust;
+    the firmware's pitch is positive nose up.
+    """
+    drone = configured_vehicle(VehicleConfig(model=str(DRONES / "nanobench.urdf")))
+    law = load_controller("crazyflie")
+    gains = dict(flight_gains(drone, controller=law))
+    level, v = np.tile([1.0, 0.0, 0.0, 0.0], (COUNT, 1)), np.array([1.5, -0.8, 0.0])
+    flight = motion(q=level, v=np.tile(v, (COUNT, 1)))
+    craft = flown.make_craft(drone, law, gains, law.period)
+    memory = Past(flight, drone, law, gains, craft, numbered).start(np.array([300])).memory[0]
+    names = [state.name for state in law.memory]
+    rotors, speeds = drone.rotors, drone.hover_speeds
+    pull = [each.rotor_drag_coefficient * w for each, w in zip(rotors, speeds, strict=True)]
+    hubs = np.array([each.p_BR for each in rotors]) - drone.p_BoBcm_B
+    moment = sum(np.cross(hub, -k * v) for hub, k in zip(hubs, pull, strict=True))
+    for axis, arm, sign, gain in (
+        (0, 1, 1.0, "pid_rate_roll_ki"),
+        (1, 0, -1.0, "pid_rate_pitch_ki"),
+    ):
+        integral = memory[names.index(f"i_rate_{'xyz'[axis]}")]
+        thrust = 0.5 * integral * gains[gain] * gains["thrust_max"] / 65535.0
+        held = sign * thrust * np.abs(hubs[:, arm]).sum()
+        assert abs(moment[axis]) > 1e-6
+        assert held == pytest.approx(-moment[axis], rel=0.02)
+
+
+def test_a_push_acts_in_the_axes_that_it_is_stated_in(vehicle):
+    """Of a drone on its side: forces in W and B that are the same, and a moment in B."""
+    pd = load_controller("pd")
+    craft = flown.make_craft(vehicle, pd, dict(flight_gains(vehicle, controller=pd)), 1 / 128)
+    turn = Rotation.from_euler("ZYX", [0.7, -0.3, 1.2])
+
+    def ended(push):
+        state, speeds = np.zeros(13), vehicle.hover_speeds.copy()
+        state[0:4], state[6] = turn.as_quat(scalar_first=True), 10.0
+        last, room, ones = np.zeros(6), np.empty((3, len(speeds))), np.ones(len(speeds))
+        flown.fly_period(state, last, speeds, speeds, speeds, ones, push, 0.0, craft, room)
+        return state[7:13]
+
+    still, push = ended(np.zeros(flown.PUSH)), np.array([3.0, -2.0, 1.0])
+    for place, moved in ((slice(0, 3), push), (slice(3, 6), turn.apply(push))):
+        pushed = np.zeros(flown.PUSH)
+        pushed[place] = push
+        change = (ended(pushed) - still)[3:]
+        np.testing.assert_allclose(change, moved / vehicle.mass / 128, atol=0.02 * np.ptp(change))
+    twisted = np.zeros(flown.PUSH)
+    twisted[6:9] = 0.02, -0.03, 0.01
+    change = turn.inv().apply((ended(twisted) - still)[:3])
+    expected = np.linalg.solve(vehicle.inertia, twisted[6:9]) / 128
+    np.testing.assert_allclose(change, expected, atol=0.02 * np.ptp(expected))
+
+
+def test_the_voltage_is_over_that_which_the_law_takes_for_full(vehicle):
+    px4 = load_controller("px4")
+    gains = {**flight_gains(vehicle, controller=px4), "vbat": 16.0}
+    flight = motion()
+    craft = flown.make_craft(vehicle, px4, dict(gains), px4.period, 2)
+    past = Past(flight, vehicle, px4, gains, craft, numbered)
+    samples = np.array([10, 300])
+    np.testing.assert_allclose(past.start(samples).voltages, flight.voltage[samples] / 16.0)
+
+
+def test_an_estimate_takes_drag_for_tilt_as_its_equations_say():
+    """de/dt = eta + d v - L e and deta/dt = -W e, beside the exponential of their matrix."""
+    gain, tilt, drag = observer = flown.Observer(7.0, 10.0, 0.4)
+    v, error, dt = (3.0, -2.0, 1.0), np.zeros(flown.ERROR), 1e-4
+    error[3:8] = 0.2, 0.1, -0.3, 0.5, -0.4
+    begun, count = error.copy(), 4000
+    for _ in range(count):
+        flown.step_error(error, v, observer, dt)
+    A = np.array([[-gain, 1.0, drag], [-tilt, 0.0, 0.0], [0.0, 0.0, 0.0]])
+    for axis in (0, 1):
+        after = linalg.expm(A * dt * count) @ [begun[3 + axis], begun[6 + axis], v[axis]]
+        assert [error[3 + axis], error[6 + axis]] == pytest.approx(after[:2], abs=1e-3)
+    assert error[5] == pytest.approx(-0.3 * np.exp(-gain * dt * count), rel=1e-3)
+
+
 @pytest.fixture
 def predictor(vehicle, monkeypatch):
     """Return a predictor whose flights stay where they begin."""
@@ -137,6 +222,17 @@ def predictor(vehicle, monkeypatch):
     monkeypatch.setattr(prediction, "compiled_flights", lambda controller: made)
     pd = load_controller("pd")
     return Predictor(vehicle, pd, dict(flight_gains(vehicle, controller=pd)), 1 / 128)
+
+
+def test_a_flight_is_in_the_air_from_above_its_start_to_its_landing():
+    """0.3 m above the ground from 1 to 4 s, less 0.2 s at either end; a gap is one in the air."""
+    p = np.where((TIME >= 1.0) & (TIME < 4.0), 1.0, 0.2)[:, None] * [0.0, 0.0, 1.0]
+    measured = (TIME >= 0.9) & ((TIME < 2.0) | (TIME >= 2.3)) & ((TIME < 3.0) | (TIME >= 3.1))
+    flight = motion(p=p, commands=np.zeros((COUNT, 4)), measured=measured)
+    assert flight.airborne == (120, 379)
+    assert flight.longest_gap == pytest.approx((2.0, 2.3))
+    assert motion(p=0.2 + 0.0 * p, commands=np.zeros((COUNT, 4))).airborne == (0, 0)
+    assert motion(p=p).airborne == (0, COUNT - 1)  # its rotors turn from the begin on
 
 
 def test_no_prediction_goes_over_a_gap(predictor):

@@ -59,6 +59,7 @@ def test_loops_are_the_same_where_nothing_is_lost(case):
         ("ardupilot", "px4"),
         ("pid", "betaflight"),
         ("px4", "betaflight"),
+        ("betaflight", "ardupilot"),  # each has a version of its own
         ("mellinger", "crazyflie"),
     )
     assert held_together(case, pairs) >= QUICK

@@ -1,12 +1,14 @@
 """Which flights prove the gains, and the numbers of steps in corners and in steady flight."""
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from workbench.design.metrics import STEP
 from workbench.design.step_response import fly_step
+from workbench.design.tune import proof
 from workbench.design.tune.case import NOMINAL, Case, Robustness
 from workbench.design.tune.measure import Instruments, Quantity, Step
 from workbench.design.tune.proof import case_metrics, flights_to_fly
@@ -47,6 +49,32 @@ def test_a_step_in_a_corner_is_measured_from_where_its_hover_was():
     assert found.settling_time == pytest.approx(0.2 * math.log(50.0), rel=1e-2)
     assert found.steady_state_error == pytest.approx(10.0, abs=0.1)
     assert math.isnan(case_metrics(time, response, 1.0, 0.0, NOMINAL).rise_time), "not at rest"
+
+
+def test_a_flight_that_is_lost_proves_nothing_but_its_use_of_the_rotors(monkeypatch):
+    """However well it had risen before; a flight that goes on has its numbers."""
+    time = np.arange(0.0, 3.0, 1e-3)
+    flown = SimpleNamespace(
+        time=time,
+        response=-np.expm1(-time / 0.2),
+        amplitude=1.0,
+        decay=0.0,
+        peak_rotor_use=0.7,
+        loss="it has come down to the ground",
+    )
+    monkeypatch.setattr(proof, "fly_step", lambda *of, **more: flown)
+    wishes = [*parse_wish("x.rise_time<=1"), *parse_wish("x.peak_rotor_use<=0.9")]
+    required = requirements(wishes, [NOMINAL], Robustness())
+
+    def found():
+        steps, flights = {"x": Step(1.0, 3.0)}, [(NOMINAL, "x")]
+        return proof.prove(Scenario(), {}, steps, required, flights, lambda *said: None)
+
+    (rise, _), (use, value) = found().missed[0], found().values[1]
+    assert (rise.wish.name, use.wish.name, value) == ("x.rise_time", "x.peak_rotor_use", 0.7)
+    flown.loss = None
+    assert found().missed == []
+    assert found().values[0][1] == pytest.approx(0.2 * math.log(9.0), rel=1e-2)
 
 
 @pytest.mark.usefixtures("compiled")

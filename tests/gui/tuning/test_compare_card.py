@@ -157,9 +157,7 @@ def test_the_table_has_the_numbers_of_step_and_judge(screen, settle, qtbot):
         (3, Scenario(), FIRM),
         (4, Scenario(controller="pid"), {}),
     ):
-        flown = fly_step(
-            step.axis, step.amplitude, duration=step.duration, scenario=scenario, settings=settings
-        )
+        flown = fly_step(step.axis, step.amplitude, scenario=scenario, settings=settings)
         rows = card.table.rows
         for row, limit in zip(rows, STEP_LIMITS, strict=False):
             name, text = limit.name, row.cells[column].text

@@ -91,7 +91,7 @@ class Px4:
         if (thrust[2] >= -least and v_error[2] >= 0) or (thrust[2] <= -most and v_error[2] <= 0):
             v_error[2] = 0.0
         xy = np.linalg.norm(thrust[:2])
-        thrust[2] = max(thrust[2], -np.sqrt(most**2 - min(xy, g.MPC_THR_XY_MARG) ** 2))
+        thrust[2] = max(thrust[2], -np.sqrt(max(0.0, most**2 - min(xy, g.MPC_THR_XY_MARG) ** 2)))
         room = np.sqrt(max(most**2 - thrust[2] ** 2, 0.0))
         if xy > room:
             thrust[:2] *= room / xy

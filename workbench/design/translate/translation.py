@@ -15,6 +15,7 @@ from workbench.design.judge.margins import response_margins
 from workbench.design.linear.operating_point import OperatingPoint
 from workbench.design.linear.study import LinearStudy
 from workbench.design.translate.forms import MOVES, TURNS, Form, Move, Row, Turn, form_of
+from workbench.gains.autopilots.exchange import VERSION_ROW
 from workbench.plant.drag import drag_rates
 from workbench.plant.thrust_frame import thrust_frame
 from workbench.scenario.parameters import parameter_table
@@ -256,10 +257,11 @@ def translate(
     if hover:
         row = parameter_table(new.controller).find(hover[0])
         gains = (*gains, Translated(row.name, row.unit, present[row.name], "at which it hovers"))
+    own = {VERSION_ROW, *(gain.name for gain in gains)}  # a version is that of its firmware
     shared = {
         row.name: values[row.name]
         for row in parameter_table(new.controller)
-        if row.name in values and row.name not in {gain.name for gain in gains}
+        if row.name in values and row.name not in own
     }
     integrals = {row.name for row in forms[1].rows if row.part.endswith("_integral")}
     gone = [g.name for g in gains if g.name in integrals and not g.value and present[g.name]]
