@@ -69,7 +69,6 @@ COMMANDS = {
     "controllers": "controllers",
     "graph": "graph",
     "gui": "gui",
-    "compile": "compile",
     "completion": "completion",
 }
 """Location of each command, in the order of the help: its module, and the function that adds it

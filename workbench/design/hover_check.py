@@ -150,7 +150,7 @@ def _hover(
     flight.figure_eight = None
     flight.script = []
     flight.duration = HOVER_DURATION
-    session = Session(flight, settings, engine="either")
+    session = Session(flight, settings)
     with session.programs():
         session.run(progress)
     return session

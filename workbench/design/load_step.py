@@ -103,7 +103,7 @@ def fly_load_step(
     check_load(load, size)
     check_duration(duration)
     flight = load_scenario(row, size, duration, common, vehicle, acts)
-    session = Session(flight, settings, engine="either")
+    session = Session(flight, settings)
     with session.programs():
         session.run(progress)
     after = session.recording().between(EDGE, np.inf)

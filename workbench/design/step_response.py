@@ -112,7 +112,6 @@ def fly_step(
     settings: Mapping[str, float] | None = None,
     velocity: Sequence[float] = HOVER,
     progress: Callable[[float], None] | None = None,
-    engine: str = "either",
     session: "Session | None" = None,
 ) -> StepResponse:
     """Fly one step and measure it.
@@ -125,7 +124,6 @@ def fly_step(
         settings: parameter values for this flight.
         velocity: of the steady flight before the step, in W (3) [m/s].
         progress: called with the flown share, 0 .. 1.
-        engine: see `Session`; all give the same numbers.
         session: of another step with the same arguments but axis and amplitude, see `step_session`,
             to fly again; this saves building the diagram.
 
@@ -144,7 +142,7 @@ def fly_step(
     if session:
         session.follow(flight.script, flight.duration)
     else:
-        session = _session(flight, settings, engine)
+        session = _session(flight, settings)
     _check_within_limit(session, axis, amplitude, velocity)
     with session.programs():
         session.run(progress)
@@ -173,12 +171,10 @@ def step_session(
     return _session(step_scenario(AXES[0], 1.0, USUAL_DURATION, scenario or Scenario()), settings)
 
 
-def _session(
-    flight: Scenario, settings: Mapping[str, float] | None, engine: str = "either"
-) -> "Session":
+def _session(flight: Scenario, settings: Mapping[str, float] | None) -> "Session":
     from workbench.session.session import Session  # loads Drake; figures of steps do not need it
 
-    return Session(flight, settings, engine=engine)
+    return Session(flight, settings)
 
 
 def check_step(axis: str, amplitude: float) -> None:

@@ -9,6 +9,7 @@ from pydrake.multibody.plant import ExternallyAppliedSpatialForceMultiplexer, Mu
 from pydrake.multibody.tree import RigidBody, RotationalInertia, SpatialInertia
 from pydrake.systems.framework import Context, DiagramBuilder, InputPort, OutputPort
 
+from workbench.dynamics.rigid_body import into_world, rotation
 from workbench.estimation.gyro import GyroSettings
 from workbench.plant.description import Description
 from workbench.plant.loading import make_vehicle
@@ -21,10 +22,11 @@ from workbench.plant.worlds.world import EMPTY, World
 from workbench.scenario.parameters import parameter_table
 from workbench.scenario.scenario import Rates
 from workbench.systems.battery import PERIOD, Battery, ChargeGauge
-from workbench.systems.body_forces import BodyForces, BodyForces_, BodyForceSettings
+from workbench.systems.body_forces import BodyForces, BodyForces_
 from workbench.systems.flight_imu import FlightImu
 from workbench.systems.noise import CountedNoise, add_counted_noise
-from workbench.systems.rotors import Rotors, Rotors_, rotation
+from workbench.systems.push import Push, PushSettings
+from workbench.systems.rotors import Rotors, Rotors_
 from workbench.systems.wind import Wind, WindSettings
 
 FASTEST_CHANGE = 1000.0
@@ -41,7 +43,8 @@ class Airframe:
         body: of the vehicle in the plant.
         vehicle: as it flies, without its payload.
         rotors: their lag and forces.
-        body_forces: drag and pushes.
+        body_forces: drag, and the push.
+        push: what pushes it.
         wind: the velocity of the air.
         imu: samples of the flight computer.
         around: the sphere around everything that can touch.
@@ -55,6 +58,7 @@ class Airframe:
     vehicle: Vehicle
     rotors: Rotors
     body_forces: BodyForces
+    push: Push
     wind: Wind
     imu: FlightImu
     around: Reach
@@ -103,9 +107,7 @@ class Airframe:
             box = payload.inertial
             moments = RotationalInertia(*box.moments)
             own = SpatialInertia.MakeFromCentralInertia(box.mass, box.X_LI.translation(), moments)
-            whole = SpatialInertia(
-                whole.get_mass(), whole.get_com(), whole.get_unit_inertia()
-            )
+            whole = SpatialInertia(whole.get_mass(), whole.get_com(), whole.get_unit_inertia())
             whole += own
         context = self.plant.GetMyMutableContextFromRoot(root)
         self.body.SetSpatialInertiaInBodyFrame(context, whole)
@@ -122,7 +124,7 @@ class Airframe:
     def may_touch(self, root: Context, period: float) -> bool:
         """Return whether the vehicle may touch something within a time [s]."""
         state = self.body_state(root)
-        p_WC = state[4:7] + rotation(state) @ np.array(self.around.p_BC)
+        p_WC = state[4:7] + into_world(rotation(state[0:4]), self.around.p_BC)
         way = np.linalg.norm(state[10:13]) * period + 0.5 * FASTEST_CHANGE * period**2
         if not self.obstacles:
             return bool(self.ground and p_WC[2] - self.around.radius < way)
@@ -179,8 +181,15 @@ def add_airframe(
         "body_forces",
         BodyForces_[float](
             body=body.index(),
-            settings=BodyForceSettings(*(values[name] for name in BodyForceSettings._fields)),
+            drag_area=values["drag_area"],
+            air_density=values["air_density"],
             p_BoBcm_B=laden(vehicle, payload_of(values)).p_BoBcm_B,
+        ),
+    )
+    push = builder.AddNamedSystem(
+        "push",
+        Push(
+            settings=PushSettings(*(values[name] for name in PushSettings._fields)),
             period=rates.control_period,
         ),
     )
@@ -208,9 +217,7 @@ def add_airframe(
     for number, system in enumerate((rotors, body_forces)):
         builder.Connect(wind.get_output_port(), system.GetInputPort("wind"))
         builder.Connect(system.GetOutputPort("spatial_forces"), forces.get_input_port(number))
-    builder.Connect(
-        forces.get_output_port(), plant.get_applied_spatial_force_input_port()
-    )
+    builder.Connect(forces.get_output_port(), plant.get_applied_spatial_force_input_port())
     if imu:
         acceleration = plant.get_generalized_acceleration_output_port()
         builder.Connect(acceleration, flight_imu.GetInputPort("acceleration"))
@@ -221,6 +228,7 @@ def add_airframe(
         vehicle=vehicle,
         rotors=rotors,
         body_forces=body_forces,
+        push=push,
         wind=wind,
         imu=flight_imu,
         around=reach(description.model, description.base_link, description.rotors),

@@ -4,9 +4,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.plant import ExternallyAppliedSpatialForceMultiplexer, MultibodyPlant
 from pydrake.systems.framework import Diagram, DiagramBuilder, LeafSystem, OutputPort
-from pydrake.systems.primitives import DiscreteTimeDelay
+from pydrake.systems.primitives import ConstantVectorSource, DiscreteTimeDelay
 
 from workbench.control.controller import Controller
 from workbench.control.flight_law import ComputerSettings, known_vehicle, law_constants
@@ -23,12 +23,13 @@ from workbench.scenario.parameters import parameter_table
 from workbench.scenario.scenario import Rates
 from workbench.systems.acceleration_estimate import make_acceleration_estimate
 from workbench.systems.battery import voltage_drop
+from workbench.systems.body_forces import BodyForces_
 from workbench.systems.controller import SHORT, ContinuousController_
 from workbench.systems.flight_computer import FlightComputer
 from workbench.systems.moving_obstacles import add_moving_obstacles
 from workbench.systems.recorder import Recorder, add_recorder
 from workbench.systems.rotor_playback import RotorCommands, make_rotor_playback
-from workbench.systems.vehicle_forces import VehicleForces, VehicleForces_
+from workbench.systems.rotors import Rotors, Rotors_
 
 STATE_DELAY = "state_delay"
 """Name of the system that delays the state for the law, if there is one."""
@@ -50,7 +51,7 @@ def make_flight_core(
     Output ports: state (13), thrusts (n) [N], speeds (n) [rad/s].
     """
     builder = DiagramBuilder()
-    plant, forces = _add_continuous_vehicle(builder, description, vehicle, gains)
+    plant, rotors = _add_continuous_vehicle(builder, description, vehicle, gains)
     state = plant.get_state_output_port()
     estimate = builder.AddNamedSystem("acceleration_estimate", make_acceleration_estimate())
     law = builder.AddNamedSystem(
@@ -65,13 +66,12 @@ def make_flight_core(
     builder.Connect(state, estimate.get_input_port())
     builder.Connect(state, law.GetInputPort("state"))
     builder.Connect(estimate.get_output_port(), law.GetInputPort("acceleration"))
-    builder.Connect(law.get_output_port(), forces.GetInputPort("commands"))
+    builder.Connect(law.get_output_port(), rotors.GetInputPort("commands"))
     for name in ("reference", "guidance"):
         builder.ExportInput(law.GetInputPort(name), name)
-    builder.ExportInput(forces.GetInputPort("wind"), "wind")
     builder.ExportOutput(state, "state")
     for name in ("thrusts", "speeds"):
-        builder.ExportOutput(forces.GetOutputPort(name), name)
+        builder.ExportOutput(rotors.GetOutputPort(name), name)
     diagram = builder.Build()
     diagram.set_name("flight_core")
     return diagram
@@ -86,11 +86,11 @@ def make_vehicle_core(
     [N], speeds (n) [rad/s]. It converts to AutoDiffXd.
     """
     builder = DiagramBuilder()
-    plant, forces = _add_continuous_vehicle(builder, description, vehicle, gains)
-    builder.ExportInput(forces.GetInputPort("commands"), "commands")
+    plant, rotors = _add_continuous_vehicle(builder, description, vehicle, gains)
+    builder.ExportInput(rotors.GetInputPort("commands"), "commands")
     builder.ExportOutput(plant.get_state_output_port(), "state")
     for name in ("thrusts", "speeds"):
-        builder.ExportOutput(forces.GetOutputPort(name), name)
+        builder.ExportOutput(rotors.GetOutputPort(name), name)
     diagram = builder.Build()
     diagram.set_name("vehicle_core")
     return diagram
@@ -101,24 +101,33 @@ def _add_continuous_vehicle(
     description: Description,
     vehicle: Vehicle,
     gains: Mapping[str, float],
-) -> tuple[MultibodyPlant, VehicleForces]:
-    """Add Drake's continuous plant with rotors and drag; ports for commands and wind stay open."""
+) -> tuple[MultibodyPlant, Rotors]:
+    """Add Drake's plant with rotors, drag, and the port for the wind; that of commands is open."""
     payload = payload_of(gains)
     whole = laden_description(description.undrawn(), payload)
     plant, _ = add_plant(builder, whole, time_step=0.0)
-    forces = builder.AddNamedSystem(
-        "forces",
-        VehicleForces_[float](
-            description=description,
+    body = plant.GetBodyByName(description.base_link).index()
+    rotors = builder.AddNamedSystem("rotors", Rotors_[float](rotors=description.rotors, body=body))
+    body_forces = builder.AddNamedSystem(
+        "body_forces",
+        BodyForces_[float](
+            body=body,
+            drag_area=gains["drag_area"],
+            air_density=gains["air_density"],
             p_BoBcm_B=laden(make_vehicle(description), payload).p_BoBcm_B,
-            **live_numbers(vehicle, gains),
         ),
     )
-    builder.Connect(plant.get_state_output_port(), forces.GetInputPort("state"))
-    builder.Connect(
-        forces.GetOutputPort("forces"), plant.get_applied_generalized_force_input_port()
-    )
-    return plant, forces
+    forces = builder.AddNamedSystem("forces", ExternallyAppliedSpatialForceMultiplexer(2))
+    for number, system in enumerate((rotors, body_forces)):
+        builder.Connect(plant.get_state_output_port(), system.GetInputPort("state"))
+        builder.Connect(system.GetOutputPort("spatial_forces"), forces.get_input_port(number))
+    builder.Connect(forces.get_output_port(), plant.get_applied_spatial_force_input_port())
+    builder.ExportInput(rotors.GetInputPort("wind"), "wind")
+    builder.ConnectInput("wind", body_forces.GetInputPort("wind"))
+    if vehicle.battery:
+        supply = builder.AddNamedSystem("supply", ConstantVectorSource(full_supply(vehicle, gains)))
+        builder.Connect(supply.get_output_port(), rotors.GetInputPort("supply"))
+    return plant, rotors
 
 
 def add_sampled_core(
@@ -197,16 +206,12 @@ def _delayed(
     return delay.get_output_port()
 
 
-def live_numbers(vehicle: Vehicle, gains: Mapping[str, float]) -> dict[str, float]:
-    """Return numeric parameter 0 of `VehicleForces`, by name and in order."""
-    return {
-        "drag_area": gains["drag_area"],
-        "air_density": gains["air_density"],
-        "voltage_drop": (
-            voltage_drop(vehicle, gains["battery_duration"]) if vehicle.battery else 0.0
-        ),
-        "sag_compensation": gains["sag_compensation"] if vehicle.battery else 0.0,
-    }
+def full_supply(vehicle: Vehicle, gains: Mapping[str, float]) -> tuple[float, float, float, float]:
+    """Return the supply of the rotors by a full battery, see `Rotors_`."""
+    if vehicle.battery is None:
+        return (1.0, 0.0, 0.0, 1.0)
+    drop = voltage_drop(vehicle, gains["battery_duration"])
+    return (1.0, drop, gains["sag_compensation"], 1.0)
 
 
 def law_gains(controller: Controller, vehicle: Vehicle, gains: Mapping[str, float]) -> list[float]:

@@ -1,21 +1,17 @@
 """The loop that flies a session in real time and executes the pilot's orders between its steps."""
 
 import math
-import threading
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import closing
 from dataclasses import replace
 from multiprocessing.connection import Connection, wait
-from queue import Empty, SimpleQueue
-from typing import Any
 
 import numpy as np
 
 from workbench.common.errors import WorkbenchError, sentences
 from workbench.common.own_file import read_own
-from workbench.control.controller import Controller, load_controller, unpickled, with_estimator
-from workbench.ipc.limited import run_trusted, serve
+from workbench.control.controller import Controller, load_controller, with_estimator
 from workbench.ipc.send_queue import SendQueue
 from workbench.ipc.worker_process import Answer, Refusal, Request
 from workbench.live.alarms import Alarms, hit_speed
@@ -45,7 +41,6 @@ from workbench.session.script import repeated
 from workbench.session.session import Session
 from workbench.session.snapshot import Snapshot
 from workbench.systems.bridge import Bridge
-from workbench.systems.flight_computer import FlightComputer, has_machine_code
 
 LONGEST_LAG = 0.25
 """Largest lag of the flight behind the wall clock; time beyond it is skipped and never flown [s of
@@ -72,86 +67,6 @@ ONE_HIT = 1.0
 """Impacts within this time count as one hit [s]."""
 LONGEST_WAIT = 0.5
 """Longest wait before the loop checks whether it should end [s]."""
-LONGEST_COMPILATION, MOST_MEMORY = 300.0, 16_000
-"""Limits of the compilation of a law [s, MB]."""
-
-
-class LawCompiler:
-    """Compiles laws to machine code, one at a time, in a child process: this module.
-
-    During a compilation the law flies interpreted, and only the newest requested law waits; earlier
-    ones are forgotten.
-    """
-
-    def __init__(self) -> None:
-        self._lock = threading.Lock()
-        self._making: Controller | None = None
-        self._waiting: Controller | None = None
-        self._failed: list[Controller] = []
-        self._ends: SimpleQueue[tuple[Controller, str]] = SimpleQueue()
-
-    def begin(self, law: Controller) -> bool:
-        """Compile a law, unless its compilation is in progress or has failed before.
-
-        Returns:
-            Whether it is started, at once or after the present compilation.
-        """
-        with self._lock:
-            if law in (self._making, self._waiting, *self._failed):
-                return False
-            if self._making is not None:
-                self._waiting = law
-                return True
-            self._making = law
-        threading.Thread(target=self._run, daemon=True).start()
-        return True
-
-    def made(self) -> tuple[Controller, str] | None:
-        """Return a law whose machine code is ready, or why a compilation failed, else ""."""
-        try:
-            return self._ends.get_nowait()
-        except Empty:
-            return None
-
-    def _run(self) -> None:
-        while (law := self._making) is not None:
-            failure = ""
-            request = {"name": law.name, "file": str(law.file), "text": law.text}
-            try:
-                run_trusted(__name__, request, seconds=LONGEST_COMPILATION, megabytes=MOST_MEMORY)
-            except WorkbenchError as error:
-                failure = str(error)
-            with self._lock:
-                if failure:
-                    self._failed.append(law)
-                self._making, self._waiting = self._waiting, None
-            self._ends.put((law, failure))
-
-
-def compile_law(request: dict[str, Any]) -> None:
-    """Compile a controller's text by flying one update."""
-    from pydrake.systems.analysis import Simulator
-
-    from workbench.common.resources import find_model
-    from workbench.control.guidance import Guidance, Reference
-    from workbench.plant.loading import load_vehicle
-
-    law = unpickled(request["name"], request["file"], request["text"])
-    computer = FlightComputer(
-        controller=law,
-        vehicle=load_vehicle(find_model("dh_drone")),
-        gains=parameter_table(law).defaults(),
-        period=1 / 128,
-    )
-    simulator = Simulator(computer)
-    context = simulator.get_mutable_context()
-    for name, values in (
-        ("state", [1.0, *[0.0] * 12]),
-        ("reference", [0.0] * len(Reference._fields)),
-        ("guidance", [0.0] * len(Guidance._fields)),
-    ):
-        computer.GetInputPort(name).FixValue(context, values)
-    simulator.AdvanceTo(1 / 64)
 
 
 class FlightClock:
@@ -336,7 +251,6 @@ class Flying:
             lambda injected: send_queue.post(Changed({"measured": injected})),
         )
         self._alarms = Alarms(session, lambda said: self._network.event(said, WARNING))
-        self._compiler = LawCompiler()
         self._watches = watch
         self._law = session.controller
         self._law_file = LawFile(self._law, now())
@@ -357,7 +271,6 @@ class Flying:
             wanted: tells whether the caller is still there.
         """
         self.report()
-        self._note_interpreted()
         with closing(self._network):
             while wanted():
                 wait([connection, *self._network.connections], self.wait())
@@ -499,12 +412,7 @@ class Flying:
         return self._session.time
 
     def _watch(self) -> None:
-        """Load the law's file again if it was saved; a law that cannot fly changes nothing.
-
-        Machine code that has become ready replaces Python.
-        """
-        if made := self._compiler.made():
-            self._use_compiled(*made)
+        """Load the law's file again if it was saved; a law that cannot fly changes nothing."""
         law = self._law
         if not self._watches or law.shipped or self._broken:
             return
@@ -517,12 +425,12 @@ class Flying:
             self._tell(f"{error}; {law.name} flies on as it was", WARNING)
 
     def _take_over(self, name_or_path: str) -> None:
-        """Switch to another law from now on, interpreted if there is no machine code of it."""
+        """Switch to another law from now on."""
         estimator = self._session.controller.estimator
         law = with_estimator(load_controller(name_or_path), estimator)
         # a script that sets missing parameters would break the flight later, or after a reset
         check_scenario(replace(self._session.flown_scenario, controller=name_or_path))
-        action = Action(controller=name_or_path, interpreted=not has_machine_code(law))
+        action = Action(controller=name_or_path)
         self._session.act(action)
         # with all gains: another machine that repeats the log may not have the gain file
         gains = {row.name: self._session.get(row.name) for row in law.parameters}
@@ -530,7 +438,6 @@ class Flying:
         if law is self._law:
             self._tell(f"{law.name} flies already, with the same text")
         self._show_law()
-        self._begin_compiling()
         self._clock.restart(self._now())  # do not catch up on the time that this took
         self.report()
 
@@ -546,31 +453,6 @@ class Flying:
         self._send_queue.post(TakenOver(law, values, flown.controller, flown.vehicle.gains))
         self._tell(f"{law.name} has taken over at {session.time:.2f} s")
         self._network.taken_over(same_rows)
-
-    def _note_interpreted(self) -> None:
-        """Log that Python runs a law from the start: the last bits may differ."""
-        if self._session.interpreted and has_machine_code(self._law):
-            self._session.run_law(interpreted=False)
-        if self._session.interpreted:
-            name = self._session.scenario.controller
-            self._network.did(Action(controller=name, interpreted=True))
-            self._begin_compiling()
-
-    def _begin_compiling(self) -> None:
-        law = self._law
-        if self._session.interpreted and law.compiles and self._compiler.begin(law):
-            self._tell(f"compiling {law.name}, up to a minute; it flies interpreted meanwhile")
-
-    def _use_compiled(self, law: Controller, failure: str) -> None:
-        if law is not self._law or self._broken or not self._session.interpreted:
-            return
-        if failure:
-            self._tell(f"{law.name} flies on interpreted: {failure}", WARNING)
-            return
-        action = Action(controller=self._session.flown_scenario.controller)
-        self._session.run_law(interpreted=False)
-        self._network.did(action)
-        self._tell(f"compiled {law.name}, which flies as machine code now")
 
     def _tell(self, said: str, severity: int = INFORMATION) -> None:
         """Report an event to the caller and to all clients."""
@@ -589,7 +471,6 @@ class Flying:
         self._network.begin()
         self._show_law()
         self._broken = self._ended = ""
-        self._note_interpreted()
         self._clock.restart(self._now())
 
     def _excite(self, excitation: Excitation) -> float:
@@ -710,7 +591,3 @@ def _received(connection: Connection) -> Iterator[object]:
         if not connection.poll():
             return
         yield connection.recv()
-
-
-if __name__ == "__main__":
-    serve(compile_law)

@@ -83,7 +83,6 @@ def _fly(
     from workbench.scenario.scenario import without_arrays
     from workbench.session.session import Session
     from workbench.systems.bridge import Bridge
-    from workbench.systems.flight_computer import has_machine_code
 
     gc.freeze()  # a search for garbage in all modules would stop the flight for 15 ms
     send_queue.post(_starting("building the diagram"))
@@ -105,8 +104,6 @@ def _fly(
         session = Session(flown, begin.settings, meshcat, bridge, picture_period=math.inf)
         opened.enter_context(session.programs())
         law = session.controller
-        # compilation takes up to a minute: fly meanwhile
-        session.run_law(interpreted=not has_machine_code(law))
         send_queue.post(_starting("flying the first step"))
         # It loads compiled code, and a camera's first picture is slow.
         session.tick(session.scenario.rates.control_period)

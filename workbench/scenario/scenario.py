@@ -160,8 +160,7 @@ class Action:
     A velocity in W [m/s], a yaw rate [rad/s], a point to go to [m], a request (arm, take_off, hold,
     land, stop, abort_landing) with its height [m], a gust, a push, an injection into the law, new
     values of live parameters, or a controller to take over (the name of a shipped one, or a file).
-    A controller is compiled, or interpreted, which starts at once but is slower and may differ in
-    the last bit.
+    `interpreted` has no effect: files of earlier versions have it.
     """
 
     at: float = 0.0

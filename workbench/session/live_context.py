@@ -1,7 +1,6 @@
 """The Context of a flying workbench: reads it, and writes to it between steps.
 
-A Context of a diagram with systems in Python cannot be pickled, but its numbers can. See also
-`compiled_flight`.
+A Context of a diagram with systems in Python cannot be pickled, but its numbers can.
 """
 
 import math
@@ -34,12 +33,12 @@ from workbench.scenario.scenario import Scenario, Start
 from workbench.session.checkpoint import Checkpoint, Groups, SystemState
 from workbench.session.integration import Integration
 from workbench.session.snapshot import Clearance, LidarSummary, SensorStatus, Snapshot, Triple
-from workbench.systems.body_forces import BodyForceSettings
 from workbench.systems.flight_computer import GAINS, MEMORY, PATH, PAYLOAD, PROBES, SHARES
 from workbench.systems.flight_imu import FAULT, SETTINGS
 from workbench.systems.noise import CountedNoise, noise_seed, seed_noise
 from workbench.systems.pilot import Wish
 from workbench.systems.propeller_display import PropellerDisplay
+from workbench.systems.push import PushSettings
 from workbench.systems.sensors.faults import Fault
 from workbench.systems.sensors.readings import (
     BarometerReading,
@@ -356,7 +355,8 @@ def _places(bench: Workbench) -> dict[str, list[Place]]:
     }
     for system, names in (
         (airframe.wind, WindSettings._fields),
-        (airframe.body_forces, BodyForceSettings._fields),
+        (airframe.push, PushSettings._fields),
+        (airframe.body_forces, ("drag_area", "air_density")),
     ):
         places |= {name: [(system, 0, number)] for number, name in enumerate(names)}
     for kind in SENSOR_KINDS:

@@ -78,12 +78,6 @@ if TYPE_CHECKING:
     from workbench.systems.bridge import Bridge
 
 
-ENGINES = ("diagram", "compiled", "either")
-"""Choices of the `engine`."""
-LOOK = 0.125
-"""Time that the diagram flies before compiled code is tried again [s]."""
-
-
 @dataclass(frozen=True)
 class _BuiltFlight:
     """A scenario's diagram, and its sources.
@@ -192,13 +186,9 @@ class Session:
         meshcat: the Meshcat to draw in, if any.
         bridge: bridge to listeners and commanders, if any.
         picture_period: time between pictures in Meshcat [s]; infinite if only `draw` makes them.
-        engine: "diagram", or "compiled", which computes the same numbers without Drake, a thousand
-            times as fast as real time. The diagram takes over while the vehicle may touch the
-            ground, Python runs the law, or an injection is flown. "either" is compiled code where
-            it supports the flight and need not be compiled for a law that changes often.
 
     Raises:
-        WorkbenchError: if the scenario cannot be built, or compiled code does not support it.
+        WorkbenchError: if the scenario cannot be built.
     """
 
     def __init__(
@@ -208,11 +198,7 @@ class Session:
         meshcat: Meshcat | None = None,
         bridge: "Bridge | None" = None,
         picture_period: float = PICTURE_PERIOD,
-        engine: str = "diagram",
     ) -> None:
-        if engine not in ENGINES:
-            raise unknown_name("engine", engine, ENGINES)
-        self._engine = engine
         self.scenario = at_own_period(scenario or Scenario())
         self._settings, self._bridge = dict(settings or {}), bridge
         self._build = partial(
@@ -296,7 +282,7 @@ class Session:
         """
         self._begin(checkpoint)
 
-    def fly_controller(self, name_or_path: str | Path, *, interpreted: bool = False) -> None:
+    def fly_controller(self, name_or_path: str | Path) -> None:
         """Let another controller take over in flight, as `begin_from` does; a reset keeps it.
 
         The recording continues; sensors start again. No simulated time passes. `scenario` stays
@@ -304,14 +290,12 @@ class Session:
 
         Args:
             name_or_path: see `load_controller`; the file is read now.
-            interpreted: whether Python runs it, so that it flies at once. Otherwise it is compiled,
-                which takes up to a minute the first time. Both may differ in the last bit.
 
         Raises:
             WorkbenchError: if it cannot be read or built, or cannot continue from here; the
                 present controller then continues.
         """
-        self._take_over(str(name_or_path), interpreted)
+        self._take_over(str(name_or_path))
         flown = dataclasses.replace(self._flown_with, scenario=self.flown_scenario)
         self._first = self._flown_with = flown
 
@@ -385,15 +369,6 @@ class Session:
     def flown_scenario(self) -> Scenario:
         """Return the present scenario with the flying controller and its gain file."""
         return dataclasses.replace(self._flown_with.scenario, script=self._first.scenario.script)
-
-    @property
-    def interpreted(self) -> bool:
-        """Whether Python runs the law."""
-        return self._bench.computer.interpreted
-
-    def run_law(self, *, interpreted: bool) -> None:
-        """Choose whether Python or machine code runs the law, see `fly_controller`."""
-        self._bench.computer.run_law(interpreted=interpreted)
 
     @property
     def script(self) -> Sequence[Action]:
@@ -551,10 +526,12 @@ class Session:
 
                     self._bridge.authority.begin(self.time, SCRIPT_FLIES)
                 if action.controller is not None:
-                    self._take_over(action.controller, action.interpreted)
+                    self._take_over(action.controller)
                 self._act(action)
             planned = min(self._script.next_step, self._inject())
-            self._advance(min(target, every * math.ceil(planned / every) if planned < target else target))
+            self._advance(
+                min(target, every * math.ceil(planned / every) if planned < target else target)
+            )
 
     def run(self, progress: Callable[[float], None] | None = None) -> None:
         """Fly to the end of the scenario, calling `progress` with the flown share, 0 .. 1."""
@@ -643,7 +620,7 @@ class Session:
     def act(self, action: Action) -> None:
         """Execute an action now; its `at` is ignored."""
         if action.controller is not None:
-            self.fly_controller(action.controller, interpreted=action.interpreted)
+            self.fly_controller(action.controller)
         self._act(action)
 
     def _act(self, action: Action) -> None:
@@ -686,12 +663,11 @@ class Session:
         self._script.rewind(checkpoint.acted if checkpoint else 0)
         self._tell_limits()
 
-    def _take_over(self, name_or_path: str, interpreted: bool) -> None:
-        """Switch to another controller, or fly the same one in another way, from now on."""
+    def _take_over(self, name_or_path: str) -> None:
+        """Switch to another controller from now on."""
         scenario = self._first.scenario
         law = with_estimator(load_controller(name_or_path), self.controller.estimator)
         if law is self.controller:
-            self.run_law(interpreted=interpreted)
             return
         table, owner, gains = parameter_table(law), self._owner, self._gains
         settings = {name: value for name, value in self._settings.items() if name in table}
@@ -708,7 +684,6 @@ class Session:
         )
         scenario = at_own_period(scenario)
         built = self._build(scenario, settings, estimator=law.estimator)
-        built.bench.computer.run_law(interpreted=interpreted)
         with sentences(f"the controller {law.name} cannot take over"):
             live = LiveContext(built.bench, scenario, built.values, self.checkpoint())
         self._earlier = _Earlier(*self._recorded(), self._sample_rows())

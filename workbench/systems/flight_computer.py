@@ -1,11 +1,10 @@
-"""The sampled controller as one LeafSystem, with the law compiled."""
+"""The sampled controller as one LeafSystem."""
 
 import math
 import weakref
 from collections.abc import Callable, Mapping
 from contextlib import nullcontext
 from dataclasses import replace
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -18,7 +17,6 @@ from pydrake.systems.framework import (
     ValueProducer,
 )
 
-from workbench.common.compiled import Compiled, compile_cached
 from workbench.common.errors import FlightBrokenError, WorkbenchError
 from workbench.common.own_file import at_most_seconds, non_finite_named, own_errors
 from workbench.control.controller import Controller, Program
@@ -28,7 +26,6 @@ from workbench.control.flight_law import (
     PLAIN,
     ROTOR,
     SETPOINT,
-    SOURCES,
     ComputerSettings,
     LawConstants,
     flight_law,
@@ -53,28 +50,13 @@ INPUTS = 3
 """Arguments of an update that come from ports and are held between actions: the setpoint."""
 
 
-@lru_cache(maxsize=64)
-def compiled_update(controller: Controller) -> Compiled:
-    """Return the control update with a controller, compiled at its first call."""
-    what = "the control law" if controller.shipped else f"the control law {controller.name}"
-    function = flight_law(controller).packed_update
-    return compile_cached(
-        function, SOURCES, what, parts=72, text=controller.digest, file=str(controller.file)
-    )
-
-
-def has_machine_code(controller: Controller) -> bool:
-    """Return whether a controller's update need not be compiled before it flies."""
-    return not controller.compiles or compiled_update(controller).is_made
-
-
-def interpreted_update(controller: Controller) -> Callable[..., float]:
-    """Return the control update with a controller as Python runs it."""
+def make_update(controller: Controller) -> Callable[..., float]:
+    """Return the control update with a controller."""
     function = flight_law(controller).packed_update
     watched = not controller.shipped and controller.program is None
 
     def run(*args: Any) -> float:
-        # as in machine code: a division by zero is an error, other non-finite numbers are not
+        # as in compiled flights: a division by zero is an error, other non-finite numbers are not
         with (
             np.errstate(divide="raise", over="ignore", invalid="ignore"),
             at_most_seconds(controller.file, "update") if watched else nullcontext(),
@@ -132,8 +114,7 @@ class FlightComputer(LeafSystem):
         n = len(vehicle.rotors)
         self._controller = controller
         self._program: Program | None = None
-        self._run: Callable[..., Any]
-        self.run_law(interpreted=False)
+        self._run = make_update(controller)
         self._vehicle = vehicle
         self._period = period
         self._divides = bool(controller.dividers)
@@ -196,32 +177,14 @@ class FlightComputer(LeafSystem):
         with own_errors(law.file, "program"):
             self._program = law.program(known, self._period)
         weakref.finalize(self, self._program.close)  # if nobody calls `end_program`
-        self._run = interpreted_update(replace(law, update=self._program.update))
+        self._run = make_update(replace(law, update=self._program.update))
 
     def end_program(self) -> None:
         """End the program that runs the law, if there is one."""
         if self._program:
             self._program.close()
+            self._run = make_update(self._controller)
         self._program = None
-        self.run_law(interpreted=True)
-
-    @property
-    def interpreted(self) -> bool:
-        """Whether Python runs the law."""
-        return not isinstance(self._run, Compiled)
-
-    def run_law(self, *, interpreted: bool) -> None:
-        """Choose whether Python runs the law, some fifty times slower, or machine code.
-
-        If there is no machine code yet, the next update compiles it. A law that cannot be compiled
-        is always interpreted.
-        """
-        law = self._controller
-        if self._program:
-            return
-        self._run = compiled_update(law)
-        if interpreted or not law.compiles:
-            self._run = interpreted_update(law)
 
     def try_update(self, context: Context) -> None:
         """Run the next update on the present inputs without storing the result.
@@ -232,10 +195,7 @@ class FlightComputer(LeafSystem):
         self._update(context, self._old(context))
 
     def signals(self, context: Context) -> np.ndarray:
-        """Return the signals of the next update at the loop points (P), in their order.
-
-        Python runs the law for that, because machine code does not store the signals.
-        """
+        """Return the signals of the next update at the loop points (P), in their order."""
         numbers = self._numbers(context)
         state, voltage, reference, guidance, feedforward, gains, shares, known, probes = numbers[:9]
         estimate, settings = numbers[9:]
@@ -322,23 +282,11 @@ class FlightComputer(LeafSystem):
             discrete_state.set_value(self._ended_index, [1.0])
             discrete_state.get_mutable_value(COMMANDS)[:] = 0.0
         except Exception as error:
-            self._explain(context, error)
+            with own_errors(self._controller.file, "update"):
+                raise error
         else:
             if not math.isfinite(total):
                 self._break_off(context)
-
-    def _explain(self, context: Context, error: Exception) -> None:
-        """Raise the error of an update with its line in the law's file.
-
-        Machine code knows no lines, so Python runs the same update again.
-
-        Raises:
-            WorkbenchError: always.
-        """
-        with own_errors(self._controller.file, "update"):
-            if not self.interpreted and not isinstance(error, WorkbenchError):
-                interpreted_update(self._controller)(*self._arguments(context, self._old(context)))
-            raise error
 
     def _break_off(self, context: Context) -> None:
         """Break the flight off at an update that gives numbers that are not finite.
@@ -355,7 +303,7 @@ class FlightComputer(LeafSystem):
         if self._program is None:
             try:
                 with own_errors(file, "update"), non_finite_named(file, "update"):
-                    interpreted_update(self._controller)(*self._arguments(context, old))
+                    make_update(self._controller)(*self._arguments(context, old))
             except WorkbenchError as error:
                 said = str(error)
         raise FlightBrokenError(said)

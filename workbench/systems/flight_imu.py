@@ -102,7 +102,7 @@ class FlightImu(LeafSystem):
 
         Without a stated rate, filters sample at each step, an IMU twice a reading.
         """
-        settings = GyroSettings(*context.get_numeric_parameter(SETTINGS).CopyToVector())
+        settings = GyroSettings(*context.get_numeric_parameter(SETTINGS).value())
         if settings.gyro_rate > 0.0:
             return sample_steps(settings.gyro_rate, self._step, self._readout)
         if filters_gyro(settings, self._step) or works(settings.accel_lowpass, self._step):
@@ -113,7 +113,7 @@ class FlightImu(LeafSystem):
         return round(context.get_time() / self._step)
 
     def _settings(self, context: Context) -> list[float]:
-        return context.get_numeric_parameter(SETTINGS).CopyToVector().tolist()
+        return context.get_numeric_parameter(SETTINGS).value().tolist()
 
     def _group(self, context: Context, group: int) -> np.ndarray:
         return context.get_discrete_state(group).CopyToVector()

@@ -45,7 +45,7 @@ class Navigation(LeafSystem):
     readings are equal, as in an exact flight without motion.
 
     Input ports:
-        imu (9): see `vehicle_dynamics.read_imu`.
+        imu (9): see `FlightImu`.
         gps (7), barometer (3), magnetometer (4), range_finder (2): stamp and last delivered sample;
             may be unconnected.
         mode (10): see `flight_mode.ModeState`; in the air if unconnected.

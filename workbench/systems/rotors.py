@@ -41,6 +41,7 @@ from pydrake.multibody.tree import BodyIndex
 from pydrake.systems.framework import BasicVector_, LeafSystem_, ValueProducer
 from pydrake.systems.scalar_conversion import TemplateSystem
 
+from workbench.dynamics.rigid_body import cross, into_body, into_world, rotation
 from workbench.plant.rotors import Rotor
 from workbench.systems.weak_callback import weakly
 
@@ -92,24 +93,6 @@ def Rotors_(T: Any) -> Any:
             LeafSystem_[T].__init__(self, converter)
             self._rotors, self._body = rotors, body
             n = len(rotors)
-            self._p_BR = np.array([rotor.p_BR for rotor in rotors])
-            self._n_B = np.array([rotor.axis_B for rotor in rotors])
-            # cross products with p_BR as matrices, which take a tenth of the time of np.cross
-            self._cross_p = np.array([skew(rotor.p_BR) for rotor in rotors])
-            self._motor = np.array([rotor.motor_constant for rotor in rotors])
-            self._linear = np.array([rotor.linear_speed for rotor in rotors])
-            self._torque = np.array([r.direction * r.moment_constant for r in rotors])
-            self._momentum = np.array([rotor.direction * rotor.inertia for rotor in rotors])
-            self._drag = np.array([rotor.rotor_drag_coefficient for rotor in rotors])
-            self._roll = np.array([rotor.rolling_moment_coefficient for rotor in rotors])
-            self._inflow = np.array([rotor.inflow_coefficient for rotor in rotors])
-            self._ground = np.array(
-                [r.ground_effect_coefficient * (r.propeller_radius / 4.0) ** 2 for r in rotors]
-            )
-            self._top = np.array([rotor.max_rot_velocity for rotor in rotors])
-            self._rate_up = np.array([1.0 / rotor.time_constant_up for rotor in rotors])
-            self._rate_down = np.array([1.0 / rotor.time_constant_down for rotor in rotors])
-            self._near_ground = bool(self._ground.any())
             self.DeclareNumericParameter(BasicVector_[T]([T(1.0)] * n))
             self._commands = self.DeclareVectorInputPort("commands", n)
             self._state = self.DeclareVectorInputPort("state", 13)
@@ -143,81 +126,101 @@ def Rotors_(T: Any) -> Any:
             slopes = self.get_cache_entry(self._slopes).Eval(context)
             derivatives.get_mutable_vector().SetFromVector(slopes)
 
-        def _speeds(self, context: Any) -> Any:
-            return context.get_continuous_state_vector().CopyToVector()
+        def _speeds(self, context: Any) -> list[Any]:
+            return context.get_continuous_state_vector().CopyToVector().tolist()
 
         def _calc_slopes(self, context: Any, output: Any) -> None:
             """Calculate dw/dt (n) [rad/s²]."""
-            commands, speeds = self._commands.Eval(context), self._speeds(context)
-            voltage = 1.0
+            commands, speeds = self._commands.Eval(context).tolist(), self._speeds(context)
+            voltage, compensated = 1.0, 1.0
             if self._supply.HasValue(context):
-                open_circuit, _, compensation, known = self._supply.Eval(context)
+                open_circuit, _, compensation, known = self._supply.Eval(context).tolist()
                 voltage = self._voltage(context, speeds)
-                share = 1.0 + compensation * (voltage + (known - open_circuit) - 1.0)
-                commands = commands / (share if share > LEAST_VOLTAGE else LEAST_VOLTAGE)
-            error = voltage * np.minimum(np.maximum(commands, 0.0), self._top) - speeds
-            side = error / (error * error + BLEND * BLEND) ** 0.5
-            up = 0.5 * error * (1.0 + side * side * side)
-            output.set_value(self._rate_up * up + self._rate_down * (error - up))
+                compensated = 1.0 + compensation * (voltage + (known - open_circuit) - 1.0)
+                compensated = max(compensated, LEAST_VOLTAGE)
+            output.set_value(
+                [
+                    speed_slope(rotor, voltage * within(u / compensated, rotor), w)
+                    for rotor, u, w in zip(self._rotors, commands, speeds, strict=True)
+                ]
+            )
 
-        def _voltage(self, context: Any, speeds: Any) -> Any:
+        def _voltage(self, context: Any, speeds: Sequence[Any]) -> Any:
             """Return the voltage under load, over that of the full battery."""
             if not self._supply.HasValue(context):
                 return 1.0
-            open_circuit, drop, *_ = self._supply.Eval(context)
-            thrusts = self._static_thrusts(context, speeds)
-            voltage = open_circuit - drop * (thrusts * (thrusts + TINY) ** 0.5).sum()
+            open_circuit, drop, *_ = self._supply.Eval(context).tolist()
+            power = sum(T * (T + TINY) ** 0.5 for T in self._static_thrusts(context, speeds))
+            voltage = open_circuit - drop * power
             return voltage if voltage > 0.0 else 0.0 * voltage
 
-        def _static_thrusts(self, context: Any, speeds: Any) -> Any:
-            shares = context.get_numeric_parameter(0).CopyToVector()
-            shares = np.where(shares > 0.0, shares, 1.0)
-            return shares * self._motor * speeds * (speeds + self._linear)
+        def _static_thrusts(self, context: Any, speeds: Sequence[Any]) -> list[Any]:
+            shares = context.get_numeric_parameter(0).value().tolist()
+            return [
+                (share if share > 0.0 else 1.0)
+                * rotor.motor_constant
+                * w
+                * (w + rotor.linear_speed)
+                for rotor, share, w in zip(self._rotors, shares, speeds, strict=True)
+            ]
 
-        def _motion(self, context: Any) -> tuple[Any, Any, Any, Any]:
-            """Return R_WB, w_WB_B, and velocities of the hubs in the air, in B: all, along n."""
-            state = self._state.Eval(context)
-            v_W = state[10:13]
+        def _motion(self, context: Any) -> tuple[Any, Any, Any]:
+            """Return R_WB row by row (9), angular velocity, and velocity in the air, in B."""
+            state = self._state.Eval(context).tolist()
+            R_WB, v_W = rotation(state[0:4]), state[10:13]
             if self._wind.HasValue(context):
-                v_W = v_W - self._wind.Eval(context)
-            R_WB = rotation(state)
-            w_B = state[7:10] @ R_WB
-            v_B = v_W @ R_WB - self._cross_p @ w_B  # w x p = -p x w
-            return R_WB, w_B, v_B, (v_B * self._n_B).sum(axis=1)
-
-        def _moving_thrusts(self, context: Any, speeds: Any, R_WB: Any, along: Any) -> Any:
-            """Return static thrusts and thrusts (n) [N]."""
-            static = self._static_thrusts(context, speeds)
-            thrusts = static - self._inflow * speeds * along
-            if self._near_ground:
-                height = self._state.Eval(context)[6] + self._p_BR @ R_WB[2]
-                least = self._ground / MOST_GROUND_EFFECT + TINY
-                near = self._ground / np.maximum(height * height, least)
-                thrusts = thrusts + np.where(self._n_B @ R_WB[2] > 0.0, near, 0.0) * static
-            return static, thrusts
+                v_W = [v - u for v, u in zip(v_W, self._wind.Eval(context).tolist(), strict=True)]
+            return R_WB, into_body(R_WB, state[7:10]), into_body(R_WB, v_W)
 
         def _calc_spatial_forces(self, context: Any, output: Any) -> None:
+            R_WB, w_B, v_B = self._motion(context)
             speeds = self._speeds(context)
-            R_WB, w_B, v_B, along = self._motion(context)
-            static, thrusts = self._moving_thrusts(context, speeds, R_WB, along)
-            slopes, size = self.get_cache_entry(self._slopes).Eval(context), abs(speeds)
-            across = v_B - along[:, np.newaxis] * self._n_B
-            forces = thrusts[:, np.newaxis] * self._n_B - (size * self._drag)[:, np.newaxis] * across
-            torques = self._torque * static + self._momentum * slopes
-            h_B = (self._momentum * speeds) @ self._n_B
-            moment = -torques @ self._n_B - (size * self._roll) @ across - skew(w_B) @ h_B
-            moment = moment + (self._cross_p @ forces[:, :, np.newaxis]).sum(axis=0)[:, 0]
+            slopes = self.get_cache_entry(self._slopes).Eval(context)
+            statics = self._static_thrusts(context, speeds)
+            height = self._state.Eval(context)[6]
+            f_x = f_y = f_z = m_x = m_y = m_z = h_x = h_y = h_z = 0.0
+            for rotor, w, slope, T_0 in zip(self._rotors, speeds, slopes, statics, strict=True):
+                p_x, p_y, p_z = rotor.p_BR
+                n_x, n_y, n_z = rotor.axis_B
+                v_x, v_y, v_z = hub_velocity(rotor, w_B, v_B)
+                u = v_x * n_x + v_y * n_y + v_z * n_z
+                thrust = moving_thrust(rotor, w, T_0, u, R_WB, height)
+                turned, size = w * rotor.direction * rotor.inertia, abs(w)
+                torque = rotor.direction * (rotor.moment_constant * T_0 + rotor.inertia * slope)
+                drag = size * rotor.rotor_drag_coefficient
+                roll = size * rotor.rolling_moment_coefficient
+                # thrust is along the axis, drag opposes the rest of the velocity
+                thrust, torque = thrust + drag * u, torque - roll * u
+                F_x, F_y, F_z = (
+                    thrust * n_x - drag * v_x,
+                    thrust * n_y - drag * v_y,
+                    thrust * n_z - drag * v_z,
+                )
+                f_x, f_y, f_z = f_x + F_x, f_y + F_y, f_z + F_z
+                m_x = m_x + p_y * F_z - p_z * F_y - torque * n_x - roll * v_x
+                m_y = m_y + p_z * F_x - p_x * F_z - torque * n_y - roll * v_y
+                m_z = m_z + p_x * F_y - p_y * F_x - torque * n_z - roll * v_z
+                h_x, h_y, h_z = h_x + turned * n_x, h_y + turned * n_y, h_z + turned * n_z
+            g_x, g_y, g_z = cross(w_B, (h_x, h_y, h_z))
+            moment = into_world(R_WB, (m_x - g_x, m_y - g_y, m_z - g_z))
             force = Force()
             force.body_index = self._body
-            force.F_Bq_W = SpatialForce(R_WB @ moment, R_WB @ forces.sum(axis=0))
+            # from an array: a tenth of the time that two tuples take
+            force.F_Bq_W = SpatialForce(np.array([*moment, *into_world(R_WB, (f_x, f_y, f_z))]))
             output.set_value([force])
 
         def _calc_speeds(self, context: Any, output: Any) -> None:
             output.SetFromVector(self._speeds(context))
 
         def _calc_thrusts(self, context: Any, output: Any) -> None:
-            R_WB, _, _, along = self._motion(context)
-            _, thrusts = self._moving_thrusts(context, self._speeds(context), R_WB, along)
+            R_WB, w_B, v_B = self._motion(context)
+            speeds, height = self._speeds(context), self._state.Eval(context)[6]
+            statics = self._static_thrusts(context, speeds)
+            thrusts = []
+            for rotor, w, T_0 in zip(self._rotors, speeds, statics, strict=True):
+                v_R = hub_velocity(rotor, w_B, v_B)
+                u = sum(v * n for v, n in zip(v_R, rotor.axis_B, strict=True))
+                thrusts.append(moving_thrust(rotor, w, T_0, u, R_WB, height))
             output.SetFromVector(thrusts)
 
         def _calc_static_thrusts(self, context: Any, output: Any) -> None:
@@ -233,20 +236,48 @@ Rotors: TypeAlias = Any
 """An instance of `Rotors_`; what fills a template has no type of its own."""
 
 
-def skew(p: Sequence[Any]) -> Any:
-    """Return the matrix (3, 3) whose product with a vector is the cross product of p with it."""
-    x, y, z = p
-    return np.array([[0.0 * x, -z, y], [z, 0.0 * x, -x], [-y, x, 0.0 * x]])
+def within(command: Any, rotor: Rotor) -> Any:
+    """Return a command limited to the speeds of a rotor [rad/s]."""
+    if command < 0.0:
+        return 0.0 * command
+    return command if command < rotor.max_rot_velocity else rotor.max_rot_velocity
 
 
-def rotation(state: Sequence[Any]) -> Any:
-    """Return R_WB (3, 3) of a state of the body whose quaternion need not be normalised."""
-    w, x, y, z = state[:4]
-    s = 2.0 / (w * w + x * x + y * y + z * z)
-    return np.array(
-        [
-            [1.0 - s * (y * y + z * z), s * (x * y - w * z), s * (x * z + w * y)],
-            [s * (x * y + w * z), 1.0 - s * (x * x + z * z), s * (y * z - w * x)],
-            [s * (x * z - w * y), s * (y * z + w * x), 1.0 - s * (x * x + y * y)],
-        ]
-    )
+def speed_slope(rotor: Rotor, command: Any, speed: Any) -> Any:
+    """Return dw/dt of a rotor on its way to a command [rad/s²]."""
+    error = command - speed
+    side = error / (error * error + BLEND * BLEND) ** 0.5
+    up = 0.5 * error * (1.0 + side * side * side)
+    return up / rotor.time_constant_up + (error - up) / rotor.time_constant_down
+
+
+def hub_velocity(rotor: Rotor, w_B: Sequence[Any], v_B: Sequence[Any]) -> tuple[Any, Any, Any]:
+    """Return the velocity of a hub, in B, from the motion of the body in B."""
+    p_x, p_y, p_z = rotor.p_BR
+    w_x, w_y, w_z = w_B
+    v_x, v_y, v_z = v_B
+    return v_x + w_y * p_z - w_z * p_y, v_y + w_z * p_x - w_x * p_z, v_z + w_x * p_y - w_y * p_x
+
+
+def moving_thrust(
+    rotor: Rotor, speed: Any, static: Any, along: Any, R_WB: Sequence[Any], height: Any
+) -> Any:
+    """Return the thrust of a rotor near the ground and in moving air [N].
+
+    Args:
+        rotor: which.
+        speed: its speed [rad/s].
+        static: its static thrust [N].
+        along: velocity of its hub in the air along its axis [m/s].
+        R_WB: attitude of the body, row by row (9).
+        height: of the body's origin above the ground [m].
+    """
+    thrust = static - rotor.inflow_coefficient * speed * along
+    if rotor.ground_effect_coefficient > 0.0:
+        toward = R_WB[6:9]
+        if sum(z * n for z, n in zip(toward, rotor.axis_B, strict=True)) > 0.0:
+            hub = height + sum(z * p for z, p in zip(toward, rotor.p_BR, strict=True))
+            near = rotor.ground_effect_coefficient * (rotor.propeller_radius / 4.0) ** 2
+            least = near / MOST_GROUND_EFFECT
+            thrust = thrust + static * (near / hub**2 if hub**2 > least else MOST_GROUND_EFFECT)
+    return thrust

@@ -23,6 +23,7 @@ class WindSettings(NamedTuple):
     gust_start: float = 0.0
     gust_duration: float = 1.0
 
+
 FILTERS, TURBULENCE = range(2)
 """Groups of the discrete state."""
 WIND, SEED = range(2)
@@ -66,7 +67,7 @@ class Wind(LeafSystem):
         context.get_mutable_numeric_parameter(SEED).SetAtIndex(0, float(noise_seed(seed, "air")))
 
     def _settings(self, context: Context) -> WindSettings:
-        return WindSettings(*context.get_numeric_parameter(WIND).CopyToVector().tolist())
+        return WindSettings(*context.get_numeric_parameter(WIND).value().tolist())
 
     @np.errstate(over="ignore")  # integers of the noise wrap around
     def _update(self, context: Context, discrete_state: DiscreteValues) -> None:
@@ -91,7 +92,12 @@ class Wind(LeafSystem):
         discrete_state.set_value(TURBULENCE, [c * u - s * v, s * u + c * v, w])
 
     def _calc_wind(self, context: Context, output: BasicVector) -> None:
-        values = context.get_numeric_parameter(WIND).value()
-        share = gust_share(context.get_time(), values[7], values[8])
-        turbulence = context.get_discrete_state(TURBULENCE).value()
-        output.SetFromVector(values[0:3] + share * values[4:7] + turbulence)
+        settings = self._settings(context)
+        share = gust_share(context.get_time(), settings.gust_start, settings.gust_duration)
+        turbulence = context.get_discrete_state(TURBULENCE).value().tolist()
+        output.SetFromVector(
+            [
+                mean + share * gust + eddy
+                for mean, gust, eddy in zip(settings[0:3], settings[4:7], turbulence, strict=True)
+            ]
+        )

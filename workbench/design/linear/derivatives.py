@@ -20,7 +20,7 @@ from workbench.control.flight_law import (
     law_constants,
 )
 from workbench.control.guidance import Guidance, Setpoint
-from workbench.diagram.core import live_numbers
+from workbench.diagram.core import full_supply
 from workbench.dynamics.rigid_body import accelerations, into_body, rigid_body, rotation
 from workbench.dynamics.vehicle_step import (
     FULL,
@@ -261,9 +261,8 @@ class Derivatives:
         self.gyro.forget()
         self.update.forget()
         self.settled_update.forget()
-        live = live_numbers(self._vehicle, gains)
-        pressure = 0.5 * live["drag_area"] * live["air_density"]
-        battery = (1.0, live["voltage_drop"], live["sag_compensation"], 1.0)
+        pressure = 0.5 * gains["drag_area"] * gains["air_density"]
+        battery = full_supply(self._vehicle, gains)
         if pressure != self._pressure or battery != self._supply:
             self._pressure, self._supply = pressure, battery
             self._voltage = voltage_share(

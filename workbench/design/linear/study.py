@@ -51,7 +51,7 @@ from workbench.design.linear.model import (
 )
 from workbench.design.linear.operating_point import HOVER, OperatingPoint
 from workbench.design.linear.trim import find_trim, guidance_of, reference_of, update_inputs
-from workbench.diagram.core import law_gains, live_numbers, make_flight_core, make_vehicle_core
+from workbench.diagram.core import full_supply, law_gains, make_flight_core, make_vehicle_core
 from workbench.diagram.mounting import find_imu, mounting_of
 from workbench.diagram.sensor_choice import choose_sensors
 from workbench.estimation.estimators import find_estimator
@@ -286,7 +286,7 @@ def _states_of_period(
 
     Returns:
         Rows of all these after the period; rows of the reading of the IMU then (6), see
-        `vehicle_dynamics.read_imu`; and rows of the motion (12) before each physics step, as seen
+        `FlightImu`; and rows of the motion (12) before each physics step, as seen
         by a controller that uses the true motion.
     """
     at, speeds = trim.state, trim.speeds
@@ -416,9 +416,14 @@ class VehicleDerivatives:
 
     def _set_air(self, gains: Mapping[str, float]) -> None:
         """Set the live parameters of the vehicle."""
-        air = self._diagram.GetSubsystemByName("forces").GetMyMutableContextFromRoot(self._root)
-        live = live_numbers(self._vehicle, gains).values()
-        air.get_mutable_numeric_parameter(0).SetFromVector(constants(live))
+        self._set("body_forces", 0, [gains["drag_area"], gains["air_density"]])
+        if self._vehicle.battery:
+            self._set("supply", 0, full_supply(self._vehicle, gains))
+
+    def _set(self, system: str, index: int, values: Sequence[float]) -> None:
+        """Set a numeric parameter of a system."""
+        context = self._diagram.GetSubsystemByName(system).GetMyMutableContextFromRoot(self._root)
+        context.get_mutable_numeric_parameter(index).SetFromVector(constants(values).ravel())
 
     def _set_state(self, values: Sequence[np.ndarray], trim: Trim, seeds: np.ndarray) -> None:
         """Set the state, the body's (13) first, with derivatives by the reduced state."""
@@ -475,11 +480,12 @@ class FlightDerivatives(VehicleDerivatives):
         self._fix("reference", reference_of(trim), 0, at_inputs[:REFERENCE])
         held = at_inputs[REFERENCE : REFERENCE + HELD]
         self._fix("guidance", guidance_of(trim), HOLD_X, held)
-        self._set(GAINS, constants(law_gains(self._law, self._vehicle, gains)))
+        self._set("controller", GAINS, law_gains(self._law, self._vehicle, gains))
         self._set_air(gains)
         probes = np.zeros((closed.size, states + inputs))
         probes[count:] = at_inputs[REFERENCE + HELD :]
-        self._set(PROBES, InitializeAutoDiff(closed, probes))
+        loops = self._in_controller.get_mutable_numeric_parameter(PROBES)
+        loops.SetFromVector(InitializeAutoDiff(closed, probes).ravel())
         known = [trim.state, trim.speeds, trim.v_WB - trim.vdot_WB * TIME_CONSTANT]
         self._set_state([*known, np.zeros(moments), trim.memory], trim, np.zeros_like(at_states))
         moment = self._controller.wanted_yaw_moment(self._in_controller).value()
@@ -512,9 +518,6 @@ class FlightDerivatives(VehicleDerivatives):
             trim=trim,
             controller=self._law,
         )
-
-    def _set(self, index: int, values: np.ndarray) -> None:
-        self._in_controller.get_mutable_numeric_parameter(index).SetFromVector(values.ravel())
 
 
 class LinearStudy:

@@ -306,7 +306,7 @@ def fly_case(case: Case, common: Scenario, settings: Mapping[str, float]) -> Fli
     of_sensors = [name for name in case.signals if POINT in name]
     scenario.sensors.keep |= bool(of_sensors)
     values = {**case.set, **settings}
-    session = Session(scenario, values, engine="either")
+    session = Session(scenario, values)
     for name in of_sensors:  # before a possibly long flight
         sensor_signal(name, session.samples())
     broke_off = ""

@@ -86,7 +86,6 @@ def prove(
             settings=gains,
             velocity=velocity,
             progress=tell,
-            engine="diagram",  # apart from the compiled code that searched
         )
         flown.append((case, response))
         for each in required:
