@@ -87,7 +87,7 @@ class LiveContext:
         self._places = _places(bench)
         self._found: dict[str, list[Place]] = {}
         self.simulator = Simulator(bench.diagram)
-        self._integration = Integration(scenario.rates)
+        self._integration = Integration(self.simulator, bench.airframe, scenario.rates)
         self._start(scenario.start)
         root = self.simulator.get_mutable_context()
         airframe = bench.airframe
@@ -124,13 +124,8 @@ class LiveContext:
         return self.simulator.get_context()
 
     def advance(self, step: int) -> None:
-        """Let the Simulator advance to a step of the physics, a control period at a time."""
-        every = round(self._period / self._step)
-        now = round(self.root.get_time() / self._step)
-        while now < step:
-            now = min(step, (now // every + 1) * every)
-            self._integration.choose(self.simulator, self._bench.airframe)
-            self.simulator.AdvanceTo(now * self._step)
+        """Let the Simulator advance to a step of the physics."""
+        self._integration.advance(step)
 
     @property
     def payload(self) -> Payload:

@@ -23,6 +23,7 @@ from workbench.plant.variation import varied
 from workbench.plant.vehicle import Vehicle
 from workbench.scenario.configured import read_configured, read_configured_world, tell_world
 from workbench.scenario.scenario import Scenario, check_scenario
+from workbench.session.integration import Integration
 from workbench.session.live_context import start_position
 from workbench.session.recording import Recording
 from workbench.systems.rotor_playback import load_rotor_commands
@@ -76,8 +77,6 @@ class AutopilotFlight:
         self._field = magnetic_field(self._home)
         self._noise = NOISE if noise else dict.fromkeys(NOISE, 0.0)
         self.reset()
-        self.fly(())  # compile now: an autopilot would not wait
-        self.reset()
 
     def reset(self) -> None:
         """Restart at time 0."""
@@ -85,6 +84,7 @@ class AutopilotFlight:
         self._random = np.random.default_rng(scenario.sensors.seed)
         self._simulator = Simulator(self._bench.diagram)
         self._context = self._simulator.get_mutable_context()
+        self._integration = Integration(self._simulator, self._bench.airframe, self._scenario.rates)
         speeds = np.zeros(len(self.vehicle.rotors))
         if scenario.start.mode == "hovering":
             speeds = self.vehicle.hover_speeds
@@ -107,7 +107,7 @@ class AutopilotFlight:
         self._command(speeds)
         self._count += 1
         with sentences(f"the flight broke off after {self.time:.3f} s"):
-            self._simulator.AdvanceTo(self.time)
+            self._integration.advance(self._count * self._steps)
 
     def stop(self) -> None:
         """Stop the rotors, and fly on until that is recorded."""
@@ -212,11 +212,13 @@ def fly_open_loop(
     bench = make_open_loop(flown, vehicle, scenario.rates, commands, world)
     simulator = Simulator(bench.diagram)
     _place_at_start(simulator.get_mutable_context(), bench, scenario, vehicle, commands.speeds[0])
+    integration = Integration(simulator, bench.airframe, scenario.rates)
     slices = math.ceil(4.0 * scenario.duration)
+    steps = scenario.duration / scenario.rates.physics_step
     with sentences("the flight could not continue"):
         simulator.Initialize()
         for index in range(slices):
-            simulator.AdvanceTo(scenario.duration * (index + 1) / slices)
+            integration.advance(round(steps * (index + 1) / slices))
             if progress:
                 progress((index + 1) / slices)
     return _recorded(simulator.get_context(), bench, vehicle)

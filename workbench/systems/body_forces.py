@@ -38,12 +38,12 @@ def BodyForces_(T: Any) -> Any:
     Numeric parameter 1: the centre of mass p_BoBcm_B (3) [m].
 
     Args:
+        T: the scalar type.
         body: index of the body in the plant.
         drag_area: initial one.
         air_density: initial one.
         p_BoBcm_B: initial centre of mass (3) [m].
     """
-
     Force, SpatialForce = ExternallyAppliedSpatialForce_[T], SpatialForce_[T]
 
     class Impl(LeafSystem_[T]):

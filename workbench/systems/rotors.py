@@ -74,16 +74,16 @@ def Rotors_(T: Any) -> Any:
         spatial_forces: of all rotors on the body, at its origin, for the plant.
         speeds (n) [rad/s].
         thrusts (n) [N].
-        static_thrusts (n): those at rest far from the ground, which determine drag torque and power.
+        static_thrusts (n): at rest far from the ground; drag torque and power follow from them.
         voltage (1): of the battery under load over that of the full one without load.
     Numeric parameter 0: share of its thrust that each rotor gives (n), initially 1. A rotor with
     the share 0 does not turn up any more, and has its full thrust while it runs down.
 
     Args:
+        T: the scalar type.
         rotors: in the order of the commands.
         body: index of the body in the plant.
     """
-
     Force, SpatialForce = ExternallyAppliedSpatialForce_[T], SpatialForce_[T]
 
     class Impl(LeafSystem_[T]):
@@ -124,7 +124,7 @@ def Rotors_(T: Any) -> Any:
 
         def DoCalcTimeDerivatives(self, context: Any, derivatives: Any) -> None:
             slopes = self.get_cache_entry(self._slopes).Eval(context)
-            derivatives.get_mutable_vector().SetFromVector(slopes)
+            derivatives.get_mutable_vector().SetFromVector(np.array(slopes))
 
         def _speeds(self, context: Any) -> list[Any]:
             return context.get_continuous_state_vector().CopyToVector().tolist()

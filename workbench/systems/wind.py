@@ -1,4 +1,4 @@
-"""The air at the vehicle: a steady wind, a gust, and turbulence of MIL-F-8785C; see `dynamics.air`."""
+"""The air at the vehicle: steady wind, gust, and turbulence of MIL-F-8785C, see `dynamics.air`."""
 
 from typing import NamedTuple
 
