@@ -7,10 +7,10 @@ from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource
 from scipy import signal
 from scipy.spatial.transform import Rotation
+from workbench.systems.vehicle_dynamics import VehicleDynamics
 
 from workbench.dynamics.air.settings import calm_air
 from workbench.estimation.gyro import UNFILTERED, sample_steps
-from workbench.systems.vehicle_dynamics import VehicleDynamics
 
 STEP = 1 / 1024
 TUMBLING = [0.8, 0.3, -0.4, 0.3317, 0.0, 0.0, 80.0, 4.0, -7.0, 3.0, 1.0, 0.0, 0.0]

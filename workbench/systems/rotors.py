@@ -24,8 +24,9 @@ share s goes from 0 to 1 within some BLEND of e = 0, where a linear model of hov
 s = (1 + (e² / (e² + BLEND²))^(3/2) sign e) / 2.
 
 Battery: a rotor with the command u goes to s u, where s is the voltage under load over that of the
-full battery without load, as speed controllers set a share of the voltage (ArduPilot, SIM_Motor.cpp);
-a compensation of c divides the command by 1 + c (s - 1), as Betaflight's vbat_sag_compensation.
+full battery without load, as speed controllers set a share of the voltage (ArduPilot's
+SIM_Motor.cpp); a compensation of c divides the command by 1 + c (s - 1), as Betaflight's
+vbat_sag_compensation does.
 """
 
 import sys
@@ -138,12 +139,13 @@ def Rotors_(T: Any) -> Any:
                 voltage = self._voltage(context, speeds)
                 compensated = 1.0 + compensation * (voltage + (known - open_circuit) - 1.0)
                 compensated = max(compensated, LEAST_VOLTAGE)
-            output.set_value(
-                [
-                    speed_slope(rotor, voltage * within(u / compensated, rotor), w)
-                    for rotor, u, w in zip(self._rotors, commands, speeds, strict=True)
-                ]
-            )
+            shares = context.get_numeric_parameter(0).value().tolist()
+            given = [
+                voltage * within(u / compensated, rotor) if share > 0.0 else 0.0
+                for rotor, share, u in zip(self._rotors, shares, commands, strict=True)
+            ]
+            turning = zip(self._rotors, given, speeds, strict=True)
+            output.set_value([speed_slope(*each) for each in turning])
 
         def _voltage(self, context: Any, speeds: Sequence[Any]) -> Any:
             """Return the voltage under load, over that of the full battery."""
@@ -154,14 +156,16 @@ def Rotors_(T: Any) -> Any:
             voltage = open_circuit - drop * power
             return voltage if voltage > 0.0 else 0.0 * voltage
 
-        def _static_thrusts(self, context: Any, speeds: Sequence[Any]) -> list[Any]:
+        def _shares(self, context: Any) -> list[Any]:
+            """Return the shares of their thrust that the rotors give while they turn."""
             shares = context.get_numeric_parameter(0).value().tolist()
+            return [share if share > 0.0 else 1.0 for share in shares]
+
+        def _static_thrusts(self, context: Any, speeds: Sequence[Any]) -> list[Any]:
+            turning = zip(self._rotors, self._shares(context), speeds, strict=True)
             return [
-                (share if share > 0.0 else 1.0)
-                * rotor.motor_constant
-                * w
-                * (w + rotor.linear_speed)
-                for rotor, share, w in zip(self._rotors, shares, speeds, strict=True)
+                share * rotor.motor_constant * w * (w + rotor.linear_speed)
+                for rotor, share, w in turning
             ]
 
         def _motion(self, context: Any) -> tuple[Any, Any, Any]:
@@ -176,15 +180,16 @@ def Rotors_(T: Any) -> Any:
             R_WB, w_B, v_B = self._motion(context)
             speeds = self._speeds(context)
             slopes = self.get_cache_entry(self._slopes).Eval(context)
-            statics = self._static_thrusts(context, speeds)
+            shares, statics = self._shares(context), self._static_thrusts(context, speeds)
             height = self._state.Eval(context)[6]
+            turning = zip(self._rotors, speeds, slopes, shares, statics, strict=True)
             f_x = f_y = f_z = m_x = m_y = m_z = h_x = h_y = h_z = 0.0
-            for rotor, w, slope, T_0 in zip(self._rotors, speeds, slopes, statics, strict=True):
+            for rotor, w, slope, share, T_0 in turning:
                 p_x, p_y, p_z = rotor.p_BR
                 n_x, n_y, n_z = rotor.axis_B
                 v_x, v_y, v_z = hub_velocity(rotor, w_B, v_B)
                 u = v_x * n_x + v_y * n_y + v_z * n_z
-                thrust = moving_thrust(rotor, w, T_0, u, R_WB, height)
+                thrust = moving_thrust(rotor, w, share, T_0, u, R_WB, height)
                 turned, size = w * rotor.direction * rotor.inertia, abs(w)
                 torque = rotor.direction * (rotor.moment_constant * T_0 + rotor.inertia * slope)
                 drag = size * rotor.rotor_drag_coefficient
@@ -215,12 +220,12 @@ def Rotors_(T: Any) -> Any:
         def _calc_thrusts(self, context: Any, output: Any) -> None:
             R_WB, w_B, v_B = self._motion(context)
             speeds, height = self._speeds(context), self._state.Eval(context)[6]
-            statics = self._static_thrusts(context, speeds)
+            shares, statics = self._shares(context), self._static_thrusts(context, speeds)
             thrusts = []
-            for rotor, w, T_0 in zip(self._rotors, speeds, statics, strict=True):
+            for rotor, w, share, T_0 in zip(self._rotors, speeds, shares, statics, strict=True):
                 v_R = hub_velocity(rotor, w_B, v_B)
                 u = sum(v * n for v, n in zip(v_R, rotor.axis_B, strict=True))
-                thrusts.append(moving_thrust(rotor, w, T_0, u, R_WB, height))
+                thrusts.append(moving_thrust(rotor, w, share, T_0, u, R_WB, height))
             output.SetFromVector(thrusts)
 
         def _calc_static_thrusts(self, context: Any, output: Any) -> None:
@@ -260,19 +265,26 @@ def hub_velocity(rotor: Rotor, w_B: Sequence[Any], v_B: Sequence[Any]) -> tuple[
 
 
 def moving_thrust(
-    rotor: Rotor, speed: Any, static: Any, along: Any, R_WB: Sequence[Any], height: Any
+    rotor: Rotor,
+    speed: Any,
+    share: Any,
+    static: Any,
+    along: Any,
+    R_WB: Sequence[Any],
+    height: Any,
 ) -> Any:
     """Return the thrust of a rotor near the ground and in moving air [N].
 
     Args:
         rotor: which.
         speed: its speed [rad/s].
+        share: of its thrust that it gives.
         static: its static thrust [N].
         along: velocity of its hub in the air along its axis [m/s].
         R_WB: attitude of the body, row by row (9).
         height: of the body's origin above the ground [m].
     """
-    thrust = static - rotor.inflow_coefficient * speed * along
+    thrust = static - share * rotor.inflow_coefficient * speed * along
     if rotor.ground_effect_coefficient > 0.0:
         toward = R_WB[6:9]
         if sum(z * n for z, n in zip(toward, rotor.axis_B, strict=True)) > 0.0:

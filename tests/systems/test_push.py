@@ -1,0 +1,34 @@
+"""A push gives its impulse whatever the control period is."""
+
+import numpy as np
+import pytest
+from pydrake.systems.analysis import Simulator
+
+from workbench.systems.push import Push, PushSettings
+
+FORCE, POINT, TORQUE = (3.0, -1.0, 2.0), (0.1, 0.2, -0.3), (0.5, 0.25, -0.125)
+
+
+def sampled(start, duration, period):
+    """Return the pushes of the periods of a second (N, 9)."""
+    push = Push(settings=PushSettings(*FORCE, *POINT, *TORQUE, start, duration), period=period)
+    simulator = Simulator(push)
+    found = []
+    for number in range(round(1.0 / period)):
+        simulator.AdvanceTo((number + 0.5) * period)
+        found.append(push.get_output_port().Eval(simulator.get_context()).copy())
+    return np.array(found)
+
+
+@pytest.mark.parametrize(
+    ("start", "duration", "period"),
+    [(0.1, 0.1, 1 / 128), (0.2003, 0.0001, 1 / 128), (0.3, 0.25, 1 / 32), (0.0, 0.004, 1 / 128)],
+)
+def test_its_impulse_is_force_times_duration(start, duration, period):
+    pushes = sampled(start, duration, period)
+    assert period * pushes[:, :3].sum(axis=0) == pytest.approx(duration * np.array(FORCE))
+    assert period * pushes[:, 6:].sum(axis=0) == pytest.approx(duration * np.array(TORQUE))
+    assert pushes[:, 3:6] == pytest.approx(np.tile(POINT, (len(pushes), 1)))
+    time = period * np.arange(len(pushes))
+    outside = (time + period <= start) | (time >= start + duration)
+    assert not pushes[outside][:, :3].any()
