@@ -7,7 +7,12 @@ choice is made at the beginning of a control period from the Context alone.
 
 import math
 
-from pydrake.systems.analysis import IntegratorBase, ResetIntegratorFromFlags, Simulator
+from pydrake.systems.analysis import (
+    InitializeParams,
+    IntegratorBase,
+    ResetIntegratorFromFlags,
+    Simulator,
+)
 
 from workbench.diagram.airframe import Airframe
 from workbench.scenario.scenario import Rates
@@ -56,4 +61,8 @@ class Integration:
             integrator.set_target_accuracy(ACCURACY)
             integrator.set_requested_minimum_step_size(SHORTEST_STEP)
             integrator.set_throw_on_minimum_step_size_violation(False)
-        integrator.Initialize()
+        # With a new integrator the Simulator begins anew at the present time. Updates that are due
+        # now are still to come; what is published now is published again.
+        begin = InitializeParams()
+        begin.suppress_initialization_events = True
+        self._simulator.Initialize(begin)

@@ -1,6 +1,6 @@
 """The recorder: one log for all signals, because each log costs time at every step."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,31 +23,18 @@ class Recorder:
 
     def times(self, root_context: Context) -> np.ndarray:
         """Return the recorded times (N) [s]."""
-        return self.log.FindLog(root_context).sample_times().copy()
+        return self._recorded(root_context)[0]
 
     def signals(self, root_context: Context) -> dict[str, np.ndarray]:
         """Return everything recorded, (N, size) each."""
-        return self._parted(self.log.FindLog(root_context).data().T.copy())
-
-    def with_rows(
-        self, root_context: Context, flown: Sequence[tuple[np.ndarray, np.ndarray]]
-    ) -> tuple[np.ndarray, dict[str, np.ndarray]]:
-        """Return times (N) [s] and signals (N, size) with rows that compiled code flew.
-
-        Args:
-            root_context: of the diagram.
-            flown: times and rows of each piece. If the Simulator continues after a piece, it
-                records the last row again.
-        """
-        times = np.concatenate([self.times(root_context), *(each for each, _ in flown)])
-        rows = np.concatenate(
-            [self.log.FindLog(root_context).data().T, *(each for _, each in flown)]
-        )
-        times, first = np.unique(times, return_index=True)
-        return times, self._parted(rows[first])
-
-    def _parted(self, rows: np.ndarray) -> dict[str, np.ndarray]:
+        _, rows = self._recorded(root_context)
         return {name: rows[:, place] for name, place in self.places.items()}
+
+    def _recorded(self, root_context: Context) -> tuple[np.ndarray, np.ndarray]:
+        """Return times (N) and rows (N, all); a change of integrator records its time again."""
+        log = self.log.FindLog(root_context)
+        times, first = np.unique(log.sample_times(), return_index=True)
+        return times, log.data().T[first]
 
 
 def add_recorder(

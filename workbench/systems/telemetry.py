@@ -216,17 +216,21 @@ class Telemetry(LeafSystem):
             kind: self.DeclareVectorInputPort(kind, size) for kind, size in sizes.items()
         }
         self._stamps = dict.fromkeys(sizes, math.nan)
+        self._last = -math.inf
         self.DeclarePeriodicPublishEvent(period, 0.0, self._publish)
 
     def begin(self, start: Sequence[float]) -> None:
         """Begin with a new flight at a place in W [m]."""
         self._values.start = start
         self._stamps = dict.fromkeys(self._stamps, math.nan)
+        self._last = -math.inf
 
     def _publish(self, context: Context) -> None:
-        if not self._bridge.wanted:
-            return
         now = context.get_time()
+        # a change of integrator publishes the present again
+        if not self._bridge.wanted or now <= self._last:
+            return
+        self._last = now
         t_ns = round(now * NS)
         stacked = self._signals.Eval(context).tolist()
         signals = {name: stacked[place] for name, place in self._places.items()}
