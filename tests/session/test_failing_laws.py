@@ -6,12 +6,9 @@ from pathlib import Path
 import pytest
 
 from workbench.common import own_file
-from workbench.common.compiled import compile_cached
 from workbench.common.errors import FlightBrokenError, WorkbenchError
 from workbench.scenario.scenario import Action, Scenario
-from workbench.session import session as session_module
 from workbench.session.session import Session
-from workbench.systems import flight_computer
 
 TEXT = (Path(__file__).parents[1] / "controllers/cascade.py").read_text(encoding="utf-8")
 BEFORE = "    missing = "
@@ -54,7 +51,6 @@ def complaint(session: Session, path: Path) -> str:
     return said.removeprefix(f"{path}:{LINE}: ")
 
 
-@pytest.mark.usefixtures("interpreted_laws")
 def test_python_names_the_line(failing, case):
     for line, said in FAILURES:
         with case(line):
@@ -62,58 +58,7 @@ def test_python_names_the_line(failing, case):
             assert complaint(session, path).startswith(said)
 
 
-@pytest.fixture
-def as_machine_code(monkeypatch):
-    """Run laws as machine code does: its errors name no line."""
-
-    def compiled_update(law):
-        run = flight_computer.interpreted_update(law)
-        compiled = compile_cached(run, (), "a law")
-
-        def without_lines(*args):
-            try:
-                return run(*args)
-            except FloatingPointError:
-                failed = ZeroDivisionError("division by zero")
-            raise failed
-
-        compiled.run = without_lines
-        return compiled
-
-    monkeypatch.setattr(flight_computer, "compiled_update", compiled_update)
-    monkeypatch.setattr(session_module, "is_quick", lambda law: False)
-
-
-def test_python_finds_the_line_where_machine_code_failed(failing, as_machine_code, case):
-    for line, said in FAILURES:
-        with case(line):
-            path, session = failing(line)
-            assert complaint(session, path).startswith(said)
-
-
 @pytest.mark.slow
-def test_machine_code_names_the_line(failing, case, tmp_path):
-    """One law with all failures, as making the machine code of one takes a minute.
-
-    Its text is its own: machine code of an earlier run would name the file of that run.
-    """
-    lines = "".join(
-        f"\n        if g.k_place == {number}.0:\n            {line}"
-        for number, (line, _) in enumerate(FAILURES)
-    )
-    lines += f"\n        # {tmp_path}"
-    for engine in ("diagram", "compiled"):
-        path, _ = failing(lines)
-        for number, (line, said) in enumerate(FAILURES):
-            with case(line, engine):
-                session = Session(climbing(path), {"k_place": float(number)}, engine=engine)
-                with pytest.raises(WorkbenchError) as caught:
-                    session.tick(3.0)
-                assert str(caught.value).startswith(f"{path}:{LINE + 2 + 2 * number}: {said}")
-
-
-@pytest.mark.slow
-@pytest.mark.usefixtures("interpreted_laws")
 def test_a_law_that_waits_is_named(failing, monkeypatch):
     """As for an answer of another program: nothing counts lines or turns meanwhile."""
     monkeypatch.setattr(own_file, "LONGEST", 5.0)
@@ -124,7 +69,6 @@ def test_a_law_that_waits_is_named(failing, monkeypatch):
     assert signal.getitimer(signal.ITIMER_REAL) == (0.0, 0.0)
 
 
-@pytest.mark.usefixtures("interpreted_laws")
 def test_what_is_flown_until_then_is_kept(failing):
     _, session = failing("m_x = m_x + 1e400 * 0.0")
     with pytest.raises(FlightBrokenError):
@@ -132,7 +76,6 @@ def test_what_is_flown_until_then_is_kept(failing):
     assert session.recording().v_WB[-1, 2] > 0.29
 
 
-@pytest.mark.usefixtures("interpreted_laws")
 def test_a_gain_that_a_law_cannot_design_with_leaves_the_one_before(tmp_path):
     path = tmp_path / "designing.py"
     path.write_text(

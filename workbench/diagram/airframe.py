@@ -217,6 +217,7 @@ def add_airframe(
     for number, system in enumerate((rotors, body_forces)):
         builder.Connect(wind.get_output_port(), system.GetInputPort("wind"))
         builder.Connect(system.GetOutputPort("spatial_forces"), forces.get_input_port(number))
+    builder.Connect(push.get_output_port(), body_forces.GetInputPort("push"))
     builder.Connect(forces.get_output_port(), plant.get_applied_spatial_force_input_port())
     if imu:
         acceleration = plant.get_generalized_acceleration_output_port()
