@@ -24,7 +24,7 @@ from workbench.session.recording import Recording
 from workbench.session.session import Session
 from workbench.systems.bridge import Bridge
 
-STEP = Rates().physics_step
+PERIOD = Rates().control_period
 AFTER = 2.0
 """Flown from the checkpoint on [s]."""
 
@@ -46,12 +46,11 @@ CASES = {
         Scenario(script=STEERED),
         2.0,
     ),
-    "one step after the control update": (Scenario(script=STEERED), 1.0 + STEP),
-    "at the step of the network's update": (Scenario(script=STEERED), 1.0 - STEP),
+    "a period before an update of the flight mode": (Scenario(script=STEERED), 1.0 - PERIOD),
     "with time owed": (Scenario(script=STEERED), 1.2345),
     "in a gust, with turbulence and a push": (
         Scenario(script=[GUSTY, GUST, PUSH, *STEERED], sensors=SensorsConfig(seed=7)),
-        1.3 + 0.4 * STEP,
+        1.3 + 0.4 * PERIOD,
     ),
     "while the rotors spool up": (Scenario(start=Start(mode="off"), script=[TAKE_OFF]), 0.4),
     "in take-off": (Scenario(start=Start(mode="off"), script=[TAKE_OFF]), 1.5),
@@ -62,7 +61,7 @@ CASES = {
     "during a figure of eight": (Scenario(figure_eight=FigureEight()), 3.3),
     "on its way to a place": (Scenario(script=[Action(at=0.3, go_to=[1.0, 1.0, 2.0])]), 0.8),
     "near walls": (Scenario(world="room", script=[WALL]), 0.7),
-    "near walls, as they are measured": (Scenario(world="room", script=[WALL]), 0.6875 - STEP),
+    "near walls, as they are measured": (Scenario(world="room", script=[WALL]), 0.6875 - PERIOD),
     "near what moves": (Scenario(world="moving_obstacle", script=[WALL]), 0.7),
     "with periods that are not exact": (Scenario(rates=ROUGH_RATES, script=STEERED), 0.847),
 }
@@ -91,7 +90,7 @@ def assert_equal_from(time: float, flight: Recording, fork: Recording) -> None:
 
 
 OFTEN = (
-    "one step after the control update",
+    "a period before an update of the flight mode",
     "with time owed",
     "in a gust, with turbulence and a push",
     "in take-off",
@@ -198,4 +197,4 @@ def test_an_instant_of_another_flight_is_refused(other):
     with pytest.raises(WorkbenchError, match="belongs to another flight"):
         session.begin_from(Session().checkpoint())
     session.tick(0.1)
-    assert session.time == 0.1 - 0.1 % STEP
+    assert session.time == 0.1 - 0.1 % PERIOD

@@ -21,12 +21,12 @@ def positions(session):
 
 def test_it_flies_again_to_the_bit_whatever_the_slices():
     live = Session(scenario())
-    live.tick(0.3)
+    live.tick(0.3125)
     live.act(Action(injection=ASKED))
     for duration in (0.0131, 0.7, 1.0003, 1.9):
         live.tick(duration)
-    scripted = Session(scenario(Action(at=0.3, injection=ASKED)))
-    scripted.tick(0.3 + 0.0131 + 0.7 + 1.0003 + 1.9)
+    scripted = Session(scenario(Action(at=0.3125, injection=ASKED)))
+    scripted.tick(0.3125 + 0.0131 + 0.7 + 1.0003 + 1.9)
     np.testing.assert_array_equal(positions(live), positions(scripted))
     np.testing.assert_array_equal(live.injected.came, scripted.injected.came)
     assert live.injecting == 1.0

@@ -9,14 +9,15 @@ from workbench.common.errors import WorkbenchError
 from workbench.scenario.scenario import Action, Gust, Push, Rates, Scenario
 from workbench.session.session import Session
 
-STEP = Rates().physics_step
+PERIOD = Rates().control_period
 
 
 def test_a_gust_rises_and_falls_within_its_time():
     """From the next control update on: 1 - cos, as MIL-F-8785C has it, but rising and falling."""
     session = Session()
     session.tick(0.1003)
-    start = math.ceil(0.1003 * 128) / 128
+    start = math.floor(0.1003 * 128) / 128
+    assert session.time == start
     session.gust([6.0, 0.0, 0.0], 0.25)
     session.tick(0.5 - session.time)
     flight = session.recording()
@@ -47,9 +48,9 @@ def test_gusts_and_pushes_of_a_script_are_those_of_a_pilot():
     pilot.tick(1.0)
     scripted = pilot.recording()
     session = Session(Scenario(duration=1.0))
-    session.tick(math.ceil(0.2 / STEP) * STEP)
+    session.tick(math.ceil(0.2 / PERIOD) * PERIOD)
     session.gust(gust.velocity, gust.duration)
-    session.tick(math.ceil(0.33 / STEP) * STEP - session.time)
+    session.tick(math.ceil(0.33 / PERIOD) * PERIOD - session.time)
     session.push(push.force, push.point, push.duration)
     session.tick(1.0 - session.time)
     for name in ("p_WB", "q_WB", "v_WB", "w_WB", "thrusts", "wind_W"):

@@ -32,14 +32,13 @@ def edit(path: Path, old: str, new: str) -> None:
 
 
 def stepping(path: Path) -> Session:
-    """Return a session in the middle of a step, in wind; Python flies it."""
+    """Return a session in the middle of a step, in wind."""
     scenario = Scenario(
         controller=str(path),
         script=[Action(set=WIND), Action(at=0.2, velocity=[1.0, 0.0, 0.3])],
         sensors=SensorsConfig(use=["imu"], seed=4, keep=True),
     )
     session = Session(scenario, {"k_speed": 2.2}, bridge=Bridge())
-    session.run_law(interpreted=True)
     session.tick(0.503)
     return session
 
@@ -57,7 +56,7 @@ def test_an_edit_that_changes_nothing_changes_no_bit_of_the_flight(mine):
     flights = [stepping(mine), stepping(mine)]
     edit(mine, "A reader's", "A writer's")
     before = flights[0].controller
-    flights[0].fly_controller(str(mine), interpreted=True)
+    flights[0].fly_controller(str(mine))
     assert flights[0].controller is not before
     assert flights[0].time == flights[1].time
     for flight in flights:
@@ -77,7 +76,7 @@ def test_an_edit_keeps_what_has_the_same_name_and_a_reset_begins_with_it(mine):
     new = 'gain("k_new", "1", (0.0, 1.0), 0.25, "of no use"),\n    gain("k_yaw"'
     edit(mine, 'gain("k_yaw"', new)
     edit(mine, 'gain("k_speed", "1/s", (0.0, 20.0), 2.5', 'gain("k_speed", "1/s", (0.0, 20.0), 9.0')
-    flight.fly_controller(str(mine), interpreted=True)
+    flight.fly_controller(str(mine))
     found = [flight.get(name) for name in ("k_tilt", "k_new", "k_speed", "wind_x")]
     assert found == [130.0, 0.25, 2.2, 3.0]
     computer = flight._bench.computer.GetSystemPathname()
@@ -88,7 +87,7 @@ def test_an_edit_keeps_what_has_the_same_name_and_a_reset_begins_with_it(mine):
 
     flight.tick(0.3)
     edit(mine, "k_speed", "k_velocity")  # the setting names what is gone
-    flight.fly_controller(str(mine), interpreted=True)
+    flight.fly_controller(str(mine))
     assert flight.get("k_velocity") == 9.0
 
 
@@ -171,7 +170,7 @@ def test_a_law_that_cannot_fly_is_refused_and_the_flight_goes_on_to_the_bit(mine
         mine.write_text(TEXT, encoding="utf-8")
         edit(mine, old, new)
         with case(said), pytest.raises(WorkbenchError, match=said):
-            flights[0].fly_controller(str(mine), interpreted=True)
+            flights[0].fly_controller(str(mine))
     with pytest.raises(WorkbenchError, match="controller 'lqq'"):
         flights[0].fly_controller("lqq")
     for flight in flights:
@@ -184,7 +183,6 @@ def test_a_law_that_cannot_fly_is_refused_and_the_flight_goes_on_to_the_bit(mine
 def stepping_with_a_later_set(path: Path) -> Session:
     script = [Action(at=0.5, set={"k_tilt": 99.0})]
     flight = Session(Scenario(controller=str(path), script=script), bridge=Bridge())
-    flight.run_law(interpreted=True)
     flight.command([1.0, 0.0, 0.0])
     flight.tick(64 * 0.0048828125)  # when topics are published, too
     return flight

@@ -11,6 +11,7 @@ from typing import TypeVar
 import numpy as np
 from pydrake.common.eigen_geometry import Quaternion
 from pydrake.math import RollPitchYaw
+from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.analysis import InitializeParams, Simulator
 from pydrake.systems.framework import Context, Diagram, System
 
@@ -108,6 +109,7 @@ class LiveContext:
         begin = InitializeParams()
         if checkpoint:
             _write_states(bench, root, self._taken_over(checkpoint))
+            airframe.set_payload(root, self.payload)
             bench.computer.close_loops(self._of(bench.computer))
             bench.computer.design(self._of(bench.computer))
             root.SetTime(checkpoint.time)
@@ -383,7 +385,9 @@ def _read_states(bench: Workbench, root: Context) -> dict[str, SystemState]:
     for path, system in _deciding(bench):
         context = system.GetMyContextFromRoot(root)
         continuous = tuple(context.get_continuous_state_vector().CopyToVector().tolist())
-        memory = SystemState(_discrete(context), _parameters(context), continuous)
+        # the plant's parameters follow from the payload
+        parameters = () if isinstance(system, MultibodyPlant) else _parameters(context)
+        memory = SystemState(_discrete(context), parameters, continuous)
         if memory.state or memory.parameters or continuous:
             found[path] = memory
     return found
