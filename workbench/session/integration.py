@@ -1,8 +1,8 @@
 """How a flight is integrated: fixed steps in the air, error control where something may be touched.
 
 In the air `runge_kutta5` takes one step a control period, more where the IMU samples more often,
-the body turns fast, or a rotor is quick. Near contact flies CENIC (Kurtz and Castro, "CENIC: Convex
-Error-controlled Numerical Integration for Contact", 2025, arXiv 2511.08771), which always converges.
+the body turns fast, or a rotor is quick. Near contact CENIC always converges (Kurtz and Castro,
+"CENIC: Convex Error-controlled Numerical Integration for Contact", 2025, arXiv 2511.08771).
 The choice is made at the beginning of a control period from the Context alone.
 
 Other integrators of Drake were measured on the ground. `radau1` and `implicit_euler` reuse their
