@@ -130,7 +130,6 @@ def test_a_point_counts_at_the_rate_of_the_part_that_reads_it(case):
     assert set(load_controller("pd").point_dividers.values()) == {1}
 
 
-@pytest.mark.usefixtures("interpreted_laws")
 def test_an_injection_is_held_over_the_updates_in_which_its_part_does_not_run():
     session = Session(Scenario(controller="px4"))
     session.tick(0.013)

@@ -18,11 +18,6 @@ POINTS = ((0.0, (0.0, 0.0, 1.5)), (0.5, (1.0, 0.0, 1.5)), (2.5, (1.0, 1.0, 2.0))
 """Where the pilot goes to, and from when on."""
 
 
-@pytest.fixture(autouse=True)
-def flown_as_python(interpreted_laws):
-    """Predictions are compiled, and the flights of the diagram beside them need not be."""
-
-
 @pytest.fixture
 def interpreted_predictions(monkeypatch):
     """Let predictions run as Python: to make their machine code takes ten seconds."""
