@@ -22,6 +22,7 @@ from workbench.plant.placing import body_state
 from workbench.plant.rotors import Rotor
 from workbench.scenario.configured import read_configured
 from workbench.scenario.scenario import Rates, Scenario
+from workbench.session.integration import Integration
 
 INERTIA = 6.5e-5
 """Of the shipped drone's propellers [kg·m²]."""
@@ -114,9 +115,8 @@ def flown(description, gains, yaw_rate: float, duration: float) -> np.ndarray:
     root = simulator.get_mutable_context()
     still = [0.0] * 3
     state = body_state(p_WB=[0.0, 0.0, 50.0], roll_pitch_yaw=still, v_WB=still, w_WB=still)
-    dynamics = airframe.dynamics
-    context = dynamics.GetMyMutableContextFromRoot(root)
-    dynamics.place(context, state, vehicle.hover_speeds)
+    airframe.place(root, state, vehicle.hover_speeds)
+    integration = Integration(simulator, airframe, rates)
     in_computer = computer.GetMyMutableContextFromRoot(root)
     computer.begin(in_computer, vehicle.hover_speeds, np.zeros(3))
     hold = Guidance(1.0, 1.0, 1.0, 0.0, 1.0, 1.0, 0.0, 0.0, 50.0)
@@ -125,8 +125,8 @@ def flown(description, gains, yaw_rate: float, duration: float) -> np.ndarray:
     computer.GetInputPort("reference").FixValue(in_computer, np.array(asked))
     rows = []
     for index in range(round(duration * 128) + 1):
-        simulator.AdvanceTo(index / 128)
-        rows.append(airframe.state.Eval(context)[7:10].copy())
+        integration.advance(round(index / 128 / rates.physics_step))
+        rows.append(airframe.body_state(root)[7:10])
     return np.array(rows)
 
 
