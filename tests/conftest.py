@@ -190,27 +190,6 @@ def interpreted_blocks(monkeypatch):
     monkeypatch.setattr(engine, "compiled_block", block)
 
 
-@pytest.fixture
-def late_commands(monkeypatch):
-    """Let the diagrams of `agreement` have what compiled flights have: commands a step late.
-
-    In a compiled flight a command acts from the physics step after its update on, in the diagram at
-    once. Beside such a diagram all that is left are the errors of the two integrators.
-    """
-    from dataclasses import replace
-
-    from workbench.design.rollout import agreement
-    from workbench.session.session import Session
-
-    def late(scenario):
-        vehicle, step = scenario.vehicle, scenario.rates.physics_step
-        delay = vehicle.variation.command_delay + step
-        variation = replace(vehicle.variation, command_delay=delay)
-        return Session(replace(scenario, vehicle=replace(vehicle, variation=variation)))
-
-    monkeypatch.setattr(agreement, "Session", late)
-
-
 @pytest.fixture(scope="module")
 def served():
     """Return a function from a scenario's name to the address where `workbench serve` flies it."""

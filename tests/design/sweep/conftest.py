@@ -8,26 +8,14 @@ from workbench.design.sweep.case import SweepCase
 from workbench.design.sweep.ranges import parse_range
 from workbench.design.sweep.sweep import sweep
 from workbench.design.sweep.table import SweepTable
-from workbench.scenario.scenario import Rates, Scenario
 
 NAN = float("nan")
 
 
 @pytest.fixture(scope="session")
-def fine_steps():
-    """Physics steps so short that compiled flights are nearly those of the diagram.
-
-    In a compiled flight a command acts from the physics step after its update on, in the diagram at
-    once.
-    """
-    return Scenario(rates=Rates(physics_step=1 / 16384))
-
-
-@pytest.fixture(scope="session")
-def lost_table(fine_steps):
+def lost_table():
     """Six candidates along x, of which the stiffest are lost."""
-    ranges = ["kp_pitch=100..2000:3", "kp_velocity_x=3..6:2"]
-    return sweep(ranges, axis="x", amplitude=1.0, scenario=fine_steps)
+    return sweep(["kp_pitch=100..2000:3", "kp_velocity_x=3..6:2"], axis="x", amplitude=1.0)
 
 
 @pytest.fixture

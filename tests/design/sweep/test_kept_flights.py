@@ -140,7 +140,6 @@ def test_the_compiled_engine_goes_on_to_the_bit(lost_table, tmp_path, monkeypatc
     monkeypatch.setattr(compiled_flights, "CHUNK", chunk)
     words = [f"{each.name}={each.low:g}..{each.high:g}:{each.points}" for each in lost_table.ranges]
     step = {"axis": "x", "amplitude": 1.0, "kept": tmp_path / "kept"}
-    step["scenario"] = lost_table.case.scenario
     asked = []
     part = sweep(words, **step, stop=lambda: asked.append(0) or len(asked) > 3)
     assert 0 < len(part) < len(lost_table)
