@@ -110,7 +110,7 @@ def test_what_cannot_be_measured_is_refused(case):
         ({"name": "roll", "highest": 1e9}, "half the rate of the law"),
         ({"name": "roll", "periods": 2}, "has 2 periods"),
         ({"name": "roll", "size": math.nan}, "size injected is nan"),
-        ({"name": "roll", "size": 500.0, "periods": 3, "lowest": 3.0}, "smaller size"),
+        ({"name": "roll", "size": 500.0, "periods": 3, "lowest": 8.0}, "smaller size"),
     ):
         with case(said), pytest.raises(WorkbenchError, match=said):
             fly_measurement(**arguments)
