@@ -162,28 +162,6 @@ def _not_run(config):
     return [f"[{count}] {line}" for line, count in sorted(skips.items())]
 
 
-@pytest.fixture(scope="session")
-def compiled():
-    """Make the default law's machine code, unless it is there.
-
-    A live flight without it is interpreted at first, in which the last bit of a number may differ,
-    and has one more process below it, which makes it.
-    """
-    from workbench.session.session import Session
-
-    Session().tick(0.01)
-
-
-@pytest.fixture
-def interpreted_laws(monkeypatch):
-    """Let laws run as Python in the diagram: to make a law's machine code takes ten seconds."""
-    from workbench.session import session
-    from workbench.systems import flight_computer
-
-    monkeypatch.setattr(flight_computer, "compiled_update", flight_computer.interpreted_update)
-    monkeypatch.setattr(session, "is_quick", lambda controller: False)
-
-
 @pytest.fixture
 def interpreted_blocks(monkeypatch):
     """Let flights by the thousand run as Python: to make their machine code takes up to a minute.

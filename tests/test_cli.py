@@ -163,7 +163,6 @@ def test_commands_load_nothing_heavy_before_they_run():
     assert not heavy & set(done.stderr.split())
 
 
-@pytest.mark.usefixtures("compiled")
 def test_commands_load_what_they_use_and_no_more(case, tmp_path):
     """Each of these takes a tenth of a second to a second, of commands that take half of one."""
     slow = {"control", "matplotlib", "numba", "scipy"}

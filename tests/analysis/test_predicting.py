@@ -127,7 +127,6 @@ def test_a_step_comes_on_top_of_what_is_asked_for(flight, about, answer):
     assert own.velocity[-1] == pytest.approx([1.0, 0.5, 0.0], abs=0.05)
 
 
-@pytest.mark.usefixtures("interpreted_laws")
 def test_each_controller_has_the_numbers_of_its_step(subject, answer):
     session = Session(subject.scenario)
     session.tick(0.5)

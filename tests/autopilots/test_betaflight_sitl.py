@@ -305,7 +305,6 @@ def test_a_setting_that_it_refuses_is_named(fake):
 
 def test_what_wants_equal_flights_is_refused_in_a_sentence(fake, case):
     hover = Session(scenario(LAW, start=Start(position=[0.0, 0.0, 1.5])))
-    hover.run_law(interpreted=True)
     hover.tick(0.1)
     refused = "betaflight-sitl is a program of its own, which has no linear model"
     for what, act in {
@@ -457,7 +456,6 @@ def test_the_firmware_turns_as_its_law_predicts(real, case):
         found = {}
         for law in (LAW, FIRMWARE):
             flown = Session(step_scenario("y", 2.0, 1.0, scenario(law)), settings)
-            flown.run_law(interpreted=True)
             with flown.programs():
                 flown.run()
             after = flown.recording().between(EDGE, np.inf)
@@ -489,7 +487,6 @@ def test_its_motors_answer_a_recorded_flight_as_the_law_does(real, case):
     zero = (0.0, 0.0, 0.0)
     for axis, amplitude in (("y", 2.0), ("yaw", math.radians(13.4))):
         flown = Session(step_scenario(axis, amplitude, 1.0, scenario(LAW)), {"f_yaw": 0.0})
-        flown.run_law(interpreted=True)
         flown.run()
         told = flown.recording()
         program = laws[1].program(known, COUNTED)

@@ -38,7 +38,6 @@ def test_json_has_every_loop_with_the_margins_of_the_python_call(judged):
     assert said.json["stable"] is True
 
 
-@pytest.mark.usefixtures("interpreted_laws")
 @pytest.mark.parametrize("law", ["pd", pytest.param("lqi", marks=pytest.mark.slow)])
 def test_the_apps_margin_at_the_plants_input_is_that_of_the_command(run, tmp_path, law):
     name, value = {"pd": ("kp_pitch", 300.0), "lqi": ("q_tilt", 9000.0)}[law]
@@ -91,7 +90,6 @@ def test_an_unstable_loop_is_named_and_ends_as_1(run, out):
     assert "Traceback" not in said.err
 
 
-@pytest.mark.usefixtures("interpreted_laws")
 def test_a_law_that_states_no_loops_is_judged_by_the_rest(run, out, write):
     law = write(
         "lifts.py",
@@ -185,7 +183,6 @@ def test_it_says_where_the_phase_went_and_what_noise_does(run, out):
     assert "what the noise of sensors does" in told
 
 
-@pytest.mark.usefixtures("interpreted_laws")
 def test_a_law_without_loops_is_judged_at_the_plants_input(run, refused, tmp_path):
     law = tmp_path / "bare.py"
     law.write_text(f"{PD}\nLOOPS = []\n", encoding="utf-8")

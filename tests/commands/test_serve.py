@@ -16,7 +16,6 @@ from workbench.link import Client
 
 ENOUGH = 300.0
 """No test waits so long unless it fails [s]."""
-pytestmark = pytest.mark.usefixtures("compiled")  # no process below a flight makes machine code
 
 
 @contextmanager

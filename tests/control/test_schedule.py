@@ -117,7 +117,6 @@ def test_equal_sets_fly_as_the_law_without_a_schedule_to_the_bit(quantity):
     flown = []
     for name in ("pid", f"pid@{quantity}=0,0.9,2"):
         session = Session(Scenario(controller=name, vehicle=EFFECTS))
-        session.run_law(interpreted=True)
         session.set("known_payload_mass", 0.1)
         session.set("payload_mass", 0.1)
         session.command([2.0, 1.0, 0.5], 0.2)
@@ -140,7 +139,7 @@ def test_compiled_flights_agree_with_the_diagram(name, vehicle):
     assert_agrees(name, vehicle, 2.0, 1e-3)
 
 
-@pytest.mark.usefixtures("interpreted_blocks", "interpreted_laws")
+@pytest.mark.usefixtures("interpreted_blocks")
 @pytest.mark.parametrize(
     "rows",
     [SCHEDULED[::3], pytest.param(SCHEDULED[1:3], marks=pytest.mark.slow)],
@@ -236,23 +235,21 @@ def test_another_schedule_takes_over_without_a_bump():
     flown = {}
     for takes_over in ("", "pd@speed=0,4", "pd@height=1,2"):
         session = Session(Scenario())
-        session.run_law(interpreted=True)
         session.command([3.0, 0.0, 0.5])
         session.tick(0.75)
         if takes_over:
-            session.fly_controller(takes_over, interpreted=True)
+            session.fly_controller(takes_over)
         session.tick(0.75)
         flown[takes_over] = session.state().tobytes()
     assert len(set(flown.values())) == 1
 
     session = Session(Scenario(controller="pd@speed=0,4"))
-    session.run_law(interpreted=True)
     session.set("kp_velocity_x_at_4", 2.0)
     session.command([2.0, 0.0, 0.0])
     session.tick(2.0)
     sets = [session.get(f"kp_velocity_x_at_{value}") for value in (0, 4)]
     speed = float(np.linalg.norm(session.state()[10:13]))
-    session.fly_controller("pd", interpreted=True)
+    session.fly_controller("pd")
     assert session.get("kp_velocity_x") == pytest.approx(np.interp(speed, [0.0, 4.0], sets))
 
 
@@ -260,7 +257,6 @@ def test_a_set_that_does_not_fly_changes_no_bit():
     flown = []
     for value in (None, 1.0):
         session = Session(Scenario(controller="pd@speed=0,2,4"))
-        session.run_law(interpreted=True)
         session.command([1.5, 0.0, 0.0])
         session.tick(0.5)
         if value:
@@ -270,7 +266,6 @@ def test_a_set_that_does_not_fly_changes_no_bit():
     assert flown[0] == flown[1]
 
 
-@pytest.mark.usefixtures("interpreted_laws")
 def test_a_log_with_a_schedule_is_flown_again_to_the_bit(tmp_path):
     own = tmp_path / "mine.py"
     own.write_text((ORACLES.parent / "controllers/cascade.py").read_text(), encoding="utf-8")
@@ -310,7 +305,7 @@ def test_a_step_from_a_steady_flight_is_the_same_compiled_and_on_the_diagram():
     assert_steps_agree(1.5)
 
 
-@pytest.mark.usefixtures("interpreted_blocks", "interpreted_laws")
+@pytest.mark.usefixtures("interpreted_blocks")
 def test_the_begin_of_such_a_step_is_the_same_as_python():
     assert_steps_agree(0.25)
 

@@ -83,7 +83,6 @@ def tilts(name: str, starts, duration: float) -> list[float]:
     return found
 
 
-@pytest.mark.usefixtures("interpreted_laws")
 @pytest.mark.parametrize("name", SHIPPED)
 def test_a_law_turns_a_vehicle_upright(name):
     """From its side, and from exactly upside down, where a law may find no way that is shorter."""
@@ -92,14 +91,12 @@ def test_a_law_turns_a_vehicle_upright(name):
 
 
 @pytest.mark.slow
-@pytest.mark.usefixtures("interpreted_laws")
 @pytest.mark.parametrize("name", SHIPPED)
 def test_a_law_turns_a_vehicle_upright_from_all_sides(name):
     starts = ON_ITS_SIDE if name in FALLS else (*ON_ITS_SIDE, *UPSIDE_DOWN)
     assert max(tilts(name, starts, 8.0)) < math.radians(10.0)  # after 5 s px4 still flies back
 
 
-@pytest.mark.usefixtures("interpreted_laws")
 def test_mellinger_gives_up_a_vehicle_on_its_back_as_its_firmware_does():
     """bitcraze/crazyflie-firmware, controller_mellinger.c: no torque without thrust."""
     assert min(tilts("mellinger", UPSIDE_DOWN[:1], 0.5)) > math.radians(179.0)

@@ -68,7 +68,6 @@ def test_their_gains_are_the_firmware_s_and_hold_the_place(law):
     assert len(stock) > 5
     assert {name: ruled.get(name, default) for name, default in stock.items()} == stock
     session = Session(flight)
-    session.run_law(interpreted=True)
     session.go_to([0.0, 0.0, 10.0])
     session.push([0.05 * session.vehicle.mass, 0.0, 0.0], duration=0.2)
     session.tick(2.0)

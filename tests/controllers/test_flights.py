@@ -30,7 +30,6 @@ def in_the_air(controller: str, variation: Variation | None = None) -> Session:
     return Session(Scenario(controller=controller, vehicle=config, start=start, duration=1000.0))
 
 
-@pytest.mark.usefixtures("interpreted_laws")
 @pytest.mark.parametrize(
     ("law", "within"),
     [("pid", 1e-3), pytest.param("lqi", 1e-3, marks=pytest.mark.slow), ("indi", 1e-2)],
@@ -62,7 +61,6 @@ def take_off(law: str, wait: float, wish: float) -> np.ndarray:
     return np.column_stack([flown.p_WB[which, 2], flown.v_WB[which, 2]])
 
 
-@pytest.mark.usefixtures("interpreted_laws")
 @pytest.mark.parametrize("law", ["pid", pytest.param("lqi", marks=pytest.mark.slow)])
 def test_nothing_winds_up_on_the_ground(law):
     """Armed for 10 s with a command up: the take-off is the one without that."""
@@ -75,7 +73,6 @@ def test_nothing_winds_up_on_the_ground(law):
     assert flown == pytest.approx(take_off(law, 0.5, 0.0), abs=1e-4)
 
 
-@pytest.mark.usefixtures("interpreted_laws")
 @pytest.mark.parametrize("law", [pytest.param("pid", marks=pytest.mark.slow), "lqi"])
 def test_rotors_that_do_all_they_can_stop_the_integral_in_climb(law):
     """A payload too heavy to lift holds it down: after 6 s it is let go as after 3 s.
@@ -97,7 +94,6 @@ def test_rotors_that_do_all_they_can_stop_the_integral_in_climb(law):
     assert peaks[1] == pytest.approx(peaks[0], rel=0.05)
 
 
-@pytest.mark.usefixtures("interpreted_laws")
 @pytest.mark.parametrize(
     "steps",
     [
@@ -136,7 +132,6 @@ def stepped(variation: Variation, thrust: float, axis: str, size: float) -> np.n
     return motion[which] / size
 
 
-@pytest.mark.usefixtures("interpreted_laws")
 def test_a_law_of_ones_own_flies_and_has_margins():
     session = in_the_air(OWN)
     session.command([1.0, 0.0, 0.0])

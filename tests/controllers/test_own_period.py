@@ -80,10 +80,6 @@ def memory_of(session: Session) -> dict[str, float]:
     return dict(zip(names, context.get_discrete_state(2).value(), strict=True))
 
 
-as_python = pytest.mark.usefixtures("interpreted_laws")
-
-
-@as_python
 def test_a_law_flies_at_its_period_and_its_slow_part_in_every_fifth_update(law):
     session = Session(Scenario(controller=law, start=Start(position=[0, 0, 5])))
     assert session.scenario.rates.control_period == 1 / 512
@@ -96,7 +92,6 @@ def test_a_law_flies_at_its_period_and_its_slow_part_in_every_fifth_update(law):
     assert session.snapshot().v_WB[0] == pytest.approx(1.0, abs=0.1)  # nothing makes up for drag
 
 
-@as_python
 def test_it_stops_in_the_middle_and_goes_on_to_the_bit(law):
     whole, parts = (Session(Scenario(controller=law)) for _ in range(2))
     for session in (whole, parts):
@@ -123,7 +118,7 @@ def test_a_scenario_that_states_another_period_keeps_it(law):
 def test_it_takes_over_in_flight_with_its_period(law):
     session = Session(Scenario())
     session.tick(1.0)
-    session.fly_controller(law, interpreted=True)
+    session.fly_controller(law)
     session.tick(1.0)
     assert memory_of(session)["runs"] == pytest.approx(512 / 5, abs=1.0)
 
@@ -133,7 +128,6 @@ def test_compiled_flights_and_the_diagram_agree(law):
     assert np.median(differences(law, 2.0)) < 1e-9
 
 
-@as_python
 @pytest.mark.usefixtures("interpreted_blocks")
 def test_a_tenth_of_a_second_of_the_same_agrees_as_python(law):
     assert np.median(differences(law, 0.1)) < 1e-9

@@ -141,7 +141,6 @@ def flown(controller):
     """Return states of a flight that is steered, checked on the way."""
     script = [Action(0.5, velocity=[1.0, -0.5, 0.3], yaw_rate=0.2)]
     session = Session(Scenario(controller=controller, script=script))
-    session.run_law(interpreted=True)
     session.tick(3.0)
     return session.recording()
 

@@ -98,7 +98,6 @@ def test_a_branch_flies_with_its_gains_from_the_instant_on(forker, flight):
     assert abs(branch.velocity - other.velocity).max() > 0.005
 
 
-@pytest.mark.usefixtures("interpreted_laws")
 def test_controllers_fly_on_from_one_instant_as_sessions_of_theirs_do(flight, tmp_path):
     """Each as one that begins from the checkpoint; the one that flew, as the flight itself."""
     mine = tmp_path / "mine.py"
@@ -125,7 +124,6 @@ def test_controllers_fly_on_from_one_instant_as_sessions_of_theirs_do(flight, tm
         assert abs(other.velocity - as_flown.velocity).max() > 0.001
 
 
-@pytest.mark.usefixtures("interpreted_laws")
 def test_the_controller_that_the_script_let_take_over_flies_on(tmp_path):
     mine = tmp_path / "mine.py"
     mine.write_text(load_controller("pid").text)
@@ -145,7 +143,6 @@ def test_the_controller_that_the_script_let_take_over_flies_on(tmp_path):
     assert abs(pd.velocity - as_flown.velocity).max() > 1e-4
 
 
-@pytest.mark.usefixtures("interpreted_laws")
 def test_a_controller_that_cannot_fly_is_told_before_anything_is_flown(
     forker, checkpoint, tmp_path
 ):
@@ -192,7 +189,6 @@ def test_a_controller_that_fails_in_flight_ends_its_branch_with_file_and_line(tm
     assert as_flown.lost == "" and as_flown.time[-1] == 1.25
 
 
-@pytest.mark.usefixtures("interpreted_laws")
 def test_a_script_that_sets_what_a_controller_has_not_ends_that_branch():
     script = [Action(at=0.5, set={"kp_roll": 60.0})]
     scenario = dataclasses.replace(SCENARIO, script=script)

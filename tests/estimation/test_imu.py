@@ -6,12 +6,12 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource
 from scipy.spatial.transform import Rotation
+from workbench.systems.vehicle_dynamics import AIR, FAULT, VehicleDynamics
 
 from workbench.dynamics.air.settings import calm_air
 from workbench.estimation.gyro import UNFILTERED
 from workbench.estimation.imu import FROZEN, NOISY, SILENT, measured
 from workbench.plant.sensors import Imu, Noise
-from workbench.systems.vehicle_dynamics import AIR, FAULT, VehicleDynamics
 
 G = np.array([0.0, 0.0, 9.81])
 STEP = 1 / 1024

@@ -20,7 +20,6 @@ from workbench.gui.gains.gain_rows import controller_gains, gain_label, is_gain,
 from workbench.scenario.scenario import Action, Scenario, SensorsConfig, check_scenario
 from workbench.session.session import Session
 
-pytestmark = pytest.mark.usefixtures("interpreted_laws")  # the estimators are compiled
 LAG = Path(__file__).parent / "lag.py"
 TEXT = LAG.read_text(encoding="utf-8")
 UPDATE = "def update(memory, z, settings, mounting, dt):\n"

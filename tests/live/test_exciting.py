@@ -809,7 +809,6 @@ def test_a_swing_is_told_once_with_its_loop_and_frequency(case):
             assert found == pytest.approx(1.0 / np.diff(flown.time[turns]).mean(), rel=0.1)
 
 
-@pytest.mark.usefixtures("interpreted_laws")
 def test_a_slow_swing_is_told_with_the_velocity_or_position_loop(case):
     """Below 1 Hz; the frequency is that of the flown velocity, by its turns."""
     for gains, loop in (

@@ -47,8 +47,8 @@ class Rig:
 
     def set_speeds(self, speeds) -> None:
         """Turn the rotors at these speeds [rad/s] and command them to stay."""
-        forces = self.diagram.GetSubsystemByName("forces")
-        forces.GetMyMutableContextFromRoot(self.root).SetContinuousState(speeds)
+        rotors = self.diagram.GetSubsystemByName("rotors")
+        rotors.GetMyMutableContextFromRoot(self.root).SetContinuousState(speeds)
         self.diagram.GetInputPort("commands").FixValue(self.root, speeds)
 
     def accelerations(self) -> np.ndarray:

@@ -4,9 +4,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
 from pydrake.multibody.plant import ExternallyAppliedSpatialForceMultiplexer, MultibodyPlant
 from pydrake.systems.framework import Diagram, DiagramBuilder, LeafSystem, OutputPort
-from pydrake.systems.primitives import ConstantVectorSource, DiscreteTimeDelay
+from pydrake.systems.primitives import ConstantVectorSource, DiscreteTimeDelay, ZeroOrderHold
 
 from workbench.control.controller import Controller
 from workbench.control.flight_law import ComputerSettings, known_vehicle, law_constants
@@ -33,6 +34,8 @@ from workbench.systems.rotors import Rotors, Rotors_
 
 STATE_DELAY = "state_delay"
 """Name of the system that delays the state for the law, if there is one."""
+ROTOR_COMMANDS = "rotor_commands"
+"""Name of the system that holds the commands of a table."""
 COMMAND_DELAY = "command_delay"
 """Name of the system that delays the rotors' commands, if there is one."""
 
@@ -253,8 +256,9 @@ def make_open_loop(
 
     It has a battery if the description has one.
 
-    Rotors get new commands at every physics step, as a table's rows may start at any time. Moving
-    obstacles of a world are left out, as they have no contact.
+    Rotors get a table's commands at its rows if these begin with control periods, else at every
+    physics step: a step of the integrator sees constant commands. Moving obstacles of a world are
+    left out, as they have no contact.
     """
     builder = DiagramBuilder()
     calm = parameter_table().defaults() | calm_air(vehicle)._asdict()
@@ -265,12 +269,18 @@ def make_open_loop(
             builder, airframe, vehicle, **parameter_values("battery", parameter_table().defaults())
         )
     if isinstance(commands, RotorCommands):
-        commands = make_rotor_playback(commands)
-    playback = builder.AddNamedSystem("rotor_playback", commands)
-    builder.Connect(playback.get_output_port(), airframe.commands)
-    recorder = add_recorder(
-        builder, airframe.signals(playback.get_output_port()), rates.record_period
-    )
+        source = make_rotor_playback(commands)
+        of_rows = commands.time / rates.control_period
+        aligned = np.abs(of_rows - of_rows.round()).max() < 1e-6
+        period = rates.control_period if aligned else rates.physics_step
+        hold = ZeroOrderHold(period, len(vehicle.rotors))
+        playback = builder.AddNamedSystem("rotor_playback", source)
+        held = builder.AddNamedSystem(ROTOR_COMMANDS, hold)
+        builder.Connect(playback.get_output_port(), held.get_input_port())
+    else:
+        held = builder.AddNamedSystem("rotor_playback", commands)
+    builder.Connect(held.get_output_port(), airframe.commands)
+    recorder = add_recorder(builder, airframe.signals(held.get_output_port()), rates.record_period)
     diagram = builder.Build()
     diagram.set_name("open_loop")
     return OpenLoop(diagram, airframe, recorder)

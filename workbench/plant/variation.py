@@ -27,7 +27,7 @@ class Delays:
     Attributes:
         steps: in a control period.
         sensing: delay of the state that the controller sees.
-        command: delay of commands beyond the one step after the update that they always take.
+        command: delay of commands.
     """
 
     steps: int
@@ -42,7 +42,7 @@ class Delays:
     @property
     def acting(self) -> tuple[int, int]:
         """Which commands act: from how many updates ago, and from which step of a period."""
-        return divmod(self.command + 1, self.steps)
+        return divmod(self.command, self.steps)
 
 
 @dataclass

@@ -25,6 +25,8 @@ from workbench.scenario.scenario import Rates
 
 FAST = 20.0
 """Angular velocity above which steps are half as long [rad/s]."""
+LONGEST_STEP = 1 / 128
+"""[s]"""
 ACCURACY = 1e-5
 """Of CENIC: a drone that slides is stopped after the right distance within 3 %, also if it has come
 down with 0.5 m/s; with 1e-4 within 10 %."""
@@ -55,10 +57,13 @@ class Integration:
         root, airframe = self._simulator.get_context(), self._airframe
         scheme = GROUND if airframe.may_touch(root, self._period) else AIR
         samples = airframe.imu.sample_steps(airframe.imu.GetMyContextFromRoot(root))
-        # CENIC takes Euler steps of the rotors' speeds
-        size = min(samples * self._step, self._lag if scheme == AIR else 0.5 * self._lag)
+        longest = LONGEST_STEP
         if math.hypot(*airframe.body_state(root)[7:10].tolist()) > FAST:
-            size = min(size, 0.5 * self._period)
+            longest *= 0.5
+        # explicit steps of the rotors' speeds: of fifth order in the air, those of Euler in CENIC
+        longest = min(longest, self._lag if scheme == AIR else 0.5 * self._lag)
+        size = samples * self._step
+        size /= math.ceil(size / longest - 1e-9)
         if scheme == self._scheme and size == self._size:
             return
         self._scheme, self._size = scheme, size

@@ -14,7 +14,7 @@ from pydrake.systems.primitives import ConstantVectorSource
 from workbench.autopilots.motion import Motion, attitude_ned, to_frd, to_ned
 from workbench.common.errors import WorkbenchError, sentences
 from workbench.control.guidance import Reference
-from workbench.diagram.core import OpenLoop, make_open_loop
+from workbench.diagram.core import ROTOR_COMMANDS, OpenLoop, make_open_loop
 from workbench.plant.gravity import GRAVITY
 from workbench.plant.home import DEFAULT_HOME
 from workbench.plant.loading import make_vehicle
@@ -212,6 +212,10 @@ def fly_open_loop(
     bench = make_open_loop(flown, vehicle, scenario.rates, commands, world)
     simulator = Simulator(bench.diagram)
     _place_at_start(simulator.get_mutable_context(), bench, scenario, vehicle, commands.speeds[0])
+    held = bench.diagram.GetSubsystemByName(ROTOR_COMMANDS)
+    held.GetMyMutableContextFromRoot(simulator.get_mutable_context()).SetDiscreteState(
+        commands.speeds[0]
+    )
     integration = Integration(simulator, bench.airframe, scenario.rates)
     slices = math.ceil(4.0 * scenario.duration)
     steps = scenario.duration / scenario.rates.physics_step

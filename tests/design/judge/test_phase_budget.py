@@ -35,13 +35,13 @@ def test_parts_add_up_to_the_phase_of_the_loop(law):
 
 
 def test_closed_forms_of_delay_hold_and_rotors():
-    """All late by hand: 3 ms of sensing, 2 ms of commands, and one physics step of 1/1024 s."""
+    """All late by hand: 3 ms of sensing, 2 ms of commands."""
     variation = Variation(sensing_delay=3 / 1024, command_delay=2 / 1024)
     study = LinearStudy(Scenario(vehicle=VehicleConfig(variation=variation)))
     found, _ = budgets(study)
     for budget in found.values():
         w = budget.crossover
-        assert budget.delay == pytest.approx(-w * 6 / 1024)
+        assert budget.delay == pytest.approx(-w * 5 / 1024)
         assert budget.hold == pytest.approx(-w / 256)
         tau = study.vehicle.rotor_lag
         assert math.degrees(budget.rotors) == pytest.approx(

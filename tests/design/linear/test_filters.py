@@ -36,7 +36,7 @@ def loop_at(model, point, frequency):
 def yaw_rate(vehicle, filter, steps, frequency):
     """Return the yaw rate that comes out of a filter over yawing commands, by scipy alone.
 
-    Commands are held for so many steps of 1/1024 s, the first of which still has the one before.
+    Commands are held for so many steps of 1/1024 s.
     """
     b, a = filter
     yawing = [f"command_{rotor}" for rotor in (1, 2, 3, 4)]
@@ -49,18 +49,11 @@ def yaw_rate(vehicle, filter, steps, frequency):
     n, m = len(A), len(F)
     step = np.block([[A, np.zeros((n, m))], [G @ C, F]])
     held = np.vstack([B, np.zeros((m, 1))])
-    size = n + m + 1  # and the command of the update before
+    size = n + m
     period, entry = np.eye(size), np.zeros((size, 1))
-    for number in range(steps):
-        one = np.eye(size)
-        one[:-1, :-1], into = step, np.zeros((size, 1))
-        if number:
-            into[:-1] = held
-        else:
-            one[:-1, -1:] = held
-        period, entry = one @ period, one @ entry + into
-    period[-1], entry[-1] = 0.0, 1.0
-    out = np.hstack([D @ C, H, np.zeros((1, 1))])
+    for _ in range(steps):
+        period, entry = step @ period, step @ entry + held
+    out = np.hstack([D @ C, H])
     z = np.exp(1j * frequency * steps / GYRO)
     return (out @ np.linalg.solve(z * np.eye(size) - period, entry))[0, 0]
 

@@ -56,4 +56,4 @@ def test_orders_of_the_hovering_drone_are_those_of_its_chain():
     whole = linearize(inputs=["reference_v_x"], outputs=["v_x"])
     for w in (0.5, 5.0, 50.0):
         z = np.exp(1j * w / 128)
-        assert complex(sampled(z)) == pytest.approx(complex(whole(z)), rel=1e-6)
+        assert complex(sampled(z)) == pytest.approx(complex(whole(z)), rel=1e-4)

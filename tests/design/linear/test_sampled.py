@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
+from workbench.systems.vehicle_dynamics import BODY, LAST, MEMORY, SPEEDS, WIND
 
 from workbench.common.errors import WorkbenchError
 from workbench.design.judge.margins import loop_margins
@@ -16,7 +17,6 @@ from workbench.design.step_response import fly_step
 from workbench.diagram.core import add_sampled_core
 from workbench.plant.variation import Variation
 from workbench.scenario.scenario import Scenario, VehicleConfig
-from workbench.systems.vehicle_dynamics import BODY, LAST, MEMORY, SPEEDS, WIND
 
 
 def quaternion_rows(q_WB: np.ndarray) -> np.ndarray:

@@ -12,15 +12,10 @@ from workbench.plant.vehicle import Vehicle
 from workbench.scenario.scenario import Scenario
 from workbench.session.session import Session
 
-STEP = 5 / 1024
-"""Between two samples [s]: whole physics steps."""
+STEP = 1 / 128
+"""About so long is it between two samples, which are whole control periods apart [s]."""
 POINTS = ((0.0, (0.0, 0.0, 1.5)), (0.5, (1.0, 0.0, 1.5)), (2.5, (1.0, 1.0, 2.0)))
 """Where the pilot goes to, and from when on."""
-
-
-@pytest.fixture(autouse=True)
-def flown_as_python(interpreted_laws):
-    """Predictions are compiled, and the flights of the diagram beside them need not be."""
 
 
 @pytest.fixture
@@ -60,24 +55,26 @@ def simulate() -> Callable[..., Simulated]:
         push: tuple[float, float, float] | None = None,
     ) -> Simulated:
         session = Session(scenario, settings)
+        period = session.scenario.rates.control_period
+        step = period * round(STEP / period)
         states, points = [], []
-        for number in range(int(duration / STEP)):
-            now = number * STEP
+        for number in range(int(duration / step)):
+            now = number * step
             asked = [point for begin, point in POINTS if begin <= now + 1e-9][-1]
             if not points or asked != points[-1]:
                 session.go_to(asked)
-            if push and number == round(1.5 / STEP):
+            if push and number == round(1.5 / step):
                 session.push(push, duration=0.5)
             states.append(session.state().copy())
             points.append(asked)
-            session.tick(STEP)
+            session.tick(step)
         rows, vehicle = np.array(states), session.vehicle
         q, p, v = rows[:, 0:4], rows[:, 4:7], rows[:, 10:13]
         nothing = np.full(len(rows), np.nan)
         most = np.array([rotor.max_rot_velocity for rotor in vehicle.rotors])
         motion = Motion(
             "simulated",
-            STEP,
+            step,
             q,
             p,
             v,

@@ -64,7 +64,7 @@ def test_other_gains_make_the_flight_that_the_diagram_makes(simulate):
     flown, truth = simulate(Scenario(), wind), simulate(Scenario(), {**wind, **SOFTER})
     own, other = laws(flown.vehicle, SOFTER)
     found = flown_again(flown, own, other, NOTHING, draws=2)
-    real = resampled(truth.states[:, 4:7], flown.motion.period, found.time)
+    real = resampled(truth.states[:, 4:7], truth.motion.period, found.time)
     changed = np.abs(real - found.logged[:, 4:7]).max()
     assert changed > 0.1
     assert np.abs(found.other[:, 4:7] - real).max() < 0.05 * changed
@@ -97,7 +97,7 @@ def test_another_law_of_another_period_makes_the_flight_that_the_diagram_makes(s
         for controller in map(load_controller, ("pd", "crazyflie"))
     )
     found = flown_again(flown, own, other, NOTHING, draws=2)
-    real = resampled(truth.states[:, 4:7], flown.motion.period, found.time)
+    real = resampled(truth.states[:, 4:7], truth.motion.period, found.time)
     changed = np.abs(real - found.logged[:, 4:7]).max()
     assert changed > 0.1
     assert np.abs(found.other[:, 4:7] - real).max() < 0.02 * changed
@@ -121,7 +121,7 @@ def test_the_truth_lies_in_the_band_nine_times_of_ten_and_not_always(simulate):
         truth = simulate(scenario, {**hidden, **SOFTER})
         own, other = laws(flown.vehicle, SOFTER)
         found = flown_again(flown, own, other, uncertainty)
-        real = resampled(truth.states[:, 4:7], flown.motion.period, found.time)
+        real = resampled(truth.states[:, 4:7], truth.motion.period, found.time)
         settled = found.time > 0.5  # nothing differs before
         within = (real >= found.low[:, :3]) & (real <= found.high[:, :3])
         inside.append(within[settled].mean())

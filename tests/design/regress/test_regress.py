@@ -99,17 +99,25 @@ def test_statistics_of_signals_by_hand(spec):
     limits += ", standard_deviation of imu.f_z: {min: 0}, rms of imu.f_z: {min: 0}"
     script = "script: [{at: 0.2, velocity: [0.5, 0, 0.3]}], "
     (result,) = regress([spec(f"{SENSED}{script}limits: {{{limits}}}}}\n")])
-    sensors = SensorsConfig(use=["imu", "gps", "lidar"], latency={"gps": 0.3})
+    sensors = SensorsConfig(use=["imu", "gps", "lidar"], latency={"gps": 0.3}, keep=True)
     start = Start(position=[0.0, 0.0, 1.5])
     forwards = Action(at=0.2, velocity=[0.5, 0.0, 0.3])
     session = Session(Scenario(world="room", sensors=sensors, start=start, script=[forwards]))
-    session.tick(0.5 + 1 / 1024)  # a sample is there in the step after its stamp
-    readings = []
-    for _ in range(1 + 128):
-        imu, gps, scan = (session.reading(name) for name in sensors.use)
-        readings.append([imu.specific_force[2], gps.velocity[2], scan.nearest, scan.returns])
-        session.tick(1 / 128)
+    session.tick(1.5 + 1 / 128)  # the readings of an instant are there after it
     flown = session.recording().between(0.5, 1.5)
+    imu, gps, scan = (
+        each for name in sensors.use for each in session.samples() if each.sensor == name
+    )
+    readings = []
+    for now in flown.time:
+        of_imu, of_gps, of_scan = (
+            max(k for k, stamp in enumerate(each.stamps) if stamp + each.latency <= now + 1e-9)
+            for each in (imu, gps, scan)
+        )
+        ranges = scan.ranges[of_scan][np.isfinite(scan.ranges[of_scan])]
+        f_z = imu.values[of_imu, imu.columns.index("f_z [m/s^2]")]
+        v_up = gps.values[of_gps, gps.columns.index("v_up [m/s]")]
+        readings.append([f_z, v_up, ranges.min(), ranges.size])
     means = [*np.mean(readings, axis=0), flown.charge.mean(), flown.p_WB[:, 0].mean()]
     found = [value(result, f"mean of {name}") for name in names]
     assert found == pytest.approx(means, rel=1e-12)

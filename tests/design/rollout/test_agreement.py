@@ -1,4 +1,7 @@
-"""Compiled flights beside those of the full diagram: 5 s, saturated and thrown ones among them."""
+"""Compiled flights beside those of the full diagram, saturated and thrown ones among them.
+
+They are integrated otherwise: in steps of 1/1024 s of second order, the diagram by `runge_kutta5`.
+"""
 
 from dataclasses import replace
 from pathlib import Path
@@ -24,23 +27,26 @@ PUBLISHED = {
     "px4_gazebo_models/x500/model.sdf": {},
 }
 EFFECTS = [TESTS / "oracles" / name for name in ("uneven_quad.urdf", "effects.rotors.yaml")]
-VELOCITY, ANGULAR_VELOCITY = 1e-3, 5e-3
+VELOCITY, ANGULAR_VELOCITY = 1e-2, 5e-2
 """Asked of an engine whose winners are then flown on the diagram [m/s, rad/s]."""
-ROUNDING = 1e-9
-"""What it comes to: the same source and the same steps, and sums in another order."""
+USUAL = 2e-3
+"""Most of flights that saturate no rotor, and the largest median [m/s]."""
+DURATION = 1.5
+"""Of a trial: what is thrown has come to rest by then [s]."""
 TILTED = str(DRONES / "tilted_quad.urdf.xacro")
 
 
 def compare(config: VehicleConfig, count: int, seed: int):
     vehicle = configured_vehicle(config)
     trials = random_trials(vehicle, flight_gains(vehicle), count, seed)
-    return agreement(Scenario(vehicle=config), trials)
+    return agreement(Scenario(vehicle=config), trials, duration=DURATION)
 
 
 def assert_agrees(found):
     assert found.velocity.max() < VELOCITY
     assert found.angular_velocity.max() < ANGULAR_VELOCITY
-    assert np.median(found.velocity) < ROUNDING
+    assert np.median(found.velocity) < USUAL
+    assert found.velocity[~found.saturated].max(initial=0.0) < USUAL
 
 
 @pytest.mark.parametrize(
@@ -78,11 +84,9 @@ def test_so_do_drones_with_filters(around):
     """Late sensing, too, which sees what the filters gave then."""
     config = VehicleConfig(variation=Variation(sensing_delay=0.003))
     vehicle = configured_vehicle(config)
-    plain = random_trials(vehicle, flight_gains(vehicle), 6, 5)
+    plain = random_trials(vehicle, flight_gains(vehicle), 4, 5)
     trials = [replace(trial, gains={**trial.gains, **around}) for trial in plain]
-    found = agreement(Scenario(vehicle=config), trials, duration=3.0)
-    assert_agrees(found)
-    assert found.velocity[~found.saturated].max(initial=0.0) < ROUNDING
+    assert_agrees(agreement(Scenario(vehicle=config), trials, duration=0.5))
     engine = RolloutEngine(vehicle)
     one, other = engine.fly([{}, around], "x", 2.0, duration=1.0).velocity_W
     assert np.abs(one - other).max() > 1e-4
@@ -127,9 +131,7 @@ def assert_flies_on(estimator, count, duration, alone) -> None:
         replace(trial, gains={**trial.gains, **(around if number % 4 < 2 else {})})
         for number, trial in enumerate(plain)
     ]
-    found = agreement(scenario, trials, duration=duration)
-    assert_agrees(found)
-    assert found.velocity[~found.saturated].max(initial=0.0) < ROUNDING
+    assert_agrees(agreement(scenario, trials, duration=duration))
     senses = make_senses(vehicle, scenario)
     law = flown_controller(scenario)
     one = RolloutEngine(vehicle, controller=law, senses=senses, threads=1)
@@ -157,10 +159,7 @@ def assert_flies_on(estimator, count, duration, alone) -> None:
     ],
 )
 def test_so_do_drones_with_a_payload(name, known):
-    """Beside the middle, so that rotors that lean have another thrust frame for a law that knows.
-
-    Flights that saturate no rotor agree to rounding, each of them.
-    """
+    """Beside the middle: rotors that lean have another thrust frame for a law that knows."""
     carried = {
         "payload_mass": 0.3,
         "payload_x": 0.06,
@@ -176,9 +175,7 @@ def test_so_do_drones_with_a_payload(name, known):
         replace(trial, gains={**trial.gains, **carried})
         for trial in random_trials(vehicle, flight_gains(vehicle), 6, 4)
     ]
-    found = agreement(Scenario(vehicle=config), trials, duration=3.0)
-    assert_agrees(found)
-    assert found.velocity[~found.saturated].max(initial=0.0) < ROUNDING
+    assert_agrees(agreement(Scenario(vehicle=config), trials, duration=DURATION))
 
 
 @pytest.mark.parametrize("compensation", [0.0, pytest.param(0.7, marks=pytest.mark.slow)])
@@ -193,9 +190,9 @@ def test_so_does_a_drone_with_all_effects(tmp_path, compensation):
         Trial({"max_height": 100.0}, Start(position=[0.0, 0.0, height]), (*level, 0.3))
         for height, *level in ((3.0, 1.0, 0.5, 0.2), (6.0, -4.0, 2.0, -0.5), (2.0, 0.0, 0.0, 0.0))
     ]
-    found = agreement(Scenario(vehicle=config), low)
+    found = agreement(Scenario(vehicle=config), low, duration=DURATION)
     assert not found.lost.any()
-    assert found.velocity.max() < ROUNDING
+    assert found.velocity.max() < USUAL
 
 
 @pytest.mark.slow
@@ -209,7 +206,7 @@ def test_so_do_the_published_vehicles(path):
 def test_a_difference_would_be_seen(monkeypatch):
     """An engine that takes the drone for a hundredth heavier."""
     trial = Trial({"max_height": 100.0}, Start(position=[0.0, 0.0, 50.0]), (6.0, 0.0, 0.0, 0.0))
-    assert agreement(Scenario(), [trial], duration=1.0).velocity[0] < ROUNDING
+    assert agreement(Scenario(), [trial], duration=1.0).velocity[0] < USUAL
     monkeypatch.setattr(
         module,
         "RolloutEngine",

@@ -20,7 +20,8 @@ from workbench.scenario.scenario import Scenario, Start, VehicleConfig
 from workbench.session.open_loop import fly_open_loop
 from workbench.session.session import Session
 
-CLOSE = 1e-9
+CLOSE = 2e-4
+"""What is left between the steps of compiled flights and the diagram's `runge_kutta5`."""
 
 
 def test_each_flies_as_the_engine_flies_it_to_the_bit(engine, vehicle):
@@ -46,9 +47,12 @@ def test_each_flies_as_the_engine_flies_it_to_the_bit(engine, vehicle):
 
 
 def test_each_flies_as_on_the_diagram(engine):
-    """Commands that come and go, so that places are held, wind, gusts, pushes and a weak rotor."""
+    """Commands that come and go, so that places are held, wind, gusts, pushes and a weak rotor.
+
+    But for turbulence, which the diagram draws once a control period, not at each step.
+    """
     flights = [
-        ([2.0, 0.0, 0.4], 0.3, {"wind_x": 3.0, "turbulence": 4.0}),
+        ([2.0, 0.0, 0.4], 0.3, {"wind_x": 3.0}),
         ([-1.0, 1.5, 0.0], 0.0, {"rotor_2": 0.7}),
         ([0.0, 0.0, 0.0], 0.4, {"kp_velocity_x": 3.0}),
     ]
@@ -147,19 +151,18 @@ def interpreted_steps(monkeypatch):
 
 @pytest.mark.usefixtures("interpreted_steps")
 def test_rotors_may_be_commanded(tmp_path):
-    """As on a diagram that plays the same thrusts; commands act a step of physics after a period
-    begins, as those of a law."""
+    """As on a diagram that plays the same thrusts."""
     config, count = VehicleConfig(variation=Variation(mass=1.02)), 32
     batch = Batch(2, config, actions="rotors")
     batch.parameters["drag_area"][:] = calm_air(batch.vehicle).drag_area  # gains round it
     constants = np.array([rotor.motor_constant for rotor in batch.vehicle.rotors])
     hover = constants * np.array(batch.vehicle.hover_speeds) ** 2
     thrusts = hover * np.random.default_rng(0).uniform(0.8, 1.2, (count, 4))
-    times = [0.0, *(k / 128 + 1 / 1024 for k in range(count))]
+    thrusts[0] = hover  # in which it begins
+    times = [k / 128 for k in range(count)]
     table = tmp_path / "thrusts.csv"
     lines = [
-        ",".join(map(repr, [time, *row]))
-        for time, row in zip(times, [hover.tolist(), *thrusts.tolist()], strict=True)
+        ",".join(map(repr, [time, *row])) for time, row in zip(times, thrusts.tolist(), strict=True)
     ]
     table.write_text("\n".join(lines), encoding="utf-8")
     start = Start(position=[0.0, 0.0, 1.5])

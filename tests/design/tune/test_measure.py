@@ -21,7 +21,7 @@ WORSE, WORST = {"kp_roll": 900.0, "kd_roll": 1.0}, {"kp_roll": 2000.0, "kd_roll"
 
 
 @pytest.fixture(scope="module")
-def tools(compiled):
+def tools():
     found = Instruments(Scenario(), {}, HOVER)
     found.steps = {"y": Step(1.0, 3.0)}
     return found

@@ -77,7 +77,6 @@ def test_a_flight_that_is_lost_proves_nothing_but_its_use_of_the_rotors(monkeypa
     assert found().values[0][1] == pytest.approx(0.2 * math.log(9.0), rel=1e-2)
 
 
-@pytest.mark.usefixtures("compiled")
 def test_a_step_from_steady_flight_is_measured_from_that_flight():
     """At 3 m/s forwards, one more is wished for: the response begins at 0, and ends at 1."""
     velocity = (3.0, 0.0, 0.0)

@@ -37,7 +37,7 @@ class PhaseBudget:
         filters: of gyro, accelerometer, setpoint and acceleration: the loop with them over that
             without.
         estimator: the loop with the estimate over that with the true motion.
-        delay: -w T of sensing, of commands, and of the delay of commands by a physics step.
+        delay: -w T of sensing and of commands.
         hold: -w T / 2 of the control period, as commands are held.
         rotors: -atan(w tau), with the mean of their time constants in flight.
     """
@@ -96,7 +96,7 @@ class PhaseStudy:
             true = self._on_truth.sampled(point, self._of_truth(unfiltered))
         rates, lag = study.scenario.rates, self._rotor_lag(point, gains)
         delays = study.scenario.vehicle.variation.delays(rates.physics_step, rates.control_period)
-        late = (1 + delays.sensing + delays.command) * rates.physics_step
+        late = (delays.sensing + delays.command) * rates.physics_step
         found = []
         for loop in model.loops:
             frequency = crossovers.get(loop.name, math.nan)

@@ -109,9 +109,8 @@ def sampled_model(
     motions that a delayed controller has not yet seen, and the memory of the law. Outputs are those
     at the update. Filters that are off have states, too; `LinearModel.lean` removes them.
 
-    Between updates the vehicle takes physics steps under held commands; the first still has the old
-    ones, as updates and steps at one instant are simultaneous. The matrix of the period is the
-    product of the exact derivatives of the update and of each step along the trimmed flight.
+    Between updates the vehicle takes physics steps under held commands. The matrix of the period is
+    the product of the exact derivatives of the update and of each step along the trimmed flight.
 
     Args:
         derivatives: of vehicle and law.
@@ -130,7 +129,7 @@ def sampled_model(
     """
     late, look = delays.seen
     age, since = delays.acting
-    waiting = age + 1 if since else age
+    waiting = max(1, age + 1 if since else age)  # the law remembers its last commands
     if late and trim.point.yaw_rate:
         raise WorkbenchError("a turn cannot be linearised with a delayed controller: leave one out")
     n, k, axes = trim.speeds.size, trim.memory.size, len(injected)
