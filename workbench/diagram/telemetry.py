@@ -35,7 +35,7 @@ def add_telemetry(
     frames: FramePoses,
     sensing: Sensing,
     limits: tuple[float, float, float],
-    physics_step: float,
+    control_period: float,
 ) -> tuple[Telemetry, tuple[Topic, ...]]:
     """Add the system that publishes, and return it with its topics.
 
@@ -47,9 +47,10 @@ def add_telemetry(
         frames: the tree of frames.
         sensing: the active sensors.
         limits: initial maximum horizontal speed, climb rate [m/s] and yaw rate [rad/s].
-        physics_step: of the plant [s].
+        control_period: between control updates [s]; samples come at some of them, as any other time
+            would end a step of the integrator, and what is published must not change the flight.
     """
-    period = physics_step * max(1, round(1.0 / (RATE * physics_step)))
+    period = control_period * max(1, round(1.0 / (RATE * control_period)))
     sensors = {kind: found[0] for kind in PUBLISHED if (found := sensing.of_kind(kind))}
     outfit = Outfit(
         rotors=len(vehicle.rotors),
