@@ -22,7 +22,6 @@ from workbench.common import compiled
 from workbench.common.errors import WorkbenchError
 from workbench.control import flight_law
 from workbench.design.rollout import engine
-from workbench.systems import vehicle_dynamics
 from workbench.systems.casting import solids, surfaces
 
 SOURCE = """
@@ -233,7 +232,6 @@ def test_every_file_of_what_is_compiled_is_watched(case):
     """What compiled code calls of ours, found by following the imports of files that it is in."""
     table = [
         ("workbench.control.flight_law", flight_law.SOURCES),
-        ("workbench.systems.vehicle_dynamics", vehicle_dynamics.SOURCES),
         ("workbench.systems.casting.solids", solids.SOURCES),
         ("workbench.systems.casting.surfaces", surfaces.SOURCES),
         ("workbench.design.rollout.flight", engine.SOURCES),

@@ -7,9 +7,8 @@ from pathlib import Path
 import pytest
 
 from workbench.common.errors import WorkbenchError
-from workbench.live import flying
 from workbench.live.flight import LiveFlight
-from workbench.live.flying import Flying, LawCompiler
+from workbench.live.flying import Flying
 from workbench.live.messages import Do, Order, Phase, TakenOver, Told
 from workbench.logs.record import read_log
 from workbench.logs.replay import replay
@@ -34,31 +33,13 @@ class KeptMessages:
     show = post
 
 
-class FakeCompiler(LawCompiler):
-    """Makes machine code when the test says so."""
-
-    def __init__(self) -> None:
-        self.begun, self.ends = [], []
-
-    def begin(self, law) -> bool:
-        new = law not in self.begun
-        self.begun.append(law)
-        return new
-
-    def made(self):
-        return self.ends.pop() if self.ends else None
-
-
 class Bench:
-    """A `Flying` that watches its law's file, which Python flies, and its wall clock."""
+    """A `Flying` that watches its law's file, and its wall clock."""
 
     def __init__(self, scenario: Scenario) -> None:
         self.wall, self.messages, bridge = 0.0, KeptMessages(), Bridge()
         self.session = Session(scenario, bridge=bridge)
-        self.session.run_law(interpreted=True)
         self.flying = Flying(self.session, bridge, {}, self.messages, lambda: self.wall, watch=True)
-        self.compiler = self.flying._compiler = FakeCompiler()
-        self.flying._note_interpreted()
 
     def fly(self, seconds: float) -> None:
         end = self.wall + seconds
@@ -69,12 +50,6 @@ class Bench:
 
     def said(self) -> list[str]:
         return [message.said for message in self.messages.sent if isinstance(message, Told)]
-
-
-@pytest.fixture(autouse=True)
-def no_machine_code(monkeypatch):
-    """Have none of a law's file in this process, whatever earlier runs left on the disk."""
-    monkeypatch.setattr(flying, "has_machine_code", lambda law: law.shipped)
 
 
 @pytest.fixture
@@ -107,7 +82,7 @@ def remarks_with(words: str, flight: LiveFlight) -> list[str]:
     return [remark for remark in flight.latest().remarks if words in remark]
 
 
-def test_machine_code_of_a_text_that_was_edited_meanwhile_is_left_alone(mine):
+def test_an_edited_law_flies_at_once_and_stays_after_a_reset(mine):
     bench = Bench(Scenario(controller=str(mine)))
     first = bench.session.controller
     bench.fly(0.5)
@@ -115,14 +90,8 @@ def test_machine_code_of_a_text_that_was_edited_meanwhile_is_left_alone(mine):
     bench.fly(0.5)
     second = bench.session.controller
     assert second is not first and second.text.endswith("# edited\n")
-    assert bench.compiler.begun == [first, second]
-    bench.compiler.ends = [(first, "")]
-    bench.fly(0.1)
-    assert bench.session.interpreted
-    bench.compiler.ends = [(second, "it is uncompilable")]
-    bench.fly(0.1)
-    assert bench.session.interpreted
-    assert bench.said()[-1] == "mine flies on interpreted: it is uncompilable"
+    assert bench.said()[-1].startswith("mine has taken over at ")
+    assert bench.session.time == 1.0 - 1 / 128  # the clock restarts, and a slice is not caught up
     bench.flying._do(_order(Order(Do.RESET)))
     assert bench.session.controller is second
 
@@ -188,23 +157,23 @@ def _order(what):
 def test_what_was_flown_is_a_scenario_that_can_be_saved_and_flown_with_the_same_file(
     mine, tmp_path
 ):
-    """Python that flew interpreted at first stands in the script."""
     bench = Bench(Scenario(controller=str(mine)))
     bench.fly(0.25)
+    in_place(mine, TEXT + "# edited\n")
+    bench.fly(0.5)
     flown = bench.flying._flown()
+    assert [action.controller for action in flown.scenario.script] == [str(mine)]
     save_scenario(flown.scenario, tmp_path / "again.yaml")
     with pytest.raises(WorkbenchError, match="Python code that would run here"):
         load_scenario(tmp_path / "again.yaml")
     again = Session(load_scenario(tmp_path / "again.yaml", str(mine)))
     again.run()
-    assert again.interpreted
     assert again.recording().v_WB.tobytes() == flown.recording.v_WB.tobytes()
     text = (tmp_path / "again.yaml").read_text(encoding="utf-8")
     other = tmp_path / "other.py"
     other.write_text("raise SystemExit('it ran')\n", encoding="utf-8")
     (tmp_path / "again.yaml").write_text(
-        text.replace(f"controller: {mine}\n  interpreted", f"controller: {other}\n  interpreted"),
-        encoding="utf-8",
+        text.replace(f"  controller: {mine}", f"  controller: {other}"), encoding="utf-8"
     )
     with pytest.raises(
         WorkbenchError, match=r"again\.yaml:\d+: .*other\.py is Python code that would"

@@ -79,11 +79,11 @@ class Bench:
             self.flying.fly()
 
     def fly_to(self, time: float) -> None:
-        """Fly at once to the last step until a simulated time [s]."""
+        """Fly at once to the last control update until a simulated time [s]."""
         self.obey(Order(Do.PAUSE))
         self.obey(Order(Do.FLY_ON, time - self.session.time))
         self.obey(Order(Do.RESUME))
-        assert 0.0 <= time - self.session.time < STEP
+        assert 0.0 <= time - self.session.time < CONTROL
 
     def obey(self, wanted: object) -> Answer | Refusal:
         self.orders += 1
@@ -118,9 +118,9 @@ def assert_equal_to_the_bit(one: Recording, other: Recording) -> None:
 
 def test_a_step_begins_with_the_next_control_update_and_ends_at_exact_steps():
     bench = Bench()
-    bench.fly_to(0.3)  # between two control updates, on no step
+    bench.fly_to(0.3)  # between two control updates: the flight stands at the first of them
     began = bench.excite(ONE_STEP).value
-    assert began == 0.3046875  # 39 control periods
+    assert began == 0.296875  # 38 control periods
     assert bench.done == []
     bench.fly(6.0)
     on = Action(began, velocity=[1.0, 0.0, 0.0], yaw_rate=0.0)
@@ -136,9 +136,9 @@ def test_a_step_begins_with_the_next_control_update_and_ends_at_exact_steps():
 def test_the_law_flies_it_from_its_very_beginning():
     """Until then it hovers, at rest; with the update at that time rotors begin to be asked."""
     bench = Bench()
-    bench.fly_to(1.0 + STEP)
+    bench.fly_to(1.0)
     began = bench.excite(dataclasses.replace(ONE_STEP, amplitude=2.0)).value
-    assert began == 1.0 + CONTROL
+    assert began == 1.0
     bench.fly_to(1.5)
     flown = bench.obey(Order(Do.GET_FLOWN)).value.recording
     spread = flown.commanded_speeds.max(axis=1) - flown.commanded_speeds.min(axis=1)
@@ -162,10 +162,10 @@ def test_rounds_are_counted_and_begin_at_exact_times():
     bench.fly_to(0.5)
     bench.excite(SQUARE)  # 0.4 s are 51.2 control periods, 51 are flown
     length = 51 * CONTROL
-    bench.fly_to(0.5 + 2 * length - STEP)
+    bench.fly_to(0.5 + 2 * length)
     assert bench.shown.exciting.round == 2
     assert bench.shown.exciting.began == 0.5 + length
-    bench.fly_to(0.5 + 2 * length + STEP)
+    bench.fly_to(0.5 + 2 * length + CONTROL)
     bench.obey(Order(Do.SET_SPEED, 1.0))
     assert bench.shown.exciting.round == 3
     assert bench.shown.exciting.began == 0.5 + 2 * length
@@ -327,7 +327,8 @@ def test_what_the_script_flies_ends_it_at_an_exact_step():
         assert bench.shown.exciting is None
         assert bench.asked == (0.0, 0.0, 0.0, 0.0)  # who set it to 0 is the excitation's end
         bench.fly_to(1.0)
-        assert [action.at for action in bench.done][-1] == 410 * STEP + STEP
+        # the script acts at the 52nd update, and is seen at the next one
+        assert [action.at for action in bench.done][-1] == 53 * CONTROL
         recordings.append(bench.obey(Order(Do.GET_FLOWN)).value)
     assert_equal_to_the_bit(recordings[0].recording, recordings[1].recording)
     again = Session(recordings[0].scenario)

@@ -36,17 +36,17 @@ class Flight:
         self.done += self.bridge.applied()
 
 
-def test_a_command_acts_one_step_before_the_next_control_update():
+def test_a_command_acts_just_before_the_next_control_update():
     flight = Flight()
-    flight.fly(9)  # the grant's HOLD came with the update at step 7
-    assert [(each.at / STEP, each.what) for each in flight.done] == [(7, Effect.HOLD)]
+    flight.fly(9)  # the grant's HOLD came with the first update
+    assert [(each.at / STEP, each.what) for each in flight.done] == [(0, Effect.HOLD)]
     flight.send(0.0, 0.0, 0.0)
     flight.send(1.0, 0.0, 0.0)
-    flight.fly(6)
+    flight.fly(6)  # the session stands at the update at step 8 until a whole period is due
     assert len(flight.done) == 1
     flight.fly(1)
     (applied,) = flight.done[1:]
-    assert (applied.at / STEP, applied.by) == (15, "one")
+    assert (applied.at / STEP, applied.by) == (8, "one")
     assert applied.what.velocity == (1.0, 0.0, 0.0)
 
 

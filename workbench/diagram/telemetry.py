@@ -35,7 +35,7 @@ def add_telemetry(
     frames: FramePoses,
     sensing: Sensing,
     limits: tuple[float, float, float],
-    physics_step: float,
+    control_period: float,
 ) -> tuple[Telemetry, tuple[Topic, ...]]:
     """Add the system that publishes, and return it with its topics.
 
@@ -47,18 +47,19 @@ def add_telemetry(
         frames: the tree of frames.
         sensing: the active sensors.
         limits: initial maximum horizontal speed, climb rate [m/s] and yaw rate [rad/s].
-        physics_step: of the plant [s].
+        control_period: between control updates [s]; samples come at some of them, as any other time
+            would end a step of the integrator, and what is published must not change the flight.
     """
-    period = physics_step * max(1, round(1.0 / (RATE * physics_step)))
+    period = control_period * max(1, round(1.0 / (RATE * control_period)))
     sensors = {kind: found[0] for kind in PUBLISHED if (found := sensing.of_kind(kind))}
     outfit = Outfit(
         rotors=len(vehicle.rotors),
         fast=1.0 / period,
         slow=1.0 / (SLOW_SHARE * period),
-        imu=_rate(sensors.get("imu"), period),
-        gps=_rate(sensors.get("gps"), period),
-        lidar=_rate(sensors.get("lidar"), period),
-        magnetometer=_rate(sensors.get("magnetometer"), period),
+        imu=_rate(sensors.get("imu")),
+        gps=_rate(sensors.get("gps")),
+        lidar=_rate(sensors.get("lidar")),
+        magnetometer=_rate(sensors.get("magnetometer")),
         mounts={kind: mounted.choice.sensor.frame for kind, mounted in sensors.items()},
         frames=frames.pairs,
         limits=limits,
@@ -81,6 +82,7 @@ def add_telemetry(
             TopicValues(vehicle, topics),
             recorder.places,
             period=period,
+            between=any(each.choice.period < period for each in sensors.values()),
             sizes={kind: port.size() for kind, port in ports.items()},
             pattern=pattern,
             sent=sent,
@@ -106,9 +108,9 @@ def thinned(pattern: ScanPattern, stride: int) -> np.ndarray:
     return np.arange(layers * columns).reshape(layers, columns)[:, ::stride].reshape(-1)
 
 
-def _rate(mounted: Mounted | None, period: float) -> float:
-    """Return the rate at which a sensor is published, at most its sample rate."""
-    return 1.0 / max(mounted.choice.period, period) if mounted else 0.0
+def _rate(mounted: Mounted | None) -> float:
+    """Return the rate at which a sensor is published."""
+    return 1.0 / mounted.choice.period if mounted else 0.0
 
 
 def _scan(lidar: Lidar, pattern: ScanPattern, stride: int) -> dict[str, object]:

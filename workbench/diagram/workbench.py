@@ -230,7 +230,7 @@ def make_workbench(
         builder.Connect(modes.GetOutputPort("mode"), pilot.GetInputPort("mode"))
         limits = (gains["max_speed"], gains["max_climb_rate"], gains["max_yaw_rate"])
         telemetry, topics = add_telemetry(
-            builder, bridge, vehicle, recorder, frames, sensing, limits, rates.physics_step
+            builder, bridge, vehicle, recorder, frames, sensing, limits, rates.control_period
         )
     diagram = builder.Build()
     diagram.set_name("workbench")
@@ -263,7 +263,6 @@ def _make_pilot(bridge: "Bridge | None", rates: Rates) -> Pilot:
     return CommandBridge(
         bridge,
         period=rates.control_period,
-        mode_period=rates.mode_period,
         physics_step=rates.physics_step,
     )
 

@@ -161,7 +161,9 @@ class Alarms:
 
     def __init__(self, session: Session, told: Callable[[str], None]) -> None:
         self._session, self._told = session, told
-        self._step = session.scenario.rates.physics_step
+        rates = session.scenario.rates
+        control = round(rates.control_period / rates.physics_step)
+        self._longest = control * max(1, round(PERIOD / rates.control_period))
         self._axes = {
             "roll": Swing(LEAST_RATE),
             "pitch": Swing(LEAST_RATE),
@@ -192,9 +194,8 @@ class Alarms:
 
     def parts(self, steps: int) -> Iterator[int]:
         """Yield numbers of steps to fly one after the other; a sample follows each."""
-        longest = max(1, round(PERIOD / self._step))
         while steps:
-            part = min(steps, longest)
+            part = min(steps, self._longest)
             yield part
             steps -= part
 

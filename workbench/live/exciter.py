@@ -22,10 +22,9 @@ from workbench.scenario.loads import Load
 from workbench.scenario.parameters import parameter_table
 from workbench.scenario.scenario import Action, Injection, Rates
 from workbench.session.injected import Injected
+from workbench.session.script import acting_step
 from workbench.session.session import Session
 
-_ROUNDING = 1e-6
-"""A time at most this share of a step after a step counts as that step's."""
 SLOWING = 4.0
 """Deceleration that every drone can reach [m/s²]."""
 REACTION = 0.5
@@ -85,7 +84,7 @@ class StepPlan:
         self._step = rates.physics_step
         control = round(rates.control_period / self._step)
         self.length = control * max(1, round(excitation.round_time / rates.control_period))
-        edges = [math.ceil(edge / self._step - _ROUNDING) for edge in excitation.edges]
+        edges = [acting_step(edge, rates) for edge in excitation.edges]
         self._changes = edges or range(0, self.length, control)
 
     def next_change(self, step: int) -> int:
@@ -283,9 +282,7 @@ class Exciter:
         self._step = rates.physics_step
         self._control = round(rates.control_period / self._step)
         self._mode = round(rates.mode_period / self._step)
-        self._scripted = [
-            math.ceil(action.at / self._step - 1e-6) for action in session.scenario.script
-        ]
+        self._scripted = [acting_step(action.at, rates) for action in session.scenario.script]
         self._watch = self._control * max(1, round(WATCH_PERIOD / rates.control_period))
         self.exciting: Exciting | None = None
         self.ended = ""
@@ -345,7 +342,7 @@ class Exciter:
             self._end_in_trouble(self._guard)
             if self._plan is None:
                 return
-        at_mode = self._now % self._mode == 1 % self._mode  # the mode did not change in between
+        at_mode = (self._now - 1) % self._mode < self._control  # else the mode is that of before
         if self._operates() and not (at_mode and self._session.snapshot().mode not in IN_FLIGHT):
             return
         assert self._drive
@@ -385,10 +382,11 @@ class Exciter:
 
     def _next_stop(self) -> int:
         """Return the next step with an action, a check, a script's action or a new mode."""
-        now = self._now
+        now, control = self._now, self._control
         watch = (now // self._watch + 1) * self._watch
-        mode = ((now - 1) // self._mode + 1) * self._mode + 1
-        script = (step + 1 for step in self._scripted if step >= now)
+        changes = -(-now // self._mode) * self._mode  # next; the session stands at control updates
+        mode = (changes // control + 1) * control
+        script = (step + control for step in self._scripted if step >= now)
         return min(self._next, watch, mode, *script)
 
     def _act(self) -> None:
@@ -442,7 +440,7 @@ class Exciter:
             yaw_rate = max(-most, min(most, TURN_RATE * left))
             self._do(Action(velocity=[0.0] * 3, yaw_rate=yaw_rate))
             self._value = yaw_rate
-        self._next = self._now + self._mode
+        self._next = self._now + self._control * max(1, round(self._mode / self._control))
         return True
 
     def _left(self) -> tuple[float, float]:

@@ -77,7 +77,7 @@ class FlightClock:
     time, so that tests can use any clock.
 
     Args:
-        step: simulated time of a physics step [s].
+        step: simulated time of a step [s].
         now: wall time [s].
     """
 
@@ -238,7 +238,9 @@ class Flying:
         self._settings = settings
         self._send_queue = send_queue
         self._now = now
-        self._step = session.scenario.rates.physics_step
+        rates = session.scenario.rates
+        self._step = rates.control_period  # a session flies whole ones
+        self._physics = round(rates.control_period / rates.physics_step)
         self._clock = FlightClock(self._step, now())
         log = LogKeeper(session, settings, session.parameters())
         self._stream = stream or Stream()
@@ -515,7 +517,7 @@ class Flying:
     def _fly(self, steps: int) -> None:
         try:
             self._start_program()
-            for whole in self._exciter.parts(steps):
+            for whole in self._exciter.parts(steps * self._physics):
                 for part in self._measurer.parts(whole):
                     self._fly_part(part)
         except WorkbenchError as error:  # an error of Drake, or of an action of the script
@@ -563,12 +565,13 @@ class Flying:
         return AutopilotView(self._session.exchange, self._ended)
 
     def _fly_part(self, steps: int) -> None:
-        """Fly steps without an action between them."""
+        """Fly physics steps without an action between them."""
         excited = self._exciter.exciting is not None or self._measurer.share is not None
         for part in self._alarms.parts(steps):
             before = self._session.state()
-            self._session.tick(part * self._step)
-            self._look_for_hit(before[10:13], part * self._step)
+            duration = part / self._physics * self._step
+            self._session.tick(duration)
+            self._look_for_hit(before[10:13], duration)
             self._alarms.look(excited=excited)
 
     def _look_for_hit(self, before: np.ndarray, duration: float) -> None:

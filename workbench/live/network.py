@@ -52,6 +52,7 @@ from workbench.live.stream import Stream
 from workbench.scenario.parameters import parameter_table
 from workbench.scenario.scenario import REQUESTS, Action
 from workbench.session.pilot_numbers import check_height
+from workbench.session.script import acting_step
 from workbench.session.session import Session
 from workbench.systems.bridge import Applied, Bridge
 from workbench.systems.pilot import urgency
@@ -571,9 +572,9 @@ class FlightNetwork:
         self._session, self._bridge, self._log = session, bridge, log
         self._stream = stream
         self._requests = ClientRequests(session, bridge, self.did)
-        step = session.scenario.rates.physics_step
+        rates = session.scenario.rates
         bridge.scripted = frozenset(
-            math.ceil(action.at / step - 1e-6) for action in session.scenario.script
+            acting_step(action.at, rates) for action in session.scenario.script
         )
         self._server = ServerSupervisor(self._flight, lambda: session.time)
         bridge.at_once = self._server.publish
@@ -662,7 +663,7 @@ class FlightNetwork:
 
     @property
     def done(self) -> list[Action]:
-        """Actions since the start, at times of whole steps."""
+        """Actions since the start, at times of control updates."""
         return self._log.done.actions
 
     @property

@@ -5,6 +5,7 @@ A Context of a diagram with systems in Python cannot be pickled, but its numbers
 
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from functools import partial
 from typing import TypeVar
 
@@ -68,6 +69,7 @@ class LiveContext:
         scenario: Scenario,
         values: Mapping[str, float] | None = None,
         checkpoint: Checkpoint | None = None,
+        first: Mapping[str, float] | None = None,
     ) -> None:
         """Begin a flight.
 
@@ -77,6 +79,8 @@ class LiveContext:
             values: values of parameters by name. Those of faults and of optional systems are set;
                 the others stay as built.
             checkpoint: state to continue from; without one the flight begins at its start.
+            first: values that the script sets at time 0, so that the first sample is recorded with
+                them; one that is refused is refused when the script acts.
 
         Raises:
             WorkbenchError: if Drake cannot begin, a fault names an absent system, the checkpoint
@@ -106,6 +110,8 @@ class LiveContext:
         rows = [row for row in self._table if row.system in (*SENSOR_KINDS, "gauge", "rotors")]
         faults = {row.name: row.default for row in rows}
         self.set({n: v for n, v in (values or {}).items() if n in faults and v != faults[n]})
+        with suppress(WorkbenchError):
+            self.set(first or {})
         begin = InitializeParams()
         if checkpoint:
             _write_states(bench, root, self._taken_over(checkpoint))

@@ -6,16 +6,22 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 from pydrake.trajectories import PiecewisePolynomial
 
-from workbench.scenario.scenario import Action, Scenario
+from workbench.scenario.scenario import Action, Rates, Scenario
 from workbench.systems.reference import figure_eight, path_acceleration
 
 
-class Script:
-    """Returns each action at the first physics step at or after its time."""
+def acting_step(at: float, rates: Rates) -> int:
+    """Return the physics step of the first control update at or after a time [s]."""
+    every = round(rates.control_period / rates.physics_step)
+    return every * math.ceil(at / rates.control_period - 1e-6)
 
-    def __init__(self, actions: Iterable[Action], physics_step: float) -> None:
+
+class Script:
+    """Returns each action at the first control update at or after its time."""
+
+    def __init__(self, actions: Iterable[Action], rates: Rates) -> None:
         self._actions = sorted(actions, key=lambda action: action.at)
-        self._physics_step = physics_step
+        self._rates = rates
         self._done = 0
 
     @property
@@ -23,13 +29,23 @@ class Script:
         """The step of the next action, infinite without one."""
         if self._done == len(self._actions):
             return math.inf
-        return math.ceil(self._actions[self._done].at / self._physics_step - 1e-6)
+        return acting_step(self._actions[self._done].at, self._rates)
 
     def due(self, step: int) -> Iterator[Action]:
         """Yield the actions that are due at a step, each once."""
         while self.next_step <= step:
             self._done += 1
             yield self._actions[self._done - 1]
+
+    @property
+    def first_values(self) -> dict[str, float]:
+        """Values that the first actions set at time 0, before another controller takes over."""
+        found: dict[str, float] = {}
+        for action in self._actions:
+            if action.controller is not None or acting_step(action.at, self._rates) > 0:
+                break
+            found |= action.set
+        return found
 
     @property
     def done(self) -> int:
@@ -66,18 +82,19 @@ def repeated(
 ) -> Scenario:
     """Return the scenario of a flight, with the pilot's live actions in its script.
 
-    At one step the pilot's actions precede the script's, because a script acts when the step is
-    flown. So actions of the script move to the step at which they act, and stand after the pilot's.
+    At one control update the pilot's actions precede the script's, because a script acts when the
+    flight goes on. So actions of the script move to the update at which they act, and stand after
+    the pilot's.
 
     Args:
         scenario: the flown scenario.
         settings: parameter values that the flight was built with.
-        done: the pilot's actions, at times of whole steps, in order.
+        done: the pilot's actions, at times of control updates, in order.
         duration: flown time [s].
     """
-    step = scenario.rates.physics_step
+    rates = scenario.rates
     scripted = [
-        dataclasses.replace(action, at=math.ceil(action.at / step - 1e-6) * step)
+        dataclasses.replace(action, at=acting_step(action.at, rates) * rates.physics_step)
         for action in scenario.script
     ]
     first = [Action(0.0, set=dict(settings))] if settings else []

@@ -1,7 +1,7 @@
 """A session: one diagram and its simulator, flown in slices of any length.
 
-It has no threads and no Qt. Time advances in whole physics steps, and a pilot's actions take effect
-between steps, so equal scenarios give equal flights, to the bit.
+It has no threads and no Qt. Time advances in whole control periods, and a pilot's actions take effect
+between them, so equal scenarios give equal flights, to the bit.
 """
 
 import dataclasses
@@ -210,7 +210,7 @@ class Session:
         self._gains = self.scenario.vehicle.gains
         self.vehicle: Vehicle = self._first.bench.vehicle
         self.world: World = self._first.world
-        self._script = Script(self.scenario.script, self.scenario.rates.physics_step)
+        self._script = Script(self.scenario.script, self.scenario.rates)
         self._injecting: Injecting | None = None
         self._runs_programs = False
         self._exchange: Mapping[str, float] = {}
@@ -246,7 +246,7 @@ class Session:
         check_scenario(scenario)
         _check_script(scenario, self.vehicle, payload_of(self._first.values))
         self._first = dataclasses.replace(self._first, scenario=scenario)
-        self._script = Script(scenario.script, scenario.rates.physics_step)
+        self._script = Script(scenario.script, scenario.rates)
         self.reset()
 
     def checkpoint(self) -> Checkpoint:
@@ -528,10 +528,7 @@ class Session:
                 if action.controller is not None:
                     self._take_over(action.controller)
                 self._act(action)
-            planned = min(self._script.next_step, self._inject())
-            self._advance(
-                min(target, every * math.ceil(planned / every) if planned < target else target)
-            )
+            self._advance(min(target, self._script.next_step, self._inject()))
 
     def run(self, progress: Callable[[float], None] | None = None) -> None:
         """Fly to the end of the scenario, calling `progress` with the flown share, 0 .. 1."""
@@ -656,7 +653,8 @@ class Session:
         if self._bridge:
             self._bridge.reset()
         self._begin_telemetry()
-        self._live = LiveContext(self._bench, self.scenario, self._values, checkpoint)
+        first = {} if checkpoint else self._script.first_values
+        self._live = LiveContext(self._bench, self.scenario, self._values, checkpoint, first)
         self._injecting = None
         self._earlier: _Earlier | None = None
         self._steps, self._due = (checkpoint.steps, checkpoint.due) if checkpoint else (0, 0.0)

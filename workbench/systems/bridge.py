@@ -1,6 +1,6 @@
 """The bridge between a flight and the network: commands in, samples out, without blocking.
 
-`CommandBridge` applies commands at a discrete update, `Telemetry` publishes; both are LeafSystems.
+`CommandBridge` applies commands just before a control update, `Telemetry` publishes; both are LeafSystems.
 They share `Bridge` with the connection to the server.
 """
 
@@ -8,7 +8,7 @@ from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from pydrake.systems.framework import Context, DiscreteValues
+from pydrake.systems.framework import Context, State
 
 from workbench.control.flight_mode import HOLD_HERE, ModeState
 from workbench.control.mode import FlightMode, Request
@@ -37,7 +37,7 @@ class Applied:
     """A command that took effect in a flight.
 
     Attributes:
-        at: the time of the step [s].
+        at: the time of the control update that flies it first [s].
         by: its sender.
         what: a command as it is flown, or the reaction to a silent holder.
         aborts: whether the command ends a landing.
@@ -132,12 +132,11 @@ class Bridge:
         before, self._neutral = self._neutral, not any(command)
         return before and not self._neutral
 
-    def decide(self, now: float, at: float, wish: Wish, mode: Callable[[], ModeState]) -> Wish:
+    def decide(self, now: float, wish: Wish, mode: Callable[[], ModeState]) -> Wish:
         """Return the wish from now on.
 
         Args:
             now: time of the update [s].
-            at: time at which a script would have to do the same [s].
             wish: until now.
             mode: returns the flight mode's state.
         """
@@ -146,7 +145,7 @@ class Bridge:
             flying = FlightMode(int(state.mode))
             wish = commanded(wish, AT_REST[:3], 0.0)
             wish = requested(wish, Request[effect.name], 0.0, flying, state.serial)
-            self._applied.append(Applied(at, self.authority.effect_by, effect))
+            self._applied.append(Applied(now, self.authority.effect_by, effect))
         last: Command | None = None
         moves = False
         while self._commands:
@@ -170,7 +169,7 @@ class Bridge:
         asked = commanded(wish, last.velocity, last.yaw_rate)
         if asked == wish and not aborts:  # only repeated, or -0.0 for 0.0: it renews, no more
             return wish
-        self._applied.append(Applied(at, self.authority.state(now).name, last, aborts))
+        self._applied.append(Applied(now, self.authority.state(now).name, last, aborts))
         return asked
 
 
@@ -181,42 +180,32 @@ class CommandBridge(Pilot):
         mode (10): see `flight_mode.ModeState`.
     """
 
-    def __init__(
-        self, bridge: Bridge, *, period: float, mode_period: float, physics_step: float
-    ) -> None:
+    def __init__(self, bridge: Bridge, *, period: float, physics_step: float) -> None:
         """Declare the update.
 
-        It comes one physics step before the control update, so that a command is flown by the next
-        one: updates at the same time do not see each other.
+        It is unrestricted, as Drake does such updates before the discrete ones of the same time: a
+        command is flown by the control update that follows at once, as a script's action is. An
+        update at any other time would end a step of the integrator there, and a flight with a
+        bridge would not be that of its scenario to the bit.
 
         Args:
             bridge: where commands wait.
             period: between control updates [s].
-            mode_period: between updates of the flight mode [s].
-            physics_step: of the plant [s].
+            physics_step: of which all times are multiples [s].
         """
         super().__init__()
         self._bridge = bridge
         self._step = physics_step
         self._mode = self.DeclareVectorInputPort("mode", len(ModeState._fields))
-        offset = period - physics_step
-        # A script acts before the updates of its step, this update takes effect after them. At
-        # usual rates no other system reads at that step, and both are the same.
-        alone = offset > 0.0 and (mode_period / period).is_integer()
-        self._lead = 0.0 if alone else physics_step
-        self.DeclarePeriodicDiscreteUpdateEvent(period, offset, self._update)
+        self.DeclarePeriodicUnrestrictedUpdateEvent(period, 0.0, self._update)
 
-    def _update(self, context: Context, discrete_state: DiscreteValues) -> None:
-        before = self.wish(context)
+    def _update(self, context: Context, state: State) -> None:
         step = round(context.get_time() / self._step)
-        now = self._step * step
-        # at a step of the script, a repeated flight would apply this command before it
-        lead = self._step if step in self._bridge.scripted else self._lead
+        if step in self._bridge.scripted:  # a repeated flight would apply a command before it
+            return
+        before = self.wish(context)
         wish = self._bridge.decide(
-            now,
-            now + lead,
-            before,
-            lambda: ModeState(*self._mode.Eval(context).tolist()),
+            self._step * step, before, lambda: ModeState(*self._mode.Eval(context).tolist())
         )
         if wish is not before:
-            self.write(discrete_state, wish)
+            self.write(state.get_mutable_discrete_state(), wish)

@@ -188,6 +188,7 @@ class Telemetry(LeafSystem):
         places: Mapping[str, slice],
         *,
         period: float,
+        between: bool = False,
         sizes: dict[str, int],
         pattern: ScanPattern | None = None,
         sent: np.ndarray | None = None,
@@ -199,6 +200,8 @@ class Telemetry(LeafSystem):
             values: makes the payloads.
             places: of the signals in their stack.
             period: between samples [s].
+            between: whether sensors also publish between two samples, at the ends of steps of the
+                integrator that their own updates ask for.
             sizes: of the input ports of the sensors, by their kind.
             pattern: of the lidar's rays.
             sent: indices of the rays that are published.
@@ -218,6 +221,8 @@ class Telemetry(LeafSystem):
         self._stamps = dict.fromkeys(sizes, math.nan)
         self._last = -math.inf
         self.DeclarePeriodicPublishEvent(period, 0.0, self._publish)
+        if between:
+            self.DeclarePerStepPublishEvent(self._publish_sensors)
 
     def begin(self, start: Sequence[float]) -> None:
         """Begin with a new flight at a place in W [m]."""
@@ -234,7 +239,7 @@ class Telemetry(LeafSystem):
         t_ns = round(now * NS)
         stacked = self._signals.Eval(context).tolist()
         signals = {name: stacked[place] for name, place in self._places.items()}
-        payloads = self._values.fast(signals)
+        payloads = list(self._values.fast(signals))
         if round(now / self._period) % SLOW_SHARE == 0:
             payloads += self._values.slow(signals)
             transforms = self._frames.Eval(context).transforms
@@ -242,10 +247,24 @@ class Telemetry(LeafSystem):
                 payloads += self._values.frames([(each.p, each.q) for each in transforms])
         for kind in self._sensors:
             payloads += self._measured(context, kind)
+        self._send(t_ns, payloads, signals["state"])
+
+    def _publish_sensors(self, context: Context) -> None:
+        """Publish new measurements alone, unless a sample is due."""
+        now = context.get_time()
+        samples = now / self._period
+        if not self._bridge.wanted or now <= self._last or abs(samples - round(samples)) < 1e-6:
+            return
+        payloads = [each for kind in self._sensors for each in self._measured(context, kind)]
+        if payloads:
+            self._last = now
+            state = self._signals.Eval(context)[self._places["state"]]
+            self._send(round(now * NS), payloads, state.tolist())
+
+    def _send(self, t_ns: int, payloads: Sequence[Payload], state: Numbers) -> None:
         wall_ns = time.time_ns()
         clocks = self._values.clocks(t_ns, wall_ns)
-        published = Published(t_ns, wall_ns, (clocks, *payloads))
-        self._bridge.publish(Sampled(published, tuple(signals["state"])))
+        self._bridge.publish(Sampled(Published(t_ns, wall_ns, (clocks, *payloads)), tuple(state)))
 
     def _measured(self, context: Context, kind: str) -> list[Payload]:
         """Return the payloads of a sensor's new sample, none without one."""
