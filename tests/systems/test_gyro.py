@@ -7,10 +7,11 @@ from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource
 from scipy import signal
 from scipy.spatial.transform import Rotation
-from workbench.systems.vehicle_dynamics import VehicleDynamics
 
-from workbench.dynamics.air.settings import calm_air
+from workbench.diagram.airframe import add_airframe
 from workbench.estimation.gyro import UNFILTERED, sample_steps
+from workbench.scenario.parameters import parameter_table
+from workbench.scenario.scenario import Rates
 
 STEP = 1 / 1024
 TUMBLING = [0.8, 0.3, -0.4, 0.3317, 0.0, 0.0, 80.0, 4.0, -7.0, 3.0, 1.0, 0.0, 0.0]
@@ -23,29 +24,27 @@ SETTINGS = (
 )
 
 
-def tumble(description, vehicle, gyro, steps=400):
+def tumble(description, gyro, steps=400):
     """Return the angular velocities in B before each step, and those that the gyro gives."""
     builder = DiagramBuilder()
     commands = builder.AddSystem(ConstantVectorSource([500.0, 700.0, 300.0, 600.0]))
-    dynamics = builder.AddSystem(
-        VehicleDynamics(
-            description=description, settings=calm_air(vehicle), step=STEP, gyro=gyro, readout=8
-        )
-    )
-    builder.Connect(commands.get_output_port(), dynamics.GetInputPort("commands"))
+    values = parameter_table().defaults() | gyro._asdict()
+    airframe = add_airframe(builder, description.undrawn(), values, rates=Rates())
+    builder.Connect(commands.get_output_port(), airframe.commands)
     simulator = Simulator(builder.Build())
-    context = dynamics.GetMyMutableContextFromRoot(simulator.get_mutable_context())
+    root = simulator.get_mutable_context()
     start = np.array(TUMBLING)
     start[:4] /= np.linalg.norm(start[:4])
-    dynamics.place(context, start, np.full(4, 600.0))
+    airframe.place(root, start, np.full(4, 600.0))
+    in_imu = airframe.imu.GetMyContextFromRoot(root)
     true, given = [], []
     for step in range(steps):
-        for name, rows in (("state", true), ("sensed", given)):
-            state = dynamics.GetOutputPort(name).Eval(context)
+        truth, sensed = airframe.body_state(root), airframe.sensed.Eval(in_imu)
+        for state, rows in ((truth, true), (sensed, given)):
             turn = Rotation.from_quat(state[[1, 2, 3, 0]])
             rows.append(turn.inv().apply(state[7:10]))
         rest = [0, 1, 2, 3, 4, 5, 6, 10, 11, 12]
-        assert state[rest].tolist() == dynamics.body_state(context)[rest].tolist()
+        assert sensed[rest].tolist() == truth[rest].tolist()
         simulator.AdvanceTo((step + 1) * STEP)
     return np.array(true), np.array(given)
 
@@ -68,18 +67,18 @@ def steadily(b, a, samples):
     return signal.lfilter(b, a, samples, axis=0, zi=start)[0]
 
 
-def test_it_gives_what_scipys_filters_make_of_its_samples(case, description, vehicle):
+def test_it_gives_what_scipys_filters_make_of_its_samples(case, description):
     for name, gyro, every in SETTINGS:
         with case(name):
-            true, given = tumble(description, vehicle, gyro)
+            true, given = tumble(description, gyro)
             wanted = by_scipy(gyro, every, true)
             assert np.abs(given - wanted).max() < 1e-10
             assert np.abs(given - true).max() > 0.01
 
 
-def test_without_filters_the_state_is_sensed_as_it_is(description, vehicle):
+def test_without_filters_the_state_is_sensed_as_it_is(description):
     for gyro in (UNFILTERED, UNFILTERED._replace(gyro_rate=100.0, gyro_lowpass=70.0)):
-        true, given = tumble(description, vehicle, gyro, 60)
+        true, given = tumble(description, gyro, 60)
         assert given.tolist() == true.tolist()
 
 
