@@ -46,17 +46,24 @@ class Integration:
     def advance(self, step: int) -> None:
         """Advance to a step of the physics."""
         every = round(self._period / self._step)
-        now = round(self._simulator.get_context().get_time() / self._step)
+        root, imu = self._simulator.get_context(), self._airframe.imu
+        now = round(root.get_time() / self._step)
         while now < step:
-            now = min(step, (now // every + 1) * every)
-            self._choose()
-            self._simulator.AdvanceTo(now * self._step)
+            end = min(step, (now // every + 1) * every)
+            samples = imu.sample_steps(imu.GetMyContextFromRoot(root))
+            self._choose(samples)
+            while now < end:  # the IMU samples at the ends of these
+                now = min(end, (now // samples + 1) * samples)
+                self._simulator.AdvanceTo(now * self._step)
 
-    def _choose(self) -> None:
-        """Set the integrator for the control period that begins now."""
+    def _choose(self, samples: int) -> None:
+        """Set the integrator for the control period that begins now.
+
+        Args:
+            samples: steps of the physics between two samples of the IMU.
+        """
         root, airframe = self._simulator.get_context(), self._airframe
         scheme = GROUND if airframe.may_touch(root, self._period) else AIR
-        samples = airframe.imu.sample_steps(airframe.imu.GetMyContextFromRoot(root))
         longest = LONGEST_STEP
         if math.hypot(*airframe.body_state(root)[7:10].tolist()) > FAST:
             longest *= 0.5

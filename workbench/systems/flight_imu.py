@@ -41,6 +41,8 @@ B (3), states of the accelerometer's low-pass (6), the last sample (6), the inte
 since the last reading (6) and its length in physics steps, -1 before the first (1), the biases (6)
 and their drift (6)."""
 SIZES = (12, 3, 6, 6, 6, 1, 6, 6)
+ON_TIME = 1e-6
+"""Largest share of a physics step by which a sample is off its time."""
 SETTINGS, FAULT, SEED = range(3)
 """Numeric parameters."""
 
@@ -137,7 +139,8 @@ class FlightImu(LeafSystem):
     @np.errstate(over="ignore")  # integers of the noise wrap around
     def _update(self, context: Context, discrete_state: DiscreteValues) -> None:
         every, number = self.sample_steps(context), self._number(context)
-        if number % every:
+        # with error control, steps also end between the samples
+        if number % every or abs(context.get_time() / self._step - number) > ON_TIME:
             return
         settings, sample = self._settings(context), self._sample(context, every)
         coefficients = gyro_filter(settings, every * self._step)
