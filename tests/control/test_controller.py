@@ -9,6 +9,7 @@ from workbench.common.errors import WorkbenchError
 from workbench.control.controller import SHIPPED, load_controller
 from workbench.control.flight_law import flight_law
 from workbench.design.linear.study import LinearStudy
+from workbench.design.rollout.batch import Batch
 from workbench.design.rollout.flight import make_fly_block
 from workbench.scenario.parameters import parameter_table
 from workbench.scenario.scenario import Scenario, Start
@@ -206,15 +207,12 @@ def test_what_knows_no_derivative_flies_and_says_so_to_linear_models(tmp_path):
     assert "write the function with those" in said
 
 
-def test_what_cannot_be_compiled_is_told_with_its_line(tmp_path):
-    """Interpreted it would fly: the sentence comes where machine code is made."""
+def test_what_cannot_be_compiled_flies_and_is_told_where_it_is(tmp_path):
+    """Python flies it; the sentence comes where machine code is made."""
     path = written(tmp_path, (BEGIN, BEGIN + '    e_x = float(f"{e_x:.6f}")\n'))
-
-    def fly(file):
-        session = Session(Scenario(controller=str(file), start=Start(position=[0.0, 0.0, 9.0])))
-        session.tick(0.1)
-
-    said = complaint(path, fly)
+    session = Session(Scenario(controller=str(path), start=Start(position=[0.0, 0.0, 9.0])))
+    session.tick(0.1)
+    said = complaint(path, lambda file: Batch(1, controller=str(file)).step())
     assert "cannot be compiled" in said and "write it with numbers" in said
     assert f":{LINE + 2}: " in said
 

@@ -18,6 +18,7 @@ from workbench.gains.gains import flight_gains
 from workbench.plant.placing import body_state
 from workbench.plant.reach import reach
 from workbench.scenario.scenario import Rates
+from workbench.session.integration import Integration
 from workbench.systems.mode_manager import ModeManager
 from workbench.systems.nearest_obstacle import NearestObstacle, drone_and_ground
 
@@ -136,14 +137,13 @@ def fly(description, vehicle):
         computer_context = computer.GetMyMutableContextFromRoot(root)
         computer.GetInputPort("reference").FixValue(computer_context, reference)
         computer.begin(computer_context, vehicle.hover_speeds, np.zeros(3))
-        dynamics = airframe.dynamics
-        context = dynamics.GetMyMutableContextFromRoot(root)
         state = body_state(p_WB=at, roll_pitch_yaw=still, v_WB=still, w_WB=still)
-        dynamics.place(context, state, vehicle.hover_speeds)
+        airframe.place(root, state, vehicle.hover_speeds)
+        integration = Integration(simulator, airframe, RATES)
         states = []
         for tick in range(1, int(32 * duration) + 1):
-            simulator.AdvanceTo(tick / 32)
-            states.append(airframe.state.Eval(context).copy())
+            integration.advance(round(tick / 32 / RATES.physics_step))
+            states.append(airframe.body_state(root))
         flight = np.array(states)
         return flight[:, 4:7], flight[:, 10:13]
 

@@ -6,12 +6,16 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource
 from scipy.spatial.transform import Rotation
-from workbench.systems.vehicle_dynamics import AIR, FAULT, VehicleDynamics
 
+from workbench.diagram.airframe import add_airframe
 from workbench.dynamics.air.settings import calm_air
 from workbench.estimation.gyro import UNFILTERED
 from workbench.estimation.imu import FROZEN, NOISY, SILENT, measured
 from workbench.plant.sensors import Imu, Noise
+from workbench.scenario.parameters import parameter_table
+from workbench.scenario.scenario import Rates
+from workbench.session.integration import Integration
+from workbench.systems.flight_imu import FAULT
 
 G = np.array([0.0, 0.0, 9.81])
 STEP = 1 / 1024
@@ -45,30 +49,25 @@ def tumble(description, vehicle, imu, steps=800, readout=8, gyro=UNFILTERED, see
     """
     builder = DiagramBuilder()
     commands = builder.AddSystem(ConstantVectorSource([500.0, 700.0, 300.0, 600.0]))
-    dynamics = builder.AddSystem(
-        VehicleDynamics(
-            description=description,
-            settings=calm_air(vehicle),
-            step=STEP,
-            gyro=gyro,
-            readout=readout,
-            imu=imu,
-        )
-    )
-    builder.Connect(commands.get_output_port(), dynamics.GetInputPort("commands"))
+    rates = Rates(physics_step=STEP, control_period=readout * STEP)
+    values = parameter_table().defaults() | calm_air(vehicle)._asdict() | gyro._asdict()
+    airframe = add_airframe(builder, description.undrawn(), values, rates=rates, imu=imu)
+    builder.Connect(commands.get_output_port(), airframe.commands)
     simulator = Simulator(builder.Build())
-    context = dynamics.GetMyMutableContextFromRoot(simulator.get_mutable_context())
-    dynamics.place(context, TUMBLING, np.full(4, 600.0))
-    dynamics.set_seed(context, seed)
+    root = simulator.get_mutable_context()
+    context = airframe.imu.GetMyMutableContextFromRoot(root)
+    airframe.place(root, TUMBLING, np.full(4, 600.0))
+    airframe.imu.set_seed(context, seed)
+    integration = Integration(simulator, airframe, rates)
     states, given = [], []
     for step in range(0, steps + 1, readout):
         if step:  # asked for no time, Drake would do the first update
-            simulator.AdvanceTo(step * STEP)
+            integration.advance(step)
         for begin, fault in faults:
             if begin == step:
-                context.get_mutable_numeric_parameter(AIR).SetAtIndex(FAULT, fault)
-        states.append(dynamics.body_state(context))
-        given.append(dynamics.GetOutputPort("imu").Eval(context).copy())
+                context.get_mutable_numeric_parameter(FAULT).SetAtIndex(0, fault)
+        states.append(airframe.body_state(root))
+        given.append(airframe.imu.GetOutputPort("imu").Eval(context).copy())
     return np.array(states), np.array(given)
 
 

@@ -85,7 +85,7 @@ def in_flight(core, seed) -> tuple[np.ndarray, np.ndarray]:
     state[4:7] = [*rng.uniform(-0.3, 0.3, 2), 10.0 + rng.uniform(-0.3, 0.3)]
     state[7:10] = rng.uniform(-0.3, 0.3, 3)
     state[10:13] = rng.uniform(-0.5, 0.5, 3)
-    names = ("forces", "acceleration_estimate", "controller")
+    names = ("rotors", "acceleration_estimate", "controller")
     sizes = [core.diagram.GetSubsystemByName(name).num_continuous_states() for name in names]
     assert sizes == [4, 3, 1] and len(state) == 21
     state[13:17] = core.vehicle.hover_speeds * rng.uniform(0.97, 1.03, 4)

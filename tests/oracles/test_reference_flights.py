@@ -24,6 +24,7 @@ from reference_flight import (
 )
 
 from workbench.commands.cli import main
+from workbench.plant.variation import Variation
 from workbench.scenario.scenario import Rates, Scenario, Start, VehicleConfig
 from workbench.session.open_loop import fly_open_loop
 from workbench.session.session import Session
@@ -154,15 +155,14 @@ def test_a_tumbling_flight_is_the_references(printed, flown, model, w_WB, seed):
 def test_a_controlled_flight_is_the_references_under_its_commands(printed, flown, model, period):
     """The plant knows no control period: a table of the commands gives the same flight, to 1e-6.
 
-    A command reaches the rotors a physics step after the law read the state.
+    A command reaches the rotors a physics step after the law read the state, so that the table
+    begins with the speeds of the rotors.
     """
     vehicle = printed(model)
+    begun = started(model, (9.0, -7.0, 4.0), velocity=[3.0, -2.0, 1.0])
+    begun["vehicle"].variation = Variation(command_delay=STEP)
     session = Session(
-        Scenario(
-            duration=2.0,
-            rates=Rates(control_period=period, record_period=period),
-            **started(model, (9.0, -7.0, 4.0), velocity=[3.0, -2.0, 1.0]),
-        ),
+        Scenario(duration=2.0, rates=Rates(control_period=period, record_period=period), **begun),
         {"drag_area": vehicle.drag_area},
     )
     session.run()
@@ -234,8 +234,7 @@ def test_a_payload_is_picked_up_and_dropped_as_in_the_reference(printed, model):
         session.set("payload_mass", mass)
         session.tick(duration)
     recording = session.recording()
-    acts = np.append(0.0, recording.time[:-1] + STEP)
-    commands = np.vstack([recording.rotor_speeds[:1], recording.commanded_speeds[1:]])
+    acts, commands = recording.time[:-1], recording.commanded_speeds[1:]
     state, speeds, began = first_state(recording), recording.rotor_speeds[0], 0.0
     for duration, mass in carried:
         now = np.searchsorted(acts, began, side="right") - 1
