@@ -108,8 +108,9 @@ def test_a_load_is_answered_as_predicted_and_as_the_linear_model_says(load, engi
     time, response, use = predict_load_step(engine, {}, load, amplitude, duration=5.0)
     predicted = load_metrics(time, response)
     assert flown.loss is None and not flown.metrics.withheld
-    assert predicted.numbers == pytest.approx(flown.metrics.numbers, rel=1e-6, abs=1e-6)
-    assert use == pytest.approx(flown.peak_rotor_use, rel=1e-9)
+    # two integrators; a time is that of a sample
+    assert predicted.numbers == pytest.approx(flown.metrics.numbers, rel=2e-3, abs=5e-4)
+    assert use == pytest.approx(flown.peak_rotor_use, rel=1e-4)
     linear = load_metrics(*linear_response(study, load, amplitude))
     assert flown.metrics.peak == pytest.approx(linear.peak, rel=0.01)
     assert flown.metrics.settling_time == pytest.approx(linear.settling_time, rel=0.02)

@@ -20,6 +20,7 @@ from workbench.systems.flight_imu import FAULT
 G = np.array([0.0, 0.0, 9.81])
 STEP = 1 / 1024
 p_BS = np.array([0.05, -0.03, 0.08])
+FAST = UNFILTERED._replace(gyro_rate=1 / STEP)
 R_BS = Rotation.from_euler("xyz", [0.4, -0.2, 1.1])
 TUMBLING = np.array([0.8, 0.3, -0.4, 0.3317, 0.0, 0.0, 3e3, 4.0, -7.0, 3.0, 1.0, 0.0, 0.0])
 """So high that it falls through the longest flight here: contact is slow to simulate."""
@@ -110,8 +111,8 @@ def velocity(state):
 def test_means_of_a_period_integrate_to_the_motion(case, description, vehicle):
     """As estimators integrate them, over 0.78 s at 12 rad/s and more.
 
-    A sample's acceleration is that of half a physics step before, so that velocities do not get
-    better than that with shorter periods.
+    A mean of specific force takes samples for what was since the one before, so that velocities
+    do not get better than that with shorter periods. Samples are as fast as the physics here.
     """
     for readout, turn, push in (
         (1, 3e-5, 0.02),
@@ -120,7 +121,7 @@ def test_means_of_a_period_integrate_to_the_motion(case, description, vehicle):
         (16, 3e-3, 0.03),
     ):
         with case(readout):
-            states, given = tumble(description, vehicle, sensor(), readout=readout)
+            states, given = tumble(description, vehicle, sensor(), readout=readout, gyro=FAST)
             R, v = attitude(states[0]), velocity(states[0])
             dt = readout * STEP
             for w, f in zip(given[1:, :3], given[1:, 3:6], strict=True):
@@ -149,7 +150,7 @@ def test_noise_keeps_its_density_at_any_rate_of_samples(case, description, vehic
             sums = noise[:, :6].reshape(-1, 16, 2, 3).mean(axis=1)
             expected = densities / (16 * 8 * STEP) ** 0.5
             assert np.sqrt((sums**2).mean(axis=(0, 2))) == pytest.approx(expected, rel=0.15)
-            sampled = 0.02 * ((rate or 1 / STEP) / 250.0) ** 0.5
+            sampled = 0.02 * ((rate or 256.0) / 250.0) ** 0.5  # of no rate: twice a reading
             assert noise[:, 6:].std(axis=0) == pytest.approx(sampled, rel=0.06)
             assert np.abs(noise.mean(axis=0)).max() < 0.02
 

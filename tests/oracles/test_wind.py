@@ -95,15 +95,15 @@ def centre_velocity(flown) -> tuple[np.ndarray, np.ndarray]:
     return now.v_WB + np.cross(w_WB, flown.vehicle.p_BoBcm_B), w_WB
 
 
-@pytest.mark.parametrize("at", [0.0, 0.25, 0.252])
+@pytest.mark.parametrize("at", [0.0, 0.25])
 def test_a_push_moves_and_turns_as_newton_says(at):
     """F t / m and I⁻¹ (r x F t): one control period of it, before the law can answer."""
     flown = session()
     flown.tick(at)
     flown.push(FORCE.tolist(), POINT.tolist(), PERIOD)
-    assert at <= flown.get("push_start") < at + PERIOD
+    assert flown.get("push_start") == at
     v_before, w_before = centre_velocity(flown)
-    flown.tick(flown.get("push_start") + PERIOD + 1 / 1024 - at)
+    flown.tick(PERIOD)
     v_after, w_after = centre_velocity(flown)
     impulse = FORCE * PERIOD
     assert v_after - v_before == pytest.approx(impulse / flown.vehicle.mass, rel=5e-3, abs=1e-3)
