@@ -1,8 +1,6 @@
 """`workbench controllers`."""
 
 import importlib
-import subprocess
-import sys
 
 import pytest
 
@@ -82,16 +80,6 @@ def test_kept_machine_code_of_a_file_finds_its_module_by_name(write):
     assert len(names) == 2
     for law in laws:
         assert importlib.import_module(law.update.__module__).update is law.update
-
-
-@pytest.mark.slow
-def test_a_file_flies_in_a_second_process_by_the_machine_code_of_the_first(write, tmp_path):
-    path = write("my_law.py", LAW)
-    command = ("fly", "hover", "--duration", "0.5", "--no-plots", "--controller", path)
-    for _ in range(2):
-        words = [sys.executable, "-m", "workbench", *command, "--output", tmp_path / "out"]
-        done = subprocess.run(list(map(str, words)), capture_output=True, text=True, check=False)
-        assert done.returncode == 0, done.stderr
 
 
 def test_a_law_tells_from_which_attitudes_it_recovers(run):

@@ -185,8 +185,8 @@ def test_the_main_file_shows_what_others_print(monkeypatch, capfd):
         print("\x9b2J", end="")
         raise WorkbenchError("\x1b]0;title\x07")
 
-    monkeypatch.setattr("workbench.commands.compile.run", fails)
-    assert main(["compile"]) == 2
+    monkeypatch.setattr("workbench.commands.controllers.run", fails)
+    assert main(["controllers"]) == 2
     out, err = capfd.readouterr()
     assert (out, err) == (r"\x9b2J", r"\x1b[31mworkbench: \x1b]0;title\x07" + "\n")
 

@@ -121,7 +121,7 @@ def test_a_step_begins_with_the_next_control_update_and_ends_at_exact_steps():
     bench.fly_to(0.3)  # between two control updates: the flight stands at the first of them
     began = bench.excite(ONE_STEP).value
     assert began == 0.296875  # 38 control periods
-    assert bench.done == []
+    assert [each.at for each in bench.done] == [began]  # the update that is due
     bench.fly(6.0)
     on = Action(began, velocity=[1.0, 0.0, 0.0], yaw_rate=0.0)
     off = dataclasses.replace(AT_REST, at=began + 0.5)
@@ -550,7 +550,7 @@ def test_a_live_flight_is_excited_shows_it_and_hands_out_instants():
         began = flight.excite(SQUARE).result(ENOUGH)
         shown = flight.latest().exciting
         assert (shown.excitation, shown.began, shown.round) == (SQUARE, began, 1)
-        flight.fly_on(1.0).result(ENOUGH)
+        flight.fly_on(1.0 + CONTROL).result(ENOUGH)  # past the edge of the third round
         assert flight.latest().exciting.round == 3
         checkpoint = flight.checkpoint().result(ENOUGH)
         flight.fly_on(0.5).result(ENOUGH)

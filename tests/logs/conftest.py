@@ -39,7 +39,7 @@ class Flown:
 
 
 def fly(scenario: Scenario, done: list[Action], settings: dict[str, float]) -> Flown:
-    """Fly a scenario, while a pilot acts between its steps."""
+    """Fly a scenario, while a pilot acts between its control updates."""
     session = Session(scenario, settings, bridge=Bridge())
     values = flight_gains(session.vehicle, scenario.vehicle.gains, settings)
     for action in done:
@@ -72,7 +72,7 @@ def write_log(flown: Flown, path: Path, samples: list[Sampled] | None = None) ->
 
 @pytest.fixture(scope="session")
 def flown() -> Flown:
-    step = 1 / 1024
+    period = 1 / 128
     scenario = Scenario(
         title="a turn",
         sensors=SensorsConfig(use=["imu", "gps", "magnetometer"]),
@@ -80,10 +80,10 @@ def flown() -> Flown:
         script=[Action(0.25, velocity=[0.5, 0.0, 0.1])],
     )
     done = [
-        Action(at=300 * step, velocity=[1.0, 0.1, 1 / 3]),
-        Action(at=301 * step, yaw_rate=0.3, set={"kp_velocity_x": 5.1}),
-        Action(at=900 * step, push=Push([1.0, 0.0, 0.0], duration=0.1)),
-        Action(at=1000 * step, request="land"),
+        Action(at=37 * period, velocity=[1.0, 0.1, 1 / 3]),
+        Action(at=38 * period, yaw_rate=0.3, set={"kp_velocity_x": 5.1}),
+        Action(at=112 * period, push=Push([1.0, 0.0, 0.0], duration=0.1)),
+        Action(at=125 * period, request="land"),
     ]
     return fly(scenario, done, SETTINGS)
 

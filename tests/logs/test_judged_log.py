@@ -19,7 +19,7 @@ from workbench.session.session import Session
 
 SHARED = Path(__file__).parents[2] / "../shared/flights/given"
 real = pytest.mark.skipif(not SHARED.exists(), reason="put the real flights into ../shared/flights")
-TELEMETRY = 5 / 1024
+TELEMETRY = 1 / 128
 """Between two samples of the state in a log of ours [s]."""
 STEPS = {
     "rise_time": 2 * TELEMETRY,

@@ -26,8 +26,8 @@ script:
 @pytest.mark.slow
 def test_twenty_replays_are_equal_to_the_bit(log_of):
     done = [
-        Action(at=101 / 1024, velocity=[1.0, 0.1, 1 / 3]),
-        Action(at=203 / 1024, set={"kp_velocity_x": 5.1}, yaw_rate=0.3),
+        Action(at=13 / 128, velocity=[1.0, 0.1, 1 / 3]),
+        Action(at=25 / 128, set={"kp_velocity_x": 5.1}, yaw_rate=0.3),
     ]
     record = read_log(log_of(Scenario(duration=0.4), done))
     found = {replay(record) for _ in range(20)}

@@ -111,7 +111,7 @@ def _show(law: "Controller") -> None:
     ]
     print_table(rows, left=(0, 1, 5))
     if law.program:
-        print("a separate program: no machine code, no linear model, and no two equal flights")
+        print("a separate program: not compiled, no linear model, and no two equal flights")
     elif not law.compiles:
         how = (
             "exactly"

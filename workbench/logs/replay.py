@@ -226,10 +226,12 @@ def _flown(
 ) -> Iterator[Sampled]:
     """Yield the published topics during the flight."""
     session = Session(scenario, record.values, bridge=Bridge())
-    steps = max(1, round(record.duration / record.physics_step))
-    each = max(1, round(SLICE / record.physics_step))
+    # the last state may be of a sensor's sample, between two control updates
+    period = session.scenario.rates.control_period
+    steps = max(1, math.ceil(record.duration / period - 1e-6))
+    each = max(1, round(SLICE / period))
     for begin in range(0, steps, each):
-        session.tick(min(each, steps - begin) * record.physics_step)
+        session.tick(min(each, steps - begin) * period)
         yield from session.drain()
         if progress:
             progress(min(1.0, (begin + each) / steps))

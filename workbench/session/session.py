@@ -1,7 +1,7 @@
 """A session: one diagram and its simulator, flown in slices of any length.
 
-It has no threads and no Qt. Time advances in whole control periods, and a pilot's actions take effect
-between them, so equal scenarios give equal flights, to the bit.
+It has no threads and no Qt. Time advances in whole control periods, and a pilot's actions take
+effect between them, so equal scenarios give equal flights, to the bit.
 """
 
 import dataclasses

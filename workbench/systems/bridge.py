@@ -1,7 +1,7 @@
 """The bridge between a flight and the network: commands in, samples out, without blocking.
 
-`CommandBridge` applies commands just before a control update, `Telemetry` publishes; both are LeafSystems.
-They share `Bridge` with the connection to the server.
+`CommandBridge` applies commands just before a control update, `Telemetry` publishes; both are
+LeafSystems. They share `Bridge` with the connection to the server.
 """
 
 from collections import deque
