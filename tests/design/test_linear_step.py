@@ -151,7 +151,9 @@ def test_all_who_measure_a_step_have_the_same_numbers(law, settings, least, tmp_
             if way == "regress" and math.isnan(wanted[name]):
                 continue  # it marks numbers and does not withhold them, as limits notice changes
             with case(way, name):
-                assert found[name] == pytest.approx(wanted[name], rel=1e-6, abs=1e-6, nan_ok=True)
+                # a sweep and the app fly compiled, by another integrator
+                close = 1e-6 if way == "regress" else 1e-3
+                assert found[name] == pytest.approx(wanted[name], rel=close, abs=close, nan_ok=True)
     assert judged.doubt == ""
     hidden = judged.recording.between(0.0, 3.0)
     assert "fly it for" in dataclasses.replace(judged, recording=hidden).doubt

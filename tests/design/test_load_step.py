@@ -108,8 +108,9 @@ def test_a_load_is_answered_as_predicted_and_as_the_linear_model_says(load, engi
     time, response, use = predict_load_step(engine, {}, load, amplitude, duration=5.0)
     predicted = load_metrics(time, response)
     assert flown.loss is None and not flown.metrics.withheld
-    # two integrators; a time is that of a sample
-    assert predicted.numbers == pytest.approx(flown.metrics.numbers, rel=2e-3, abs=5e-4)
+    for name, value in predicted.numbers.items():  # two integrators; a time is that of a sample
+        close = 1 / 128 + 1e-9 if name.endswith("_time") else 5e-4
+        assert value == pytest.approx(flown.metrics.numbers[name], rel=2e-3, abs=close), name
     assert use == pytest.approx(flown.peak_rotor_use, rel=1e-4)
     linear = load_metrics(*linear_response(study, load, amplitude))
     assert flown.metrics.peak == pytest.approx(linear.peak, rel=0.01)
