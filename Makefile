@@ -21,8 +21,6 @@ setup: ## make .venv and check the system's libraries; redone only where somethi
 	"run \`sudo apt-get install python3-venv\`, or install another Python 3.11 to 3.13." >&2; exit 2; }
 	@python3 tools/set_up.py --venv $(VENV) $(if $(PYTHON),--python $(PYTHON))
 	@$(BIN)/python tools/check_system.py
-	@[ -e $(VENV)/compiled ] || { $(BIN)/workbench compile && touch $(VENV)/compiled; } || \
-	echo "The controller was not compiled: commands compile what they need at their first use." >&2
 
 run: setup ## open the app; without a screen, fly the published steps and write out/
 	@if [ -n "$$DISPLAY$$WAYLAND_DISPLAY" ]; then $(BIN)/workbench gui; \
