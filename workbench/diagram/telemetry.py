@@ -19,7 +19,7 @@ from workbench.systems.sensors.scan_pattern import ScanPattern, make_scan_patter
 from workbench.systems.telemetry import SLOW_SHARE, Telemetry, TopicValues
 
 RATE = 200.0
-"""Approximate rate of the published state [1/s]; 204.8 in whole physics steps."""
+"""Largest rate of the published state [1/s]; 128 in whole control periods."""
 MOST_RAYS = 16_000
 """Largest number of rays of a published cloud, so that it fits into a frame; larger scans are
 thinned out."""
