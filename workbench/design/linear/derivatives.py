@@ -1,12 +1,11 @@
-"""Exact derivatives of one control update and one physics step, as in flight."""
+"""Exact derivatives of one control update, of the gyro, and of the vehicle in between."""
 
-import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Generic, NamedTuple, TypeVar
 
 import numpy as np
-from pydrake.autodiffutils import AutoDiffXd, ExtractGradient, ExtractValue, InitializeAutoDiff
+from pydrake.autodiffutils import ExtractValue, InitializeAutoDiff
 
 from workbench.common.own_file import own_errors
 from workbench.control.controller import Controller
@@ -20,16 +19,9 @@ from workbench.control.flight_law import (
     law_constants,
 )
 from workbench.control.guidance import Guidance, Setpoint
-from workbench.diagram.core import full_supply
-from workbench.dynamics.rigid_body import accelerations, into_body, rigid_body, rotation
-from workbench.dynamics.vehicle_step import (
-    FULL,
-    rotor_rows,
-    rotor_thrusts,
-    step_vehicle,
-    vehicle_wrench,
-    voltage_share,
-)
+from workbench.design.linear.seeds import STATE, gradient, state_seeds, whole
+from workbench.design.linear.vehicle import Step, VehicleDerivatives
+from workbench.diagram.core import full_supply, make_vehicle_core
 from workbench.estimation.filters import lowpass
 from workbench.estimation.gyro import (
     STATES,
@@ -43,86 +35,19 @@ from workbench.estimation.gyro import (
     stepped_filters,
 )
 from workbench.estimation.imu import measured
-from workbench.plant.payload import Payload, laden, payload_of
+from workbench.plant.description import Description
+from workbench.plant.loading import make_vehicle
+from workbench.plant.payload import Payload, payload_of
 from workbench.plant.vehicle import Vehicle
 from workbench.scenario.scenario import Rates
 from workbench.systems.acceleration_estimate import sampled_estimate
+from workbench.systems.rotors import TINY
 
-
-def constants(values: Iterable[float]) -> np.ndarray:
-    """Return numbers as AutoDiff values without derivatives."""
-    return np.array([AutoDiffXd(value) for value in values])
-
-
-def gradient(values: Any, columns: int) -> np.ndarray:
-    """Return the derivatives of AutoDiff values; those of plain numbers are 0."""
-    found = ExtractGradient(whole(values))
-    return found if found.shape[1] else np.zeros((found.shape[0], columns))
-
-
-def whole(values: Any) -> np.ndarray:
-    """Return values as AutoDiff numbers; a saturated one may have become a plain number."""
-    flat = np.array(values, dtype=object).ravel()
-    return np.array([v if isinstance(v, AutoDiffXd) else AutoDiffXd(v) for v in flat])
-
-
-def angle_seeds(q_WB: np.ndarray) -> np.ndarray:
-    """Return the derivatives of a quaternion (4) by the three small angles, (4, 3)."""
-    w, x, y, z = q_WB
-    return 0.5 * np.array([[-x, -y, -z], [w, z, -y], [-z, w, x], [y, -x, w]])
-
-
-def angles_of(q_WB: np.ndarray) -> np.ndarray:
-    """Return the derivatives of the three small angles by a quaternion's change, (3, 4)."""
-    return 4.0 * angle_seeds(q_WB).T / float(q_WB @ q_WB)
-
-
-def state_seeds(q_WB: np.ndarray) -> np.ndarray:
-    """Return the derivatives of a plant state (13) by angles, position, w and v, (13, 12)."""
-    seeds = np.zeros((13, 12))
-    seeds[0:4, 0:3] = angle_seeds(q_WB)
-    seeds[4:13, 3:12] = np.eye(9)
-    return seeds
-
-
-def reduced(q_WB: np.ndarray) -> np.ndarray:
-    """Return the derivatives of angles, position, w and v by a plant state, (12, 13)."""
-    rows = np.zeros((12, 13))
-    rows[0:3, 0:4] = angles_of(q_WB)
-    rows[3:12, 4:13] = np.eye(9)
-    return rows
-
-
-def heading_turn(angle: float, vectors: int) -> np.ndarray:
-    """Return the matrix that turns a number of stacked vectors in W to axes rotated by an angle."""
-    c, s = np.cos(angle), np.sin(angle)
-    return np.kron(np.eye(vectors), np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]]))
-
-
-def turn_with_heading(A: np.ndarray, yaw_rate: float, places: Sequence[int]) -> None:
-    """Transform a continuous model from W to axes that turn with the heading, in place.
-
-    Angles come first. With q = (1, a / 2) q_trim their derivative is 2 (dq/dt) q_trim⁻¹. One half,
-    w x a / 2, comes from the turn of the trim itself, and is missing in reduced derivatives of q.
-
-    Args:
-        A: rows and columns of states.
-        yaw_rate: of the heading [rad/s].
-        places: index of each further vector in W.
-    """
-    cross = yaw_rate * np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
-    A[0:3, 0:3] -= 0.5 * cross
-    for place in places:
-        A[place : place + 3, place : place + 3] -= cross
-
-
-STATE = 12
-"""Angles, position, angular velocity and velocity, all in W."""
 REFERENCE = 4
 HELD = 3
 """Commanded velocity and yaw rate, and the position held."""
 LAST = 6
-"""Angular acceleration, and acceleration of the origin, in the middle of the step before, in W."""
+"""Angular acceleration, and acceleration of the origin, in W."""
 HOLD_X = Guidance._fields.index("p_x")
 Result = TypeVar("Result")
 
@@ -143,19 +68,6 @@ class Update:
     memory: np.ndarray
     memory_by: np.ndarray
     signals_by: np.ndarray
-
-
-@dataclass(frozen=True)
-class Step:
-    """A physics step: the result, and its derivatives.
-
-    Rows are angles, position, w and v (12), the acceleration in its middle (6) and the speeds of
-    rotors (n); columns are these, and the commands (n).
-    """
-
-    state: np.ndarray
-    last: np.ndarray
-    by: np.ndarray
 
 
 class Gyro(NamedTuple):
@@ -195,14 +107,14 @@ class Derivatives:
 
     Its functions, which cache their last call: `update(state, filtered, before, reference,
     guidance, memory) -> Update`; `settled_update`, the same for a law without spin-up torque, as
-    there is none in a steady flight; `step(state, last, speeds, commands) -> Step`;
-    `acceleration(state, speeds)`, which returns wdot and vdot (6) and their derivatives by state
-    and speeds (12 + n); and `steady_commands(speeds)`, which returns the commands that keep rotors
-    at speeds (n), and their derivatives. A battery is full.
+    there is none in a steady flight; `slopes(state, speeds, commands)`, see `VehicleDerivatives`;
+    `step(state, speeds, commands, yaw_rate) -> Step`, over a physics step; and
+    `steady_commands(speeds)`, which returns the commands that keep rotors at speeds (n), and their
+    derivatives. A battery is full.
 
     Args:
         controller: with the law that flies.
-        flown: the flying vehicle, without its payload.
+        flown: description of the flying vehicle, without its payload.
         vehicle: as known to the law, without its payload.
         gains: parameter values by name.
         rates: of physics and control.
@@ -211,7 +123,7 @@ class Derivatives:
     def __init__(
         self,
         controller: Controller,
-        flown: Vehicle,
+        flown: Description,
         vehicle: Vehicle,
         gains: Mapping[str, float],
         rates: Rates,
@@ -219,17 +131,18 @@ class Derivatives:
         self.controller = controller
         self._law = flight_law(controller)
         self._flown, self._vehicle = flown, vehicle
-        self._carry(payload_of(gains))
-        self._rows = rotor_rows(flown.rotors, rates.physics_step).tolist()
+        self._rotors = make_vehicle(flown).rotors
+        self._carry(payload_of(gains), gains)
         self._physics_step, self._control_period = rates.physics_step, rates.control_period
-        self._whole = [1.0] * len(self._rows)
+        self._whole = [1.0] * len(self._rotors)
         self._estimate = sampled_estimate(rates.control_period)
         self._vehicle = vehicle
-        self._pressure, self._supply, self._voltage = math.nan, FULL, 1.0
+        self._supply, self._voltage = full_supply(vehicle, gains), 1.0
+        self._air: tuple[float, ...] = ()
         self.update = LastCall(self._update)
         self.settled_update = LastCall(self._settled_update)
         self.step = LastCall(self._step)
-        self.acceleration = LastCall(self._acceleration)
+        self.slopes = LastCall(self._slopes)
         self.steady_commands = LastCall(self._steady_commands)
         self.gyro = LastCall(self._gyro)
         self.p_BI = (0.0, 0.0, 0.0)
@@ -243,9 +156,7 @@ class Derivatives:
         """
         payload = payload_of(gains)
         if payload != self._payload:
-            self._carry(payload)
-            self.step.forget()
-            self.acceleration.forget()
+            self._carry(payload, gains)
         known, dt = known_vehicle(self._constants), self._control_period
         self._gains = self._settled = self.controller.gains(gains, known, dt)
         if gains["spin_up_feedforward"] and self._constants.spin_up_time:
@@ -261,24 +172,32 @@ class Derivatives:
         self.gyro.forget()
         self.update.forget()
         self.settled_update.forget()
-        pressure = 0.5 * gains["drag_area"] * gains["air_density"]
-        battery = full_supply(self._vehicle, gains)
-        if pressure != self._pressure or battery != self._supply:
-            self._pressure, self._supply = pressure, battery
-            self._voltage = voltage_share(
-                self._vehicle.hover_speeds, self._whole, battery, self._rows
-            )
+        supply = full_supply(self._vehicle, gains)
+        air = (gains["drag_area"], gains["air_density"], *supply)
+        if air != self._air:
+            self._air, self._supply = air, supply
+            self._plant.set_air(gains)
+            self._voltage = self._voltage_at(self._vehicle.hover_speeds.tolist())
             self.step.forget()
-            self.acceleration.forget()
+            self.slopes.forget()
             self.steady_commands.forget()
 
-    def _carry(self, payload: Payload) -> None:
+    def _carry(self, payload: Payload, gains: Mapping[str, float]) -> None:
         """Add a payload to the flying vehicle, and to the one known to the law."""
         self._constants = law_constants(self._vehicle, payload)
         self._payload = payload
-        whole = laden(self._flown, payload)
-        body = rigid_body(whole.mass, whole.inertia, whole.p_BoBcm_B)
-        self._body: list[float] = body.packed().tolist()
+        self._plant = VehicleDerivatives(
+            make_vehicle_core(self._flown, self._vehicle, gains), self._vehicle
+        )
+        self._air = ()
+
+    def _voltage_at(self, speeds: Sequence[Any]) -> Any:
+        """Return the voltage with rotors at speeds (n), over that of a full battery."""
+        thrusts = [
+            rotor.motor_constant * w * (w + rotor.linear_speed)
+            for rotor, w in zip(self._rotors, speeds, strict=True)
+        ]
+        return 1.0 - self._supply[1] * sum(T * (T + TINY) ** 0.5 for T in thrusts)
 
     def _update(self, *signals: np.ndarray) -> Update:
         return self._updated(self._gains, *signals)
@@ -345,39 +264,16 @@ class Derivatives:
             gradient(loops[closed.size :], columns),
         )
 
+    def _slopes(
+        self, state: np.ndarray, speeds: np.ndarray, commands: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        return self._plant.slopes(state, speeds, commands)
+
     def _step(
-        self, state: np.ndarray, last: np.ndarray, speeds: np.ndarray, commands: np.ndarray
+        self, state: np.ndarray, speeds: np.ndarray, commands: np.ndarray, yaw_rate: np.ndarray
     ) -> Step:
-        """Return a physics step from a state (13), the last acceleration (6) and speeds (n)."""
-        n = len(self._rows)
-        sizes = (STATE, LAST, n, n)
-        columns = sum(sizes)
-        seeds = np.split(np.eye(columns), np.cumsum(sizes)[:-1])
-        next_speeds: list[Any] = [0.0] * n
-        after, acceleration = step_vehicle(
-            _seeded(state, state_seeds(state[:4]) @ seeds[0]),
-            _seeded(last, seeds[1]),
-            _seeded(speeds, seeds[2]),
-            _seeded(commands, seeds[3]),
-            self._whole,
-            [0.0] * 3,
-            [0.0] * 6,
-            self._pressure,
-            self._supply,
-            self._body,
-            self._rows,
-            self._physics_step,
-            [0.0] * n,
-            [0.0] * n,
-            next_speeds,
-        )
-        reached = ExtractValue(whole(after)).ravel()
-        rows = (
-            reduced(reached[:4]) @ gradient(after, columns),
-            gradient(acceleration, columns),
-            gradient(next_speeds, columns),
-        )
-        return Step(reached, ExtractValue(whole(acceleration)).ravel(), np.vstack(rows))
+        """Return a physics step in a trimmed flight, see `VehicleDerivatives.step`."""
+        return self._plant.step(state, speeds, commands, float(yaw_rate), self._physics_step)
 
     def _gyro(self, state: np.ndarray, last: np.ndarray) -> Gyro:
         """Return the gyro filters and derivatives at a state (13) and an acceleration (6)."""
@@ -427,44 +323,11 @@ class Derivatives:
             seen[6:9] = gyro.sensed_by @ motion + gyro.sensed_by_rates @ rates
         return seen
 
-    def _acceleration(self, state: np.ndarray, speeds: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return wdot and vdot (6) with the rotors at steady speeds, and their derivatives."""
-        n = len(self._rows)
-        seeds = np.eye(STATE + n)
-        known = _seeded(state, state_seeds(state[:4]) @ seeds[:STATE])
-        R_WB = rotation(known[0:4])
-        p_BoBcm_B = self._body[13:16]
-        wrench = vehicle_wrench(
-            R_WB,
-            known[7:10],
-            known[10:13],
-            known[6],
-            _seeded(speeds, seeds[STATE:]),
-            [0.0] * n,
-            self._whole,
-            [0.0] * 3,
-            self._pressure,
-            p_BoBcm_B,
-            self._rows,
-        )
-        found = accelerations(
-            R_WB,
-            into_body(R_WB, known[7:10]),
-            [0.0] * 6,
-            0.0,
-            wrench,
-            self._body[0],
-            self._body[1:7],
-            self._body[7:13],
-            p_BoBcm_B,
-        )
-        return ExtractValue(whole(found)).ravel(), gradient(found, STATE + n)
-
     def _steady_commands(self, speeds: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the commands that keep rotors at speeds, and their derivatives (n, n)."""
-        n = len(self._rows)
+        n = len(self._rotors)
         turning = _seeded(speeds, np.eye(n))
-        share = voltage_share(turning, self._whole, self._supply, self._rows)
+        share = self._voltage_at(turning)
         known = 1.0 + self._supply[2] * (share - 1.0)
         found = [speed / share * known for speed in turning]
         return ExtractValue(whole(found)).ravel(), gradient(found, n)
@@ -475,21 +338,13 @@ class Derivatives:
         The wrench is the one that the law expects from commanded speeds, and commands are those of
         the allocation for it.
         """
-        n = len(self._rows)
+        n = len(self._rotors)
         made = commanded_wrench(_seeded(commands, np.eye(n)), self._constants)
         asked = ExtractValue(whole(made)).ravel()
         speeds: list[Any] = [0.0] * n
         wanted = _seeded(asked, np.eye(asked.size))
         allocate(wanted, 1.0, 1.0, self._whole, self._constants, speeds)
         return gradient(made, n), gradient(speeds, asked.size)
-
-    def thrusts_by(self, state: np.ndarray, speeds: np.ndarray) -> np.ndarray:
-        """Return the derivatives of thrusts by state and speeds (n, 12 + n)."""
-        seeds = np.eye(STATE + len(self._rows))
-        known = _seeded(state, state_seeds(state[:4]) @ seeds[:STATE])
-        turning = _seeded(speeds, seeds[STATE:])
-        found = rotor_thrusts(known, turning, self._whole, [0.0] * 3, self._rows)
-        return gradient(found, len(seeds))
 
 
 def _seeded(values: np.ndarray, rows: np.ndarray) -> list[Any]:

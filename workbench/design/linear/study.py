@@ -14,18 +14,10 @@ from workbench.control.flight_law import FILTERED
 from workbench.design.linear.derivatives import (
     HELD,
     HOLD_X,
-    LAST,
     REFERENCE,
-    STATE,
     Derivatives,
     LastCall,
     Update,
-    constants,
-    gradient,
-    heading_turn,
-    reduced,
-    state_seeds,
-    turn_with_heading,
 )
 from workbench.design.linear.estimation import EstimatorModel, estimator_model
 from workbench.design.linear.model import (
@@ -35,7 +27,6 @@ from workbench.design.linear.model import (
     Signal,
     Trim,
     accel_states,
-    accelerations,
     estimated,
     filtered,
     gyro_states,
@@ -50,8 +41,15 @@ from workbench.design.linear.model import (
     wrench,
 )
 from workbench.design.linear.operating_point import HOVER, OperatingPoint
+from workbench.design.linear.seeds import (
+    STATE,
+    gradient,
+    heading_turn,
+    turn_with_heading,
+)
 from workbench.design.linear.trim import find_trim, guidance_of, reference_of, update_inputs
-from workbench.diagram.core import full_supply, law_gains, make_flight_core, make_vehicle_core
+from workbench.design.linear.vehicle import Step, VehicleDerivatives
+from workbench.diagram.core import law_gains, make_flight_core, make_vehicle_core
 from workbench.diagram.mounting import find_imu, mounting_of
 from workbench.diagram.sensor_choice import choose_sensors
 from workbench.estimation.estimators import find_estimator
@@ -82,8 +80,6 @@ GYRO, ACCEL, IMU = 12, 6, 6
 a reading of the IMU."""
 RATE = slice(6, 9)
 """Indices of the angular velocity in the motion."""
-SAME = 1e-12
-"""Difference of attitudes and rates up to which derivatives of a step count as equal."""
 REMOVABLE = frozenset(
     signal.name
     for signal in (*gyro_states(), *filtered()[3:], *accel_states(), *imu(), *estimated())
@@ -103,14 +99,15 @@ def sampled_model(
 ) -> LinearModel:
     """Return the linear model of a control period.
 
-    States are those just before an update: the motion, the acceleration in the middle of the
-    previous step, rotor speeds, the filters of gyro and accelerometer, the reading of the IMU, the
-    memory of the estimator, commands that act or are still to act, the stages before the law, the
-    motions that a delayed controller has not yet seen, and the memory of the law. Outputs are those
-    at the update. Filters that are off have states, too; `LinearModel.lean` removes them.
+    States are those just before an update: the motion, rotor speeds, the filters of gyro and
+    accelerometer, the reading of the IMU, the memory of the estimator, commands that act or are
+    still to act, the stages before the law, the motions that a delayed controller has not yet seen,
+    and the memory of the law. Outputs are those at the update. Filters that are off have states,
+    too; `LinearModel.lean` removes them.
 
-    Between updates the vehicle takes physics steps under held commands. The matrix of the period is
-    the product of the exact derivatives of the update and of each step along the trimmed flight.
+    Between updates commands are held. The matrix of the period is the product of the exact
+    derivatives of the update and of the exact model of the vehicle over each physics step, in axes
+    that turn with the heading.
 
     Args:
         derivatives: of vehicle and law.
@@ -136,13 +133,13 @@ def sampled_model(
     count = len(derivatives.controller.points)
     update = derivatives.update(*update_inputs(trim, rate))
     e = len(estimator.names) if estimator else 0
-    sizes = (STATE, LAST, n, GYRO, ACCEL, IMU, e, *[n] * waiting, FILTERED, *[STATE] * late, k)
+    sizes = (STATE, n, GYRO, ACCEL, IMU, e, *[n] * waiting, FILTERED, *[STATE] * late, k)
     sizes += (axes,) * waiting
     at = np.cumsum([0, *sizes])
     size = int(at[-1])
     groups = [slice(int(a), int(b)) for a, b in zip(at[:-1], at[1:], strict=True)]
-    s, last, speed, gyro, accel, sample, known_motion = groups[:7]
-    commands, before, older = groups[7 : 7 + waiting], groups[7 + waiting], groups[8 + waiting :]
+    s, speed, gyro, accel, sample, known_motion = groups[:6]
+    commands, before, older = groups[6 : 6 + waiting], groups[6 + waiting], groups[7 + waiting :]
     older, memory, earlier = older[:late], older[late], older[late + 1 :]
     moving = slice(0, accel.stop)
 
@@ -202,8 +199,9 @@ def sampled_model(
             for (by_state, by_input), (more, more_in) in zip(acting, wrenches, strict=True)
         ]
     held = [loaded[age if step >= since else age + 1] for step in range(delays.steps)]
+    held_before = loaded[min(age + 1, len(loaded) - 1)]
     after, sampled, readings = _states_of_period(
-        derivatives, trim, update, rates, held, sampling if samples else None
+        derivatives, trim, update, held_before, held, sampling if samples else None
     )
     A[moving], B[moving] = after
     A[sample], B[sample] = sampled
@@ -221,15 +219,16 @@ def sampled_model(
     elif late:
         A[older[0]], B[older[0]] = readings[look]
 
-    turn = np.eye(size)
-    angle = trim.point.yaw_rate * rates.control_period
+    # the filter of the velocity is in W
+    turn = heading_turn(trim.point.yaw_rate * rates.control_period, 1)
     velocity = slice(before.start, before.start + 3)
-    for vectors, vectors_in in ((s, 4), (last, 2), (velocity, 1)):
-        turn[vectors, vectors] = heading_turn(angle, vectors_in)
-    A, B = turn @ A, turn @ B
+    A[velocity], B[velocity] = turn @ A[velocity], turn @ B[velocity]
     thrusts = np.zeros((n, size))
-    thrusts_by = derivatives.thrusts_by(trim.state, trim.speeds)
-    thrusts[:, s], thrusts[:, speed] = thrusts_by[:, :STATE], thrusts_by[:, STATE:]
+    vehicle = _vehicle_step(derivatives, trim, update)
+    thrusts[:, s], thrusts[:, speed] = (
+        vehicle.thrusts_by[:, :STATE],
+        vehicle.thrusts_by[:, STATE : STATE + n],
+    )
     C = np.vstack([np.eye(STATE, size), signals, thrusts, whole[speed]])
     D = np.zeros((C.shape[0], inputs))
     D[STATE : STATE + count] = signals_in
@@ -265,33 +264,37 @@ Rows = tuple[np.ndarray, np.ndarray]
 """Rows by states, and by inputs, at an update."""
 
 
+def _vehicle_step(derivatives: Derivatives, trim: Trim, update: Update) -> Step:
+    """Return the vehicle over a physics step."""
+    yaw_rate = np.array(trim.point.yaw_rate)
+    return derivatives.step(trim.state, trim.speeds, update.commands, yaw_rate)
+
+
 def _states_of_period(
     derivatives: Derivatives,
     trim: Trim,
     update: Update,
-    rates: Rates,
+    held_before: Rows,
     held: list[Rows],
     sampling: slice | None = None,
 ) -> tuple[Rows, Rows, list[Rows]]:
-    """Return motion, acceleration, speeds and filters of the IMU after a control period.
+    """Return motion, speeds and filters of the IMU after a control period.
 
     Args:
         derivatives: of vehicle and law.
         trim: where.
         update: at its beginning.
-        rates: of physics and control.
-        held: rows of the commands that act in each step.
+        held_before: rows of the commands that act until the update.
+        held: rows of the commands that act in each physics step.
         sampling: indices of inputs with the noise of IMU samples, if any.
 
     Returns:
         Rows of all these after the period; rows of the reading of the IMU then (6), see
-        `FlightImu`; and rows of the motion (12) before each physics step, as seen
-        by a controller that uses the true motion.
+        `FlightImu`; and rows of the motion (12) before each physics step, as seen by a controller
+        that uses the true motion.
     """
-    at, speeds = trim.state, trim.speeds
-    since = heading_turn(0.5 * trim.point.yaw_rate * rates.physics_step, 2)
-    last = since @ np.concatenate([np.zeros(3), trim.vdot_WB])
-    step = derivatives.step(at, last, speeds, update.commands)
+    step = _vehicle_step(derivatives, trim, update)
+    gyro = derivatives.gyro(trim.state, np.concatenate([np.zeros(3), trim.vdot_WB]))
     count, every = step.by.shape[0], derivatives.gyro_every
     columns, inputs = held[0][0].shape[1], held[0][1].shape[1]
     both = np.eye(count + GYRO + ACCEL, columns + inputs)
@@ -300,11 +303,10 @@ def _states_of_period(
     rates_read, before = np.zeros((2, 3, columns + inputs))
     readings = []
     for number in range(len(held) + 1):
-        if number and not _alike(at, step.state):
-            at, last = step.state, step.last
-            step = derivatives.step(at, last, speeds, update.commands)
-        gyro, moves = derivatives.gyro(at, last), both[:count]
-        force = gyro.force_by @ moves[: STATE + LAST]
+        moves = both[:count]
+        acting = np.hstack(held[number - 1] if number else held_before)
+        moving = np.vstack([moves, acting])
+        force = gyro.force_by @ np.vstack([moves[:STATE], step.acceleration_by @ moving])
         if number % every == 0:
             w_B = gyro.rates_by @ moves[:STATE]
             smooth = gyro.smooth @ both[accel] + gyro.through @ force
@@ -323,13 +325,12 @@ def _states_of_period(
             w_B, force = w_B + noise[:3], force + noise[3:]
         if number % every == 0:
             rates_read = gyro.C @ both[filters] + gyro.D @ w_B
-        reading = derivatives.sensed(gyro, moves[:STATE], rates_read)
-        readings.append(reading)
+        readings.append(derivatives.sensed(gyro, moves[:STATE], rates_read))
         after = both.copy()
         if number % every == 0:
             after[filters] = gyro.A @ both[filters] + gyro.B @ w_B
             after[accel] = gyro.kept @ both[accel] + gyro.taken @ force
-        after[:count] = step.by[:, :count] @ moves + step.by[:, count:] @ np.hstack(held[number])
+        after[:count] = step.by @ np.vstack([moves, np.hstack(held[number])])
         both = after
     sums /= len(held)
     return (
@@ -344,12 +345,6 @@ def _parted(both: np.ndarray, columns: int) -> Rows:
     return both[:, :columns], both[:, columns:]
 
 
-def _alike(one: np.ndarray, other: np.ndarray) -> bool:
-    """Return whether two states of the body (13) have the same derivatives of a step."""
-    turning = [0, 1, 2, 3, 7, 8, 9]
-    return bool(np.abs(one[turning] - other[turning]).max() < SAME)
-
-
 def _states(
     n: int, waiting: int, late: int, estimator: EstimatorModel | None
 ) -> tuple[Signal, ...]:
@@ -361,7 +356,6 @@ def _states(
     seen = (signal for age in range(late) for signal in motion(f"seen_{age + 1}_"))
     return (
         *motion(),
-        *accelerations(),
         *numbered("speed", n, "rad/s"),
         *gyro_states(),
         *accel_states(),
@@ -371,80 +365,6 @@ def _states(
         *filtered(),
         *seen,
     )
-
-
-class VehicleDerivatives:
-    """An AutoDiff copy of a vehicle core, with a reused Context.
-
-    Args:
-        core: from `make_vehicle_core`.
-        vehicle: as known to its law.
-    """
-
-    def __init__(self, core: Diagram, vehicle: Vehicle) -> None:
-        self._vehicle = vehicle
-        self._diagram = core.ToAutoDiffXd()
-        self._root = self._diagram.CreateDefaultContext()
-
-    def model(self, trim: Trim, gains: Mapping[str, float]) -> LinearModel:
-        """Return the continuous model at a trim, in the axes of the heading.
-
-        Args:
-            trim: where.
-            gains: parameter values by name, of which those of the air are used.
-        """
-        n = trim.speeds.size
-        seeds = np.eye(STATE + 2 * n)
-        self._set_air(gains)
-        self._set_state([trim.state, trim.speeds], trim, seeds[: STATE + n])
-        self._fix("commands", trim.commands, 0, seeds[STATE + n :])
-        slopes = self._slopes(trim, len(seeds))
-        turn_with_heading(slopes, trim.point.yaw_rate, (3, 6, 9))
-        shown = np.vstack([seeds[:STATE], *self._rotors(len(seeds))])
-        return LinearModel(
-            A=slopes[:, : STATE + n],
-            input_matrix=slopes[:, STATE + n :],
-            output_matrix=shown[:, : STATE + n],
-            feedthrough=shown[:, STATE + n :],
-            period=0.0,
-            states=(*motion(), *numbered("speed", n, "rad/s")),
-            inputs=numbered("command", n, "rad/s"),
-            outputs=(*motion(), *numbered("thrust", n, "N"), *numbered("speed", n, "rad/s")),
-            trim=trim,
-        )
-
-    def _set_air(self, gains: Mapping[str, float]) -> None:
-        """Set the live parameters of the vehicle."""
-        self._set("body_forces", 0, [gains["drag_area"], gains["air_density"]])
-        if self._vehicle.battery:
-            self._set("supply", 0, full_supply(self._vehicle, gains))
-
-    def _set(self, system: str, index: int, values: Sequence[float]) -> None:
-        """Set a numeric parameter of a system."""
-        context = self._diagram.GetSubsystemByName(system).GetMyMutableContextFromRoot(self._root)
-        context.get_mutable_numeric_parameter(index).SetFromVector(constants(values).ravel())
-
-    def _set_state(self, values: Sequence[np.ndarray], trim: Trim, seeds: np.ndarray) -> None:
-        """Set the state, the body's (13) first, with derivatives by the reduced state."""
-        rows = np.vstack([state_seeds(trim.q_WB) @ seeds[:STATE], seeds[STATE:]])
-        self._root.SetContinuousState(InitializeAutoDiff(np.concatenate(values), rows))
-
-    def _fix(self, port: str, values: np.ndarray, start: int, seeds: np.ndarray) -> None:
-        """Fix an input port to values, of which some have derivatives."""
-        rows = np.zeros((values.size, seeds.shape[1]))
-        rows[start : start + seeds.shape[0]] = seeds
-        self._diagram.GetInputPort(port).FixValue(self._root, InitializeAutoDiff(values, rows))
-
-    def _slopes(self, trim: Trim, columns: int) -> np.ndarray:
-        """Return the derivatives of the time derivatives of the reduced state."""
-        slopes = self._diagram.EvalTimeDerivatives(self._root).CopyToVector()
-        found = gradient(slopes, columns)
-        return np.vstack([reduced(trim.q_WB) @ found[:13], found[13:]])
-
-    def _rotors(self, columns: int) -> list[np.ndarray]:
-        """Return the derivatives of thrusts and speeds."""
-        ports = (self._diagram.GetOutputPort(name) for name in ("thrusts", "speeds"))
-        return [gradient(port.Eval(self._root), columns) for port in ports]
 
 
 class FlightDerivatives(VehicleDerivatives):
@@ -480,21 +400,23 @@ class FlightDerivatives(VehicleDerivatives):
         held = at_inputs[REFERENCE : REFERENCE + HELD]
         self._fix("guidance", guidance_of(trim), HOLD_X, held)
         self._set("controller", GAINS, law_gains(self._law, self._vehicle, gains))
-        self._set_air(gains)
+        self.set_air(gains)
         probes = np.zeros((closed.size, states + inputs))
         probes[count:] = at_inputs[REFERENCE + HELD :]
         loops = self._in_controller.get_mutable_numeric_parameter(PROBES)
         loops.SetFromVector(InitializeAutoDiff(closed, probes).ravel())
         known = [trim.state, trim.speeds, trim.v_WB - trim.vdot_WB * TIME_CONSTANT]
-        self._set_state([*known, np.zeros(moments), trim.memory], trim, np.zeros_like(at_states))
+        self._set_state(
+            [*known, np.zeros(moments), trim.memory], trim.q_WB, np.zeros_like(at_states)
+        )
         moment = self._controller.wanted_yaw_moment(self._in_controller).value()
         if math.isnan(moment):
             raise WorkbenchError(
                 f"{self._law.name} uses the previously commanded wrench, so it has no continuous "
                 "model: leave --time continuous out"
             )
-        self._set_state([*known, np.full(moments, moment), trim.memory], trim, at_states)
-        slopes = self._slopes(trim, states + inputs)
+        self._set_state([*known, np.full(moments, moment), trim.memory], trim.q_WB, at_states)
+        _, slopes = self._slopes(trim.q_WB, states + inputs)
         signals = gradient(self._controller.loop_signals(self._in_controller), states + inputs)
         shown = np.vstack([seeds[:STATE], signals, *self._rotors(states + inputs)])
         A = slopes[:, :states]
@@ -547,10 +469,8 @@ class LinearStudy:
             self.vehicle, config.gains, controller=self.controller
         )
         self._flown = varied(self._description, self.vehicle, config.variation)
-        same = self._flown is self._description
-        flown = self.vehicle if same else make_vehicle(self._flown)
         self._derivatives = Derivatives(
-            self.controller, flown, self.vehicle, self.gains, self.scenario.rates
+            self.controller, self._flown, self.vehicle, self.gains, self.scenario.rates
         )
         own = self.controller.estimator
         self._estimator = own or find_estimator(self.scenario.estimator)

@@ -9,9 +9,10 @@ from pydrake.math import RollPitchYaw
 from workbench.common.errors import WorkbenchError
 from workbench.control.flight_law import FILTERED
 from workbench.control.guidance import Guidance, Reference
-from workbench.design.linear.derivatives import REFERENCE, STATE, Derivatives, angle_seeds
+from workbench.design.linear.derivatives import REFERENCE, Derivatives
 from workbench.design.linear.model import Trim
 from workbench.design.linear.operating_point import OperatingPoint
+from workbench.design.linear.seeds import STATE, angle_seeds
 from workbench.plant.payload import laden, payload_of
 from workbench.plant.thrust_frame import thrust_frame
 from workbench.plant.vehicle import Vehicle
@@ -143,8 +144,10 @@ def _residual(derivatives: Derivatives, trim: Trim, rate: float) -> tuple[np.nda
     """Return the residual of the equations (6 + n + k), and its derivatives by the unknowns."""
     n, k = trim.speeds.size, trim.memory.size
     update = derivatives.settled_update(*update_inputs(trim, rate))
-    _, by_speeds = derivatives.steady_commands(trim.speeds)
-    acceleration, by = derivatives.acceleration(trim.state, trim.speeds)
+    steady, by_speeds = derivatives.steady_commands(trim.speeds)
+    slopes, by = derivatives.slopes(trim.state, trim.speeds, steady)
+    acceleration = slopes[6:STATE]
+    held = by[6:STATE, STATE : STATE + n] + by[6:STATE, STATE + n :] @ by_speeds
     wanted = np.concatenate([np.zeros(3), trim.vdot_WB])
     scale, remembered = np.maximum(trim.speeds, 1.0), np.maximum(np.abs(trim.memory), 1.0)
     left = np.concatenate(
@@ -160,8 +163,8 @@ def _residual(derivatives: Derivatives, trim: Trim, rate: float) -> tuple[np.nda
     lowpass = slice(before.start - REFERENCE, before.start)  # which has settled to the command
     jacobian = np.zeros((6 + n + k, 2 + n + REFERENCE + k))
     last = update.commands_by.shape[1] - k
-    jacobian[:6, tilt] = by[:, tilt]
-    jacobian[:6, 2 : 2 + n] = by[:, STATE:]
+    jacobian[:6, tilt] = by[6:STATE, tilt]
+    jacobian[:6, 2 : 2 + n] = held
     for rows, found, same in (
         (slice(6, 6 + n), update.commands_by, np.eye(n)),
         (slice(6 + n, 6 + n + k), update.memory_by, np.zeros((k, n))),
