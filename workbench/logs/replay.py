@@ -1,6 +1,7 @@
 """Replay a log, and compare every state to the bit."""
 
 import dataclasses
+import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
