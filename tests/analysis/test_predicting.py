@@ -15,8 +15,8 @@ from workbench.session.session import Session
 
 SCENARIO = Scenario(world="room", script=[Action(at=0.2, velocity=[1.0, 0.0, 0.0])], duration=100.0)
 APART = 5e-3
-"""Predictions are compiled, with steps of second order, and commands act one physics step later than
-on the diagram: up to 4.2 mm/s apart in the first control periods of a step [m/s] or [rad/s]."""
+"""Predictions are compiled, with steps of second order, and commands act one physics step later
+than on the diagram: up to 4.2 mm/s apart in the first control periods [m/s] or [rad/s]."""
 OWN, FIRM = Branch("own", {}), Branch("firm", {"kp_velocity_x": 8.0})
 
 

@@ -47,7 +47,7 @@ class Airframe:
         push: what pushes it.
         wind: the velocity of the air.
         imu: samples of the flight computer.
-        around: the sphere around everything that can touch.
+        around: the sphere around everything that can touch, whether or not more is drawn.
         ground: whether there is ground.
         obstacles: whether there is anything to touch but the ground.
     """
@@ -232,7 +232,7 @@ def add_airframe(
         push=push,
         wind=wind,
         imu=flight_imu,
-        around=reach(description.model, description.base_link, description.rotors),
+        around=reach(description.undrawn().model, description.base_link, description.rotors),
         ground=world.ground,
         obstacles=bool(world.names),
     )
