@@ -190,10 +190,10 @@ MUTATIONS = (
         ("tests/session/test_payload.py", ORACLE),
     ),
     Mutation(
-        "payload: none in contact",
-        f"{SYSTEMS}/vehicle_dynamics.py",
-        "self._contact.carry(self.payload(context))",
-        "self._contact.carry(NO_PAYLOAD)",
+        "payload: the plant does not carry it",
+        "workbench/diagram/airframe.py",
+        "            whole += own\n",
+        "",
         ("tests/session/test_payload.py",),
     ),
     # law

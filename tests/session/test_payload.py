@@ -101,7 +101,7 @@ def test_linear_models_are_those_of_a_description_that_has_it_as_a_link(welded, 
 
     whole, bare = read_description(welded), read_description(UNEVEN)
     vehicle, rates = make_vehicle(whole if known else bare), study.scenario.rates
-    derivatives = Derivatives(study.controller, make_vehicle(whole), vehicle, study.gains, rates)
+    derivatives = Derivatives(study.controller, whole, vehicle, study.gains, rates)
     _, rate = sampled_estimate(rates.control_period)
     trim = find_trim(derivatives, make_vehicle(whole), study.gains, at, rate)
     delays = study.scenario.vehicle.variation.delays(rates.physics_step, rates.control_period)

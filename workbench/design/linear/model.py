@@ -359,11 +359,6 @@ def estimated() -> tuple[Signal, ...]:
     return tuple(Signal(name, unit) for name, unit in NOMINAL)
 
 
-def accelerations() -> tuple[Signal, ...]:
-    """Return the accelerations in the middle of the step before."""
-    return (*vector("wdot", "rad/s^2"), *vector("vdot", "m/s^2"))
-
-
 def references() -> tuple[Signal, ...]:
     """Return the references: velocity and yaw rate, and the position held."""
     return (
