@@ -49,6 +49,9 @@ class Push(LeafSystem):
     def _update(self, context: Context, discrete_state: DiscreteValues) -> None:
         push = PushSettings(*context.get_numeric_parameter(0).value().tolist())
         share = push_share(context.get_time(), self._period, push.push_start, push.push_duration)
-        values = [share * value for value in push[:9]]
-        values[3:6] = push[3:6]
-        discrete_state.set_value(values)
+        if share > 0.0:
+            values = [share * value for value in push[:9]]
+            values[3:6] = push[3:6]
+            discrete_state.set_value(values)
+        elif discrete_state.value(0).any():
+            discrete_state.set_value([0.0] * 9)

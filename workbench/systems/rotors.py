@@ -133,27 +133,26 @@ def Rotors_(T: Any) -> Any:
         def _calc_slopes(self, context: Any, output: Any) -> None:
             """Calculate dw/dt (n) [rad/s²]."""
             commands, speeds = self._commands.Eval(context).tolist(), self._speeds(context)
+            shares = context.get_numeric_parameter(0).value().tolist()
             voltage, compensated = 1.0, 1.0
             if self._supply.HasValue(context):
                 open_circuit, _, compensation, known = self._supply.Eval(context).tolist()
                 voltage = self._voltage(context, speeds)
                 compensated = 1.0 + compensation * (voltage + (known - open_circuit) - 1.0)
                 compensated = max(compensated, LEAST_VOLTAGE)
-            shares = context.get_numeric_parameter(0).value().tolist()
-            given = [
-                voltage * within(u / compensated, rotor) if share > 0.0 else 0.0
-                for rotor, share, u in zip(self._rotors, shares, commands, strict=True)
-            ]
-            turning = zip(self._rotors, given, speeds, strict=True)
-            output.set_value([speed_slope(*each) for each in turning])
+            slopes = []
+            for rotor, share, u, w in zip(self._rotors, shares, commands, speeds, strict=True):
+                command = voltage * within(u / compensated, rotor) if share > 0.0 else 0.0
+                slopes.append(speed_slope(rotor, command, w))
+            output.set_value(slopes)
 
         def _voltage(self, context: Any, speeds: Sequence[Any]) -> Any:
             """Return the voltage under load, over that of the full battery."""
             if not self._supply.HasValue(context):
                 return 1.0
             open_circuit, drop, *_ = self._supply.Eval(context).tolist()
-            power = sum(T * (T + TINY) ** 0.5 for T in self._static_thrusts(context, speeds))
-            voltage = open_circuit - drop * power
+            statics = self._static_thrusts(self._shares(context), speeds)
+            voltage = open_circuit - drop * sum(T * (T + TINY) ** 0.5 for T in statics)
             return voltage if voltage > 0.0 else 0.0 * voltage
 
         def _shares(self, context: Any) -> list[Any]:
@@ -161,29 +160,30 @@ def Rotors_(T: Any) -> Any:
             shares = context.get_numeric_parameter(0).value().tolist()
             return [share if share > 0.0 else 1.0 for share in shares]
 
-        def _static_thrusts(self, context: Any, speeds: Sequence[Any]) -> list[Any]:
-            turning = zip(self._rotors, self._shares(context), speeds, strict=True)
+        def _static_thrusts(self, shares: Sequence[Any], speeds: Sequence[Any]) -> list[Any]:
+            turning = zip(self._rotors, shares, speeds, strict=True)
             return [
                 share * rotor.motor_constant * w * (w + rotor.linear_speed)
                 for rotor, share, w in turning
             ]
 
-        def _motion(self, context: Any) -> tuple[Any, Any, Any]:
-            """Return R_WB row by row (9), angular velocity, and velocity in the air, in B."""
+        def _motion(self, context: Any) -> tuple[Any, Any, Any, Any]:
+            """Return R_WB row by row (9), angular velocity and air velocity in B, and height."""
             state = self._state.Eval(context).tolist()
             R_WB, v_W = rotation(state[0:4]), state[10:13]
             if self._wind.HasValue(context):
-                v_W = [v - u for v, u in zip(v_W, self._wind.Eval(context).tolist(), strict=True)]
-            return R_WB, into_body(R_WB, state[7:10]), into_body(R_WB, v_W)
+                u_x, u_y, u_z = self._wind.Eval(context).tolist()
+                v_x, v_y, v_z = v_W
+                v_W = v_x - u_x, v_y - u_y, v_z - u_z
+            return R_WB, into_body(R_WB, state[7:10]), into_body(R_WB, v_W), state[6]
 
         def _calc_spatial_forces(self, context: Any, output: Any) -> None:
-            R_WB, w_B, v_B = self._motion(context)
-            speeds = self._speeds(context)
+            R_WB, w_B, v_B, height = self._motion(context)
+            speeds, shares = self._speeds(context), self._shares(context)
             slopes = self.get_cache_entry(self._slopes).Eval(context)
-            shares, statics = self._shares(context), self._static_thrusts(context, speeds)
-            height = self._state.Eval(context)[6]
-            turning = zip(self._rotors, speeds, slopes, shares, statics, strict=True)
+            statics = self._static_thrusts(shares, speeds)
             f_x = f_y = f_z = m_x = m_y = m_z = h_x = h_y = h_z = 0.0
+            turning = zip(self._rotors, speeds, slopes, shares, statics, strict=True)
             for rotor, w, slope, share, T_0 in turning:
                 p_x, p_y, p_z = rotor.p_BR
                 n_x, n_y, n_z = rotor.axis_B
@@ -196,11 +196,9 @@ def Rotors_(T: Any) -> Any:
                 roll = size * rotor.rolling_moment_coefficient
                 # thrust is along the axis, drag opposes the rest of the velocity
                 thrust, torque = thrust + drag * u, torque - roll * u
-                F_x, F_y, F_z = (
-                    thrust * n_x - drag * v_x,
-                    thrust * n_y - drag * v_y,
-                    thrust * n_z - drag * v_z,
-                )
+                F_x = thrust * n_x - drag * v_x
+                F_y = thrust * n_y - drag * v_y
+                F_z = thrust * n_z - drag * v_z
                 f_x, f_y, f_z = f_x + F_x, f_y + F_y, f_z + F_z
                 m_x = m_x + p_y * F_z - p_z * F_y - torque * n_x - roll * v_x
                 m_y = m_y + p_z * F_x - p_x * F_z - torque * n_y - roll * v_y
@@ -218,10 +216,9 @@ def Rotors_(T: Any) -> Any:
             output.SetFromVector(self._speeds(context))
 
         def _calc_thrusts(self, context: Any, output: Any) -> None:
-            R_WB, w_B, v_B = self._motion(context)
-            speeds, height = self._speeds(context), self._state.Eval(context)[6]
-            shares, statics = self._shares(context), self._static_thrusts(context, speeds)
-            thrusts = []
+            R_WB, w_B, v_B, height = self._motion(context)
+            speeds, shares = self._speeds(context), self._shares(context)
+            statics, thrusts = self._static_thrusts(shares, speeds), []
             for rotor, w, share, T_0 in zip(self._rotors, speeds, shares, statics, strict=True):
                 v_R = hub_velocity(rotor, w_B, v_B)
                 u = sum(v * n for v, n in zip(v_R, rotor.axis_B, strict=True))
@@ -229,7 +226,7 @@ def Rotors_(T: Any) -> Any:
             output.SetFromVector(thrusts)
 
         def _calc_static_thrusts(self, context: Any, output: Any) -> None:
-            output.SetFromVector(self._static_thrusts(context, self._speeds(context)))
+            output.SetFromVector(self._static_thrusts(self._shares(context), self._speeds(context)))
 
         def _calc_voltage(self, context: Any, output: Any) -> None:
             output.SetFromVector([self._voltage(context, self._speeds(context))])
@@ -284,7 +281,9 @@ def moving_thrust(
         R_WB: attitude of the body, row by row (9).
         height: of the body's origin above the ground [m].
     """
-    thrust = static - share * rotor.inflow_coefficient * speed * along
+    thrust = static
+    if rotor.inflow_coefficient:
+        thrust = thrust - share * rotor.inflow_coefficient * speed * along
     if rotor.ground_effect_coefficient > 0.0:
         toward = R_WB[6:9]
         if sum(z * n for z, n in zip(toward, rotor.axis_B, strict=True)) > 0.0:

@@ -69,19 +69,20 @@ class Wind(LeafSystem):
     def _settings(self, context: Context) -> WindSettings:
         return WindSettings(*context.get_numeric_parameter(WIND).value().tolist())
 
-    @np.errstate(over="ignore")  # integers of the noise wrap around
     def _update(self, context: Context, discrete_state: DiscreteValues) -> None:
         settings = self._settings(context)
         if settings.turbulence == 0.0:  # turbulence that starts later draws stationary states
-            discrete_state.set_value(FILTERS, np.zeros(EDDIES))
-            discrete_state.set_value(TURBULENCE, np.zeros(3))
+            if discrete_state.value(FILTERS)[BEGUN]:
+                discrete_state.set_value(FILTERS, np.zeros(EDDIES))
+                discrete_state.set_value(TURBULENCE, np.zeros(3))
             return
         state = self._state.Eval(context)
         height, speed = state[6], np.linalg.norm(state[10:13] - settings[0:3])
         before = context.get_discrete_state(FILTERS).CopyToVector()
         noise, after = np.empty(COUNT), np.empty(EDDIES)
         number = round(context.get_time() / self._period)
-        draw_normals(context.get_numeric_parameter(SEED)[0], number, noise)
+        with np.errstate(over="ignore"):  # integers of the noise wrap around
+            draw_normals(context.get_numeric_parameter(SEED)[0], number, noise)
         passed = self._period if before[BEGUN] > 0.0 else np.inf
         step_filters(before[:BEGUN], noise, height, speed, passed, after[:BEGUN])
         after[BEGUN] = 1.0
