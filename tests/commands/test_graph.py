@@ -32,7 +32,10 @@ def test_every_system_is_named_and_every_net_joins_known_ports(drawn):
     said, file = drawn
     assert said.code == 0
     blocks = {block["name"]: block for block in said.json["blocks"]}
-    assert {"controller", "modes", "battery", "recorder", "dynamics", "scene_graph"} <= set(blocks)
+    assert {"plant + scene_graph", "rotors", "body_forces", "flight_imu", "controller"} <= set(
+        blocks
+    )
+    assert {"modes", "battery", "recorder"} <= set(blocks)
     for name in blocks:
         assert f'"{name}" [label=' in file.read_text()
     assert len(connections(file)) == sum(len(net["sinks"]) for net in said.json["nets"]) > 10

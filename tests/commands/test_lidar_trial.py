@@ -130,7 +130,8 @@ def test_bad_input_is_a_sentence_and_leaves_nothing(refused, out, options, word)
     ("more", "options", "word"),
     [
         ("duration: 0.0005", (), "no scan was delivered in the flight"),
-        ("duration: 0.005", (), "too short to judge"),
+        ("duration: 0.005", (), "no scan was delivered in the flight"),
+        ("duration: 0.01\nrates: {record_period: 0.0625}", (), "too short to judge"),
         ("duration: 0.5\nsensors: {latency: {lidar: 2}}", (), "fly longer than 2.11 s"),
         ("duration: 0.5", ("--set", "lidar_fault=3"), "that works"),
     ],

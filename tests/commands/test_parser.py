@@ -34,7 +34,7 @@ def test_what_is_unknown_is_named_with_what_is_near(refused, case):
             "--vrsion",
             "unknown option '--vrsion': did you mean '--version'? (see `workbench --help`)",
         ),
-        ("stpe", "unknown command 'stpe': did you mean 'step'? known are compare, compile,"),
+        ("stpe", "unknown command 'stpe': did you mean 'step'? known are compare, completion,"),
         ("gains shw", "unknown command 'shw': did you mean 'show'? known are diff, export,"),
         ("sitl px5", "unknown autopilot 'px5': did you mean 'px4'? known are ardupilot, px4"),
         ("step --axis w", "unknown --axis 'w': known are x, y, yaw, z"),

@@ -38,7 +38,7 @@ def test_the_same_flight_is_equal(run, flown):
     said = run("replay", path)
     assert said.code == 0, said.err
     count = len(read_log(path).states)
-    assert said.out == f"equal: all {count} states over 0.298 s are the same to the bit\n"
+    assert said.out == f"equal: all {count} states over 0.297 s are the same to the bit\n"
 
 
 def test_other_gains_are_not_equal(run, flown):
@@ -61,7 +61,7 @@ def test_json_of_an_equal_flight(run, flown):
         "equal": True,
         "remark": "",
         "states": len(read_log(path).states),
-        "duration": pytest.approx(0.298, abs=1e-3),
+        "duration": pytest.approx(0.297, abs=1e-3),
         "first": None,
         "changed": [],
     }
@@ -73,7 +73,7 @@ def test_a_cut_log_is_told_and_flown(run, flown):
         *_, last = make_reader(file).get_summary().chunk_indexes
     path.write_bytes(path.read_bytes()[: last.chunk_start_offset + last.chunk_length])
     said = run("replay", path)
-    assert "was not closed and ends at 0.298 s" in said.err
+    assert "was not closed and ends at 0.297 s" in said.err
     assert said.code == 0
 
 

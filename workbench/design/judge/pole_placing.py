@@ -179,8 +179,8 @@ class PolePlacer:
         """
         model = self._model(k)
         z, right = np.linalg.eig(model.A)
-        with np.errstate(divide="ignore"):
-            ways = np.abs(np.log(z.astype(complex)) / model.period - pole)
+        ways, lasting = np.full(len(z), np.inf), z != 0.0
+        ways[lasting] = np.abs(np.log(z[lasting].astype(complex)) / model.period - pole)
         alike = ways <= ways.min() + SAME * abs(pole)
         left = np.linalg.pinv(right)[alike]
         slopes = np.zeros(len(k), dtype=complex)
