@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from pydrake.systems.analysis import Simulator
 
-from workbench.diagram.core import make_open_loop
+from workbench.diagram.core import ROTOR_COMMANDS, make_open_loop
 from workbench.plant.placing import body_state
 from workbench.plant.worlds.reading import read_world
 from workbench.scenario.scenario import Rates
@@ -17,10 +17,11 @@ def started(bench, vehicle, height: float) -> Simulator:
     """Return a simulator at rest in the air, with rotors at hover speed."""
     simulator = Simulator(bench.diagram)
     context = simulator.get_mutable_context()
-    dynamics = bench.airframe.dynamics
     still = [0.0] * 3
     state = body_state(p_WB=[0, 0, height], roll_pitch_yaw=still, v_WB=still, w_WB=still)
-    dynamics.place(dynamics.GetMyMutableContextFromRoot(context), state, vehicle.hover_speeds)
+    bench.airframe.place(context, state, vehicle.hover_speeds)
+    held = bench.diagram.GetSubsystemByName(ROTOR_COMMANDS)
+    held.GetMyMutableContextFromRoot(context).SetDiscreteState(vehicle.hover_speeds)
     return simulator
 
 

@@ -74,7 +74,7 @@ def views(request, world):
     start = Start(position=[0.3, 0.1, 1.4], roll_pitch_yaw=request.param)
     sensors = SensorsConfig(use=["lidar", "camera"], noise=False)
     session = Session(Scenario(world=world, start=start, sensors=sensors))
-    session.tick(1 / 1024)
+    session.tick(1 / 128)
     scan, picture = session.reading("lidar"), session.reading("camera")
     assert scan.stamp == picture.stamp == 0.0
     return scan, picture
@@ -165,7 +165,7 @@ def moving(tmp_path_factory):
 )
 def test_what_moves_is_seen_where_it_is(moving, time, ball, under):
     moving.reset()
-    moving.tick(time + 1 / 1024)
+    moving.tick(time + 1 / 128)
     scan, picture = moving.reading("lidar"), moving.reading("camera")
     height = moving.reading("range_finder")
     assert scan.stamp == picture.stamp == height.stamp == time

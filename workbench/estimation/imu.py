@@ -10,7 +10,7 @@ import numpy as np
 
 from workbench.common.jitable import Scalar, Vector, register_jitable
 from workbench.dynamics.air.normals import drawn_normals
-from workbench.dynamics.rigid_body import into_body, rotation
+from workbench.dynamics.rigid_body import into_body, into_world, rotation
 from workbench.plant.gravity import GRAVITY
 from workbench.plant.sensors import Imu
 
@@ -125,6 +125,46 @@ def measured(state: Vector, acceleration: Vector, p_BS: Vector) -> Six:
     return w_x, w_y, w_z, f_x, f_y, f_z
 
 
+@register_jitable(forceinline=True)
+def carried(state: Vector, p_BS: Vector) -> tuple[Scalar, ...]:
+    """Return q_WB and the velocity of the IMU in W [m/s] (7) of a state of the body (13)."""
+    l_x, l_y, l_z = into_world(rotation(state[0:4]), p_BS)
+    w_x, w_y, w_z = state[7:10]
+    return (
+        state[0],
+        state[1],
+        state[2],
+        state[3],
+        state[10] + w_y * l_z - w_z * l_y,
+        state[11] + w_z * l_x - w_x * l_z,
+        state[12] + w_x * l_y - w_y * l_x,
+    )
+
+
+@register_jitable(forceinline=True)
+def mean_force(before: Vector, now: Vector, period: Scalar) -> tuple[Scalar, Scalar, Scalar]:
+    """Return the mean specific force between two samples, in B half-way between their attitudes.
+
+    It is that of the change of velocity. The force at an instant would miss an impact, or take its
+    peak for the mean: a landing at 0.4 m/s is over within a millisecond of 1500 m/s².
+
+    Args:
+        before: see `carried`.
+        now: likewise.
+        period: between them [s].
+    """
+    half = (before[0] + now[0], before[1] + now[1], before[2] + now[2], before[3] + now[3])
+    rate = 1.0 / period
+    return into_body(
+        rotation(half),
+        (
+            rate * (now[4] - before[4]),
+            rate * (now[5] - before[5]),
+            rate * (now[6] - before[6]) + GRAVITY,
+        ),
+    )
+
+
 @register_jitable
 def noisy_sample(
     exact: Vector, number: int, every: int, fault: float, bias: Vector, imu: Vector, seed: float
@@ -132,7 +172,7 @@ def noisy_sample(
     """Return the measurement of an IMU, in the axes of B.
 
     Args:
-        exact: see `measured` (6).
+        exact: angular velocity, and specific force, see `mean_force` (6).
         number: of the physics step.
         every: number of steps between its samples.
         fault: see `faults.Fault`.

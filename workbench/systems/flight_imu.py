@@ -1,8 +1,9 @@
 """The IMU of the flight computer: samples of gyro and accelerometer, their filters, and readings.
 
-A sample is taken at each step of the Simulator, see `sample_steps_of`. A reading is the mean of
-angular velocity and specific force since the reading before, once a control period; without an IMU
-there is an exact gyro alone, and its filters.
+A sample is the angular velocity at its time, and the mean specific force since the sample before,
+see `estimation.imu.mean_force`. A reading is the mean of both since the reading before, once a
+control period: of the angular velocity by the trapezoidal rule. Without an IMU there is an exact
+gyro alone, and its filters.
 """
 
 import numpy as np
@@ -26,7 +27,9 @@ from workbench.estimation.imu import (
     SILENT,
     SOURCE,
     SPREAD,
+    carried,
     drawn_bias,
+    mean_force,
     measured,
     noisy_sample,
     packed,
@@ -35,12 +38,13 @@ from workbench.estimation.imu import (
 from workbench.plant.sensors import Imu
 from workbench.systems.noise import noise_seed
 
-GYRO, RATES, ACCEL, SAMPLE, SUMS, ELAPSED, BIAS, DRIFT = range(8)
+GYRO, RATES, ACCEL, SAMPLE, SUMS, ELAPSED, BIAS, DRIFT, MOTION, NUMBER = range(10)
 """Groups of the discrete state: states of the gyro's filters (12), its filtered angular velocity in
 B (3), states of the accelerometer's low-pass (6), the last sample (6), the integral of samples
 since the last reading (6) and its length in physics steps, -1 before the first (1), the biases (6)
-and their drift (6)."""
-SIZES = (12, 3, 6, 6, 6, 1, 6, 6)
+and their drift (6), attitude and velocity of the IMU at the last sample (7), see `imu.carried`, and
+its number in physics steps (1)."""
+SIZES = (12, 3, 6, 6, 6, 1, 6, 6, 7, 1)
 ON_TIME = 1e-6
 """Largest share of a physics step by which a sample is off its time."""
 SETTINGS, FAULT, SEED = range(3)
@@ -52,7 +56,8 @@ class FlightImu(LeafSystem):
 
     Input ports:
         state (13): of the body: q_WB (w, x, y, z), p_WB [m], w_WB_W [rad/s], v_WB_W [m/s].
-        acceleration (6): angular, and of the origin, in W [rad/s², m/s²]; only with an IMU.
+        acceleration (6): angular, and of the origin, in W [rad/s², m/s²]; for the first sample,
+            which has none before it; only with an IMU.
     Output ports:
         sensed (13): the state with the gyro's filtered angular velocity.
         imu (9): mean angular velocity [rad/s] and specific force [m/s²] since the last reading, and
@@ -120,6 +125,10 @@ class FlightImu(LeafSystem):
     def _group(self, context: Context, group: int) -> np.ndarray:
         return context.get_discrete_state(group).CopyToVector()
 
+    def _passed(self, context: Context) -> float:
+        """Return the physics steps since the last sample."""
+        return context.get_time() / self._step - self._group(context, NUMBER)[0]
+
     def _sample(self, context: Context, every: int) -> tuple[float, ...]:
         """Return a sample now (6): of an exact gyro alone without an IMU."""
         state = self._state.Eval(context).tolist()
@@ -127,12 +136,16 @@ class FlightImu(LeafSystem):
             return (*body_rates(state), 0.0, 0.0, 0.0)
         fault = context.get_numeric_parameter(FAULT)[0]
         seed = context.get_numeric_parameter(SEED)[0]
-        bias = self._group(context, BIAS)
+        bias, passed = self._group(context, BIAS), self._passed(context)
+        exact: tuple[float, ...]
         if self._group(context, ELAPSED)[0] < 0.0:
             bias = np.array(drawn_bias(self._imu[MEAN:SPREAD], self._imu[SPREAD:], seed))
-        elif fault in (FROZEN, SILENT):
+            exact = measured(state, self._acceleration.Eval(context).tolist(), self._p_BS)
+        elif fault in (FROZEN, SILENT) or passed < ON_TIME:
             return tuple(self._group(context, SAMPLE))
-        exact = measured(state, self._acceleration.Eval(context).tolist(), self._p_BS)
+        else:
+            before, now = self._group(context, MOTION).tolist(), carried(state, self._p_BS)
+            exact = (*body_rates(state), *mean_force(before, now, passed * self._step))
         both = np.concatenate([bias, self._group(context, DRIFT)])
         return noisy_sample(exact, self._number(context), every, fault, both, self._imu, seed)
 
@@ -157,21 +170,23 @@ class FlightImu(LeafSystem):
             discrete_state.set_value(BIAS, bias)
         section = lowpass(settings[5], settings[6], every * self._step)
         accel, before = self._group(context, ACCEL), self._group(context, SAMPLE)
-        sums = self._group(context, SUMS)
+        sums, passed = self._group(context, SUMS), self._passed(context)
         for i in range(3):
             force = sample[3 + i]
             if first:
                 accel[2 * i + 1] = force
             smooth = output(section, accel[2 * i], accel[2 * i + 1], force)
             accel[2 * i : 2 * i + 2] = after(section, accel[2 * i], accel[2 * i + 1], force)
-            sums[i] += 0.5 * every * (before[i] + sample[i])
-            sums[3 + i] += every * smooth
-        elapsed += every
+            sums[i] += 0.5 * passed * (before[i] + sample[i])
+            sums[3 + i] += passed * smooth
+        elapsed += passed
         if first or number % self._readout == 0:
             elapsed, sums = 0.0, np.zeros(6)
             drift = self._group(context, DRIFT)
             step_drift(drift, number, self._imu, seed)
             discrete_state.set_value(DRIFT, drift)
+        discrete_state.set_value(MOTION, carried(self._state.Eval(context), self._p_BS))
+        discrete_state.set_value(NUMBER, [number])
         for group, values in ((ACCEL, accel), (SAMPLE, sample), (SUMS, sums), (ELAPSED, [elapsed])):
             discrete_state.set_value(group, values)
 
@@ -193,15 +208,15 @@ class FlightImu(LeafSystem):
         every, settings = self.sample_steps(context), self._settings(context)
         sample, before = self._sample(context, every), self._group(context, SAMPLE)
         sums, accel = self._group(context, SUMS), self._group(context, ACCEL)
-        elapsed = self._group(context, ELAPSED)[0]
+        elapsed, passed = self._group(context, ELAPSED)[0], self._passed(context)
         coefficients = gyro_filter(settings, every * self._step)
         rates = filtered_rates(coefficients, self._group(context, GYRO), sample[0:3])
         section = lowpass(settings[5], settings[6], every * self._step)
         reading = [*sample, *rates]
-        if elapsed >= 0.0:
+        if elapsed >= 0.0 and elapsed + passed > ON_TIME:
             for i in range(3):
                 smooth = output(section, accel[2 * i], accel[2 * i + 1], sample[3 + i])
-                turned = sums[i] + 0.5 * every * (before[i] + sample[i])
-                reading[i] = turned / (elapsed + every)
-                reading[3 + i] = (sums[3 + i] + every * smooth) / (elapsed + every)
+                turned = sums[i] + 0.5 * passed * (before[i] + sample[i])
+                reading[i] = turned / (elapsed + passed)
+                reading[3 + i] = (sums[3 + i] + passed * smooth) / (elapsed + passed)
         output_vector.SetFromVector(reading)

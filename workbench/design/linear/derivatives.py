@@ -34,7 +34,7 @@ from workbench.estimation.gyro import (
     sensed,
     stepped_filters,
 )
-from workbench.estimation.imu import measured
+from workbench.estimation.imu import carried, mean_force
 from workbench.plant.description import Description
 from workbench.plant.loading import make_vehicle
 from workbench.plant.payload import Payload, payload_of
@@ -46,8 +46,6 @@ from workbench.systems.rotors import TINY
 REFERENCE = 4
 HELD = 3
 """Commanded velocity and yaw rate, and the position held."""
-LAST = 6
-"""Angular acceleration, and acceleration of the origin, in W."""
 HOLD_X = Guidance._fields.index("p_x")
 Result = TypeVar("Result")
 
@@ -81,7 +79,7 @@ class Gyro(NamedTuple):
         rates_by: angular velocity in B by the motion (3, 12).
         sensed_by: sensed angular velocity in W, by the motion (3, 12).
         sensed_by_rates: the same by the output of the filters (3, 3).
-        force_by: specific force at the accelerometer in B, by motion and acceleration (3, 18).
+        force_by: mean specific force between two samples in B, by the motions at both (3, 24).
         kept: of the accelerometer's low-pass, from its states to those after a sample (6, 6).
         taken: from a specific force to its states (6, 3).
         smooth: from its states to its output (3, 6).
@@ -304,11 +302,15 @@ class Derivatives:
         )
 
     def _force_by(self, state: np.ndarray, last: np.ndarray) -> np.ndarray:
-        """Return the derivatives of the specific force by motion and acceleration."""
-        seeds = np.eye(STATE + LAST)
-        moving = _seeded(state, state_seeds(state[:4]) @ seeds[:STATE])
-        pulled = _seeded(last, seeds[STATE:])
-        return gradient(measured(moving, pulled, self.p_BI)[3:], STATE + LAST)
+        """Return the derivatives of the force between two samples by the motions at both."""
+        period = self.gyro_every * self._physics_step
+        later = state.copy()
+        later[10:13] += period * last[3:]
+        seeds = np.eye(2 * STATE)
+        before = _seeded(state, state_seeds(state[:4]) @ seeds[:STATE])
+        now = _seeded(later, state_seeds(later[:4]) @ seeds[STATE:])
+        ends = carried(before, self.p_BI), carried(now, self.p_BI)
+        return gradient(mean_force(*ends, period), 2 * STATE)
 
     def sensed(self, gyro: Gyro, motion: np.ndarray, rates: np.ndarray) -> np.ndarray:
         """Return rows of the motion (12) seen by a controller that uses the true motion.

@@ -99,11 +99,11 @@ def sampled_model(
 ) -> LinearModel:
     """Return the linear model of a control period.
 
-    States are those just before an update: the motion, rotor speeds, the filters of gyro and
-    accelerometer, the reading of the IMU, the memory of the estimator, commands that act or are
-    still to act, the stages before the law, the motions that a delayed controller has not yet seen,
-    and the memory of the law. Outputs are those at the update. Filters that are off have states,
-    too; `LinearModel.lean` removes them.
+    States are those just before an update: the motion, rotor speeds, the filters of the gyro, and
+    of the accelerometer with the sample of the update, the reading of the IMU, the memory of the
+    estimator, commands that act or are still to act, the stages before the law, the motions that a
+    delayed controller has not yet seen, and the memory of the law. Outputs are those at the update.
+    Filters that are off have states, too; `LinearModel.lean` removes them.
 
     Between updates commands are held. The matrix of the period is the product of the exact
     derivatives of the update and of the exact model of the vehicle over each physics step, in axes
@@ -199,9 +199,8 @@ def sampled_model(
             for (by_state, by_input), (more, more_in) in zip(acting, wrenches, strict=True)
         ]
     held = [loaded[age if step >= since else age + 1] for step in range(delays.steps)]
-    held_before = loaded[min(age + 1, len(loaded) - 1)]
     after, sampled, readings = _states_of_period(
-        derivatives, trim, update, held_before, held, sampling if samples else None
+        derivatives, trim, update, held, sampling if samples else None
     )
     A[moving], B[moving] = after
     A[sample], B[sample] = sampled
@@ -274,7 +273,6 @@ def _states_of_period(
     derivatives: Derivatives,
     trim: Trim,
     update: Update,
-    held_before: Rows,
     held: list[Rows],
     sampling: slice | None = None,
 ) -> tuple[Rows, Rows, list[Rows]]:
@@ -284,7 +282,6 @@ def _states_of_period(
         derivatives: of vehicle and law.
         trim: where.
         update: at its beginning.
-        held_before: rows of the commands that act until the update.
         held: rows of the commands that act in each physics step.
         sampling: indices of inputs with the noise of IMU samples, if any.
 
@@ -300,36 +297,34 @@ def _states_of_period(
     both = np.eye(count + GYRO + ACCEL, columns + inputs)
     filters, accel = slice(count, count + GYRO), slice(count + GYRO, count + GYRO + ACCEL)
     sums = np.zeros((IMU, columns + inputs))
-    rates_read, before = np.zeros((2, 3, columns + inputs))
+    rates_read, before, moved = np.zeros((3, columns + inputs)), both[:0], both[:0]
+    noise = np.zeros((IMU, columns + inputs))
     readings = []
     for number in range(len(held) + 1):
         moves = both[:count]
-        acting = np.hstack(held[number - 1] if number else held_before)
-        moving = np.vstack([moves, acting])
-        force = gyro.force_by @ np.vstack([moves[:STATE], step.acceleration_by @ moving])
         if number % every == 0:
             w_B = gyro.rates_by @ moves[:STATE]
-            smooth = gyro.smooth @ both[accel] + gyro.through @ force
             if number:
-                sums += every * np.vstack([0.5 * (before + w_B), smooth])
-            before = w_B
+                force = gyro.force_by @ np.vstack([moved, moves[:STATE]]) + noise[3:]
+                smooth = gyro.smooth @ both[accel] + gyro.through @ force
+                sums += every * np.vstack([0.5 * (before + w_B) + noise[:3], smooth])
+                both[accel] = gyro.kept @ both[accel] + gyro.taken @ force
+            before, moved = w_B, moves[:STATE].copy()
         if number == len(held):
             break
-        if sampling and number % every == 0:
-            noise = np.zeros((IMU, columns + inputs))
-            first = columns + sampling.start + IMU * (number // every)
-            noise[:, first : first + IMU] = np.eye(IMU)
-            # a sample counts by halves in two periods; here it fully counts in the one that it
-            # begins
-            sums += every * np.vstack([noise[:3], gyro.through @ noise[3:]])
-            w_B, force = w_B + noise[:3], force + noise[3:]
         if number % every == 0:
+            if sampling:
+                noise = np.zeros((IMU, columns + inputs))
+                first = columns + sampling.start + IMU * (number // every)
+                noise[:, first : first + IMU] = np.eye(IMU)
+            # a gyro's sample counts by halves in two periods; here it fully counts in the one that
+            # it begins, and stands beside the force that ends that
+            w_B = w_B + noise[:3]
             rates_read = gyro.C @ both[filters] + gyro.D @ w_B
         readings.append(derivatives.sensed(gyro, moves[:STATE], rates_read))
         after = both.copy()
         if number % every == 0:
             after[filters] = gyro.A @ both[filters] + gyro.B @ w_B
-            after[accel] = gyro.kept @ both[accel] + gyro.taken @ force
         after[:count] = step.by @ np.vstack([moves, np.hstack(held[number])])
         both = after
     sums /= len(held)

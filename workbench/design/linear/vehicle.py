@@ -26,12 +26,10 @@ class Step(NamedTuple):
 
     Attributes:
         by: of motion and rotor speeds after it (12 + n), by these before it and the commands (n).
-        acceleration_by: of wdot and vdot in W at its beginning (6), by the same.
         thrusts_by: of the thrusts at its beginning (n), by the same.
     """
 
     by: np.ndarray
-    acceleration_by: np.ndarray
     thrusts_by: np.ndarray
 
 
@@ -112,12 +110,11 @@ class VehicleDerivatives:
             duration: [s].
         """
         _, slopes = self.slopes(state, speeds, commands)
-        acceleration_by = slopes[6:STATE].copy()
         thrusts_by, _ = self._rotors(slopes.shape[1])
         turn_with_heading(slopes, yaw_rate, (3, 6, 9))
         # [A B; 0 0] holds the commands
         whole = np.vstack([slopes, np.zeros((speeds.size, slopes.shape[1]))])
-        return Step(expm(whole * duration)[: len(slopes)], acceleration_by, thrusts_by)
+        return Step(expm(whole * duration)[: len(slopes)], thrusts_by)
 
     def _set(self, system: str, index: int, values: Sequence[float]) -> None:
         """Set a numeric parameter of a system."""

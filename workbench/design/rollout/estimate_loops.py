@@ -28,6 +28,7 @@ from workbench.design.rollout.rows import (
     take3,
     take4,
     take6,
+    take7,
     take8,
     take9,
     take13,
@@ -79,15 +80,17 @@ from workbench.systems.sensors.barometer import altitude_at, pressure_at
 BIAS, DRIFT, DRAWN, SCALE, EVERY, GYRO_FILTER, GYRO, RATES = 0, 6, 12, 18, 19, 20, 38, 50
 ACCEL_FILTER, ACCEL, SAMPLE, SUMS, ELAPSED, NEW = 53, 62, 68, 74, 80, 81
 DUE = NEW + 6
-MOTION = DUE + 1
+CARRIED = DUE + 1
+MOTION = CARRIED + 7
 Z = MOTION + 19
 ESTIMATE = Z + SAMPLES
 """Rows of the block of an IMU: its biases and their drift, normal numbers of a step, factor on the
 deviations, steps between samples, coefficients and states of the gyro's filters and what comes out
 of them, the same of the accelerometer's, sample before, integral since it was read and the steps
-that it took, -1 before the first, sample of this step, whether one is due (0, 1), a copy of the
-body's state and of its acceleration before, as loops over one array are the quickest; what the
-estimator gets, see `estimation.samples`; and the motion that the law knows (13)."""
+that it took, -1 before the first, sample of this step, whether one is due (0, 1), attitude and
+velocity at the sample before, see `imu.carried`, a copy of the body's state and of its acceleration
+before, as loops over one array are the quickest; what the estimator gets, see `estimation.samples`;
+and the motion that the law knows (13)."""
 ROWS = ESTIMATE + 13
 X, P, ERROR, SETTINGS = 0, 16, 151, 166
 INPUT = SETTINGS + 11
@@ -113,6 +116,7 @@ class Imus(NamedTuple):
         p_BS: their place (3) [m].
         R_BS: their orientation, row by row (9).
         deviation: of a sample a physics step (6).
+        step: of physics [s].
         drawn: places for normal numbers (6).
     """
 
@@ -124,6 +128,7 @@ class Imus(NamedTuple):
     p_BS: Any
     R_BS: Any
     deviation: Any
+    step: Any
     drawn: Any
 
 
@@ -159,7 +164,8 @@ def begin_imus(block, candidates, hearing, schedule):
         put(rows, ELAPSED, i, -1.0)
     seeds = candidates.noises[:, 0].copy()
     alike = (candidates.noises == candidates.noises[0]).all()
-    return Imus(rows, due, works, seeds, alike, hearing.p_BS, hearing.R_BS, noise.deviation, drawn)
+    deviation, step = noise.deviation, schedule.step
+    return Imus(rows, due, works, seeds, alike, hearing.p_BS, hearing.R_BS, deviation, step, drawn)
 
 
 @register_jitable(forceinline=True)
@@ -172,7 +178,7 @@ def sample_imus(block, imus, number, step):
         number: of the step.
         step: its place in the control period.
     """
-    rows, due, works, noises, alike, p_BS, R_BS, deviation, drawn = imus
+    rows, due, works, noises, alike, p_BS, R_BS, deviation, dt, drawn = imus
     _draw(rows, noises, alike, 2 * number, drawn)
     for i in range(LANES):
         rows[DUE * LANES + i] = due[step, i]
@@ -181,7 +187,14 @@ def sample_imus(block, imus, number, step):
     for i in range(6 * LANES):
         rows[(MOTION + 13) * LANES + i] = block[LAST * LANES + i]
     for i in range(LANES):
-        exact = imu.measured(take13(rows, MOTION, i), take6(rows, MOTION + 13, i), p_BS)
+        state = take13(rows, MOTION, i)
+        exact = imu.measured(state, take6(rows, MOTION + 13, i), p_BS)
+        before, now = take7(rows, CARRIED, i), imu.carried(state, p_BS)
+        first, here = take(rows, ELAPSED, i) < 0.0, take(rows, DUE, i) > 0.0
+        force = imu.mean_force(before, now, take(rows, EVERY, i) * dt)
+        exact = exact[0:3] + _chosen(first, exact[3:6], force)
+        put4(rows, CARRIED, i, _four(here, now[0:4], before[0:4]))
+        put3(rows, CARRIED + 4, i, _chosen(here, now[4:7], before[4:7]))
         bias, drifted = take6(rows, BIAS, i), take6(rows, DRIFT, i)
         random, scale = take6(rows, DRAWN, i), take(rows, SCALE, i)
         noise = (
