@@ -133,16 +133,51 @@ def pytest_addoption(parser):
 def pytest_runtest_setup(item):
     if time.time() > item.config.getoption("--until"):
         pytest.skip("no time was left for it")
+    _count_flights(item.config)
+
+
+_FLOWN = pytest.StashKey[float]()
+
+
+def _count_flights(config):
+    """Add the simulated seconds of this process, from the first test on that finds Drake loaded."""
+    module = sys.modules.get("workbench.session.integration")
+    if module is None or _FLOWN in config.stash:
+        return
+    config.stash[_FLOWN] = 0.0
+    advance = module.Integration.advance
+
+    def counted(self, step):
+        begin = self._simulator.get_context().get_time()
+        try:
+            advance(self, step)
+        finally:
+            config.stash[_FLOWN] += self._simulator.get_context().get_time() - begin
+
+    module.Integration.advance = counted
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_testnodedown(node):
+    """Take over the seconds that a worker of xdist has flown."""
+    flown = getattr(node, "workeroutput", {}).get("flown", 0.0)
+    node.config.stash[_FLOWN] = node.config.stash.get(_FLOWN, 0.0) + flown
 
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_sessionfinish(session):
     """Fail a run that would pass although tests did not run for a reason that is not allowed."""
+    if hasattr(session.config, "workeroutput"):
+        session.config.workeroutput["flown"] = session.config.stash.get(_FLOWN, 0.0)
     if session.exitstatus == pytest.ExitCode.OK and _not_run(session.config):
         session.exitstatus = pytest.ExitCode.TESTS_FAILED
 
 
 def pytest_terminal_summary(terminalreporter, config):
+    if flown := config.stash.get(_FLOWN, 0.0):
+        terminalreporter.write_line(
+            f"flown on the diagram, child processes left out: {flown:,.0f} s"
+        )
     for line in _not_run(config):
         terminalreporter.write_line(f"NOT RUN {line}")
 

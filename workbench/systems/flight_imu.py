@@ -6,8 +6,18 @@ control period: of the angular velocity by the trapezoidal rule. Without an IMU 
 gyro alone, and its filters.
 """
 
+from collections.abc import Sequence
+from typing import Any
+
 import numpy as np
-from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
+from pydrake.common.value import Value
+from pydrake.systems.framework import (
+    BasicVector,
+    Context,
+    DiscreteValues,
+    LeafSystem,
+    ValueProducer,
+)
 
 from workbench.estimation.filters import after, lowpass, output, works
 from workbench.estimation.gyro import (
@@ -37,6 +47,7 @@ from workbench.estimation.imu import (
 )
 from workbench.plant.sensors import Imu
 from workbench.systems.noise import noise_seed
+from workbench.systems.weak_callback import weakly
 
 GYRO, RATES, ACCEL, SAMPLE, SUMS, ELAPSED, BIAS, DRIFT, MOTION, NUMBER = range(10)
 """Groups of the discrete state: states of the gyro's filters (12), its filtered angular velocity in
@@ -89,6 +100,11 @@ class FlightImu(LeafSystem):
             self._acceleration = self.DeclareVectorInputPort("acceleration", 6)
             needs |= {self._acceleration.ticket()}
             self.DeclareVectorOutputPort("imu", 9, self._calc_imu, needs)
+        self._sampling = self.DeclareCacheEntry(
+            "settings, steps between samples, and whether the gyro has filters",
+            ValueProducer(lambda: Value[object](()), weakly(self._calc_sampling)),
+            {self.pn_ticket()},
+        ).cache_index()
         self.DeclarePerStepDiscreteUpdateEvent(self._update)
 
     def set_seed(self, context: Context, seed: int) -> None:
@@ -109,21 +125,33 @@ class FlightImu(LeafSystem):
 
         Without a stated rate, filters sample at each step, an IMU twice a reading.
         """
-        settings = GyroSettings(*context.get_numeric_parameter(SETTINGS).value())
+        return self._sampled(context)[1]
+
+    def _sampled(self, context: Context) -> tuple[GyroSettings, int, bool]:
+        """Return settings, steps between samples, and whether the gyro has filters."""
+        found: tuple[GyroSettings, int, bool] = self.get_cache_entry(self._sampling).Eval(context)
+        return found
+
+    def _calc_sampling(self, context: Context, output: Any) -> None:
+        settings = GyroSettings(*context.get_numeric_parameter(SETTINGS).value().tolist())
+        every = self._readout if self._imu is None else max(1, self._readout // 2)
         if settings.gyro_rate > 0.0:
-            return sample_steps(settings.gyro_rate, self._step, self._readout)
-        if filters_gyro(settings, self._step) or works(settings.accel_lowpass, self._step):
-            return 1
-        return self._readout if self._imu is None else max(1, self._readout // 2)
+            every = sample_steps(settings.gyro_rate, self._step, self._readout)
+        elif filters_gyro(settings, self._step) or works(settings.accel_lowpass, self._step):
+            every = 1
+        output.set_value((settings, every, bool(filters_gyro(settings, every * self._step))))
 
     def _number(self, context: Context) -> int:
         return round(context.get_time() / self._step)
 
-    def _settings(self, context: Context) -> list[float]:
-        return context.get_numeric_parameter(SETTINGS).value().tolist()
-
     def _group(self, context: Context, group: int) -> np.ndarray:
         return context.get_discrete_state(group).CopyToVector()
+
+    def _filter_states(self, context: Context, rates: Sequence[float]) -> np.ndarray:
+        """Return the states of the gyro's filters, at rest if they were off at the last sample."""
+        if self._group(context, NUMBER)[0] < 0.0:
+            return np.array(at_rest(rates))
+        return self._group(context, GYRO)
 
     def _passed(self, context: Context) -> float:
         """Return the physics steps since the last sample."""
@@ -149,17 +177,34 @@ class FlightImu(LeafSystem):
         both = np.concatenate([bias, self._group(context, DRIFT)])
         return noisy_sample(exact, self._number(context), every, fault, both, self._imu, seed)
 
-    @np.errstate(over="ignore")  # integers of the noise wrap around
     def _update(self, context: Context, discrete_state: DiscreteValues) -> None:
-        every, number = self.sample_steps(context), self._number(context)
+        settings, every, filters = self._sampled(context)
+        number = self._number(context)
         # with error control, steps also end between the samples
         if number % every or abs(context.get_time() / self._step - number) > ON_TIME:
             return
-        settings, sample = self._settings(context), self._sample(context, every)
+        if self._imu is None and not filters:
+            if discrete_state.value(NUMBER)[0] >= 0.0:
+                discrete_state.set_value(NUMBER, [-1.0])
+            return
+        with np.errstate(over="ignore"):  # integers of the noise wrap around
+            self._take_sample(context, discrete_state, settings, every, number)
+
+    def _take_sample(
+        self,
+        context: Context,
+        discrete_state: DiscreteValues,
+        settings: GyroSettings,
+        every: int,
+        number: int,
+    ) -> None:
+        """Take a sample, and filter and add it up."""
+        sample = self._sample(context, every)
         coefficients = gyro_filter(settings, every * self._step)
-        x = self._group(context, GYRO)
+        x = self._filter_states(context, sample[0:3])
         discrete_state.set_value(RATES, filtered_rates(coefficients, x, sample[0:3]))
         discrete_state.set_value(GYRO, stepped_filters(coefficients, x, sample[0:3]))
+        discrete_state.set_value(NUMBER, [number])
         if self._imu is None:
             return
         seed = context.get_numeric_parameter(SEED)[0]
@@ -186,26 +231,25 @@ class FlightImu(LeafSystem):
             step_drift(drift, number, self._imu, seed)
             discrete_state.set_value(DRIFT, drift)
         discrete_state.set_value(MOTION, carried(self._state.Eval(context), self._p_BS))
-        discrete_state.set_value(NUMBER, [number])
         for group, values in ((ACCEL, accel), (SAMPLE, sample), (SUMS, sums), (ELAPSED, [elapsed])):
             discrete_state.set_value(group, values)
 
     def _calc_sensed(self, context: Context, output_vector: BasicVector) -> None:
-        state, settings = self._state.Eval(context).tolist(), self._settings(context)
-        every = self.sample_steps(context)
-        period = every * self._step
-        if not filters_gyro(settings, period):
+        settings, every, filters = self._sampled(context)
+        state = self._state.Eval(context)
+        if not filters:
             output_vector.SetFromVector(state)
             return
+        state = state.tolist()
         rates = self._group(context, RATES)
         if self._number(context) % every == 0:
-            coefficients = gyro_filter(settings, period)
-            rates = filtered_rates(coefficients, self._group(context, GYRO), body_rates(state))
+            coefficients, now = gyro_filter(settings, every * self._step), body_rates(state)
+            rates = filtered_rates(coefficients, self._filter_states(context, now), now)
         output_vector.SetFromVector(sensed(state, rates))
 
     @np.errstate(over="ignore")
     def _calc_imu(self, context: Context, output_vector: BasicVector) -> None:
-        every, settings = self.sample_steps(context), self._settings(context)
+        settings, every, _ = self._sampled(context)
         sample, before = self._sample(context, every), self._group(context, SAMPLE)
         sums, accel = self._group(context, SUMS), self._group(context, ACCEL)
         elapsed, passed = self._group(context, ELAPSED)[0], self._passed(context)
