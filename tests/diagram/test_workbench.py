@@ -163,15 +163,15 @@ def test_obstacles_far_away_do_not_change_the_flight(tmp_path):
 
 
 def reaction(variation: Variation) -> tuple[int, int]:
-    """Return the steps at which commands, and rotors, first differ by a push that begins at 517."""
+    """Return the steps at which commands, and rotors, first differ by a push that begins at 64."""
     rates = Rates(record_period=Rates().physics_step)
     config = VehicleConfig(variation=variation)
     scenario = Scenario(vehicle=config, rates=rates, start=Start(position=[0.0, 0.0, 5.0]))
     flown = []
     for force in (0.0, 2.0):
-        push = {"push_y": force, "push_start": 517 / 1024, "push_duration": 1.0}
+        push = {"push_y": force, "push_start": 64 / 1024, "push_duration": 1.0}
         session = Session(scenario, push)
-        session.tick(600 / 1024)
+        session.tick(128 / 1024)
         flown.append(session.recording())
     calm, pushed = flown
     return tuple(
@@ -181,16 +181,17 @@ def reaction(variation: Variation) -> tuple[int, int]:
 
 
 def test_delays_are_of_as_many_steps_as_they_say(case):
-    """The push moves the state from step 518 on: updates are at 520, 528 and 536.
+    """The push moves the state from step 65 on: updates are at 72, 80 and so on.
 
-    With a delay d the first that sees it is the first at 518 + d or later.
+    With a delay d the first that sees it is the first at 65 + d or later.
     """
     commands, rotors = reaction(Variation())
-    for steps, later in ((2, 0), (3, 8), (8, 8), (11, 16)):
+    assert (commands, rotors) == (73, 73)
+    for steps, later in ((7, 0), (8, 8), (11, 8), (15, 8), (16, 16), (17, 16)):
         with case("sensing", steps):
             found = reaction(Variation(sensing_delay=steps / 1024))
             assert found == (commands + later, rotors + later)
-    for steps in (5, 8):
+    for steps in (5, 8, 19):
         with case("command", steps):
             found = reaction(Variation(command_delay=steps / 1024))
             assert found == (commands, rotors + steps)

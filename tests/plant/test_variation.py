@@ -9,13 +9,13 @@ from workbench.plant.variation import Variation
 @pytest.mark.parametrize(
     ("variation", "seen", "acting"),
     [
-        (Variation(), (0, 0), (0, 1)),
-        (Variation(control_delay=2), (2, 0), (0, 1)),
-        (Variation(sensing_delay=0.003), (1, 5), (0, 1)),  # 3 steps: the state before step 5
-        (Variation(control_delay=1, sensing_delay=8 / 1024), (2, 0), (0, 1)),
-        (Variation(command_delay=0.004), (0, 0), (0, 5)),
-        (Variation(command_delay=7 / 1024), (0, 0), (1, 0)),
-        (Variation(command_delay=0.011), (0, 0), (1, 4)),
+        (Variation(), (0, 0), (0, 0)),
+        (Variation(control_delay=2), (2, 0), (0, 0)),
+        (Variation(sensing_delay=0.003), (1, 5), (0, 0)),  # 3 steps: the state before step 5
+        (Variation(control_delay=1, sensing_delay=8 / 1024), (2, 0), (0, 0)),
+        (Variation(command_delay=0.004), (0, 0), (0, 4)),
+        (Variation(command_delay=7 / 1024), (0, 0), (0, 7)),
+        (Variation(command_delay=0.011), (0, 0), (1, 3)),
     ],
     ids=str,
 )

@@ -32,12 +32,13 @@ from workbench.systems.recorder import Recorder, add_recorder
 from workbench.systems.rotor_playback import RotorCommands, make_rotor_playback
 from workbench.systems.rotors import Rotors, Rotors_
 
-STATE_DELAY = "state_delay"
-"""Name of the system that delays the state for the law, if there is one."""
+STATE_HOLD, STATE_DELAY = "state_hold", "state_delay"
+"""Names of the systems that delay the state for the law: by a part of a control period, and by
+whole ones; each only if there is such a delay."""
+COMMAND_DELAY, COMMAND_HOLD = "command_delay", "command_hold"
+"""Likewise for the commands of the rotors: whole periods, and a part of one."""
 ROTOR_COMMANDS = "rotor_commands"
 """Name of the system that holds the commands of a table."""
-COMMAND_DELAY = "command_delay"
-"""Name of the system that delays the rotors' commands, if there is one."""
 
 
 def make_flight_core(
@@ -168,7 +169,7 @@ def add_computer(
         vehicle: as the law knows it.
         gains: parameter values by name.
         rates: periods of sampled systems.
-        variation: has the delays; the systems `STATE_DELAY` and `COMMAND_DELAY` implement them.
+        variation: has the delays, see `STATE_HOLD` and `COMMAND_DELAY`.
         sensed: the motion (13) for the law, if it is not the airframe's.
         voltage: of the battery (1) for the law, if it is not the true one.
     """
@@ -185,13 +186,14 @@ def add_computer(
     )
     delays = variation.delays(rates.physics_step, rates.control_period)
     state, commands = sensed or airframe.sensed, computer.GetOutputPort("commands")
-    if delays.sensing % delays.steps:
-        state = _delayed(builder, STATE_DELAY, state, rates.physics_step, delays.sensing)
-    elif delays.sensing:
-        periods = delays.sensing // delays.steps
-        state = _delayed(builder, STATE_DELAY, state, rates.control_period, periods)
-    if delays.command:
-        commands = _delayed(builder, COMMAND_DELAY, commands, rates.physics_step, delays.command)
+    late, look = delays.seen
+    age, since = delays.acting
+    if look:  # an update sees the last one that was held
+        state = _held(builder, STATE_HOLD, state, rates, look)
+    state = _delayed(builder, STATE_DELAY, state, rates, late - 1 if look else late)
+    commands = _delayed(builder, COMMAND_DELAY, commands, rates, age)
+    if since:
+        commands = _held(builder, COMMAND_HOLD, commands, rates, since)
     builder.Connect(state, computer.GetInputPort("state"))
     builder.Connect(commands, airframe.commands)
     told = voltage or airframe.rotors.GetOutputPort("voltage")
@@ -199,12 +201,25 @@ def add_computer(
     return computer
 
 
-def _delayed(
-    builder: DiagramBuilder, name: str, port: OutputPort, period: float, periods: int
+def _held(
+    builder: DiagramBuilder, name: str, port: OutputPort, rates: Rates, step: int
 ) -> OutputPort:
-    """Return a port delayed by some periods [s], for readers between updates."""
+    """Return a port that is held from some physics step of each control period to the next."""
+    hold = ZeroOrderHold(rates.control_period, port.size(), step * rates.physics_step)
+    builder.AddNamedSystem(name, hold)
+    builder.Connect(port, hold.get_input_port())
+    return hold.get_output_port()
+
+
+def _delayed(
+    builder: DiagramBuilder, name: str, port: OutputPort, rates: Rates, periods: int
+) -> OutputPort:
+    """Return a port delayed by some control periods, if any, for readers between updates."""
+    if not periods:
+        return port
     # sampling is the first period: at an update, the output is the previously held value
-    delay = builder.AddNamedSystem(name, DiscreteTimeDelay(period, periods - 1, port.size()))
+    delay = DiscreteTimeDelay(rates.control_period, periods - 1, port.size())
+    builder.AddNamedSystem(name, delay)
     builder.Connect(port, delay.get_input_port())
     return delay.get_output_port()
 

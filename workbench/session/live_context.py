@@ -21,7 +21,7 @@ from workbench.control.controller import COMMON, LIMITS
 from workbench.control.flight_mode import REASON, initial_state
 from workbench.control.mode import FlightMode, Reason
 from workbench.control.schedule import Schedule, parse_schedule, split_label
-from workbench.diagram.core import COMMAND_DELAY, STATE_DELAY
+from workbench.diagram.core import COMMAND_DELAY, COMMAND_HOLD, STATE_DELAY, STATE_HOLD
 from workbench.diagram.sensing import Mounted
 from workbench.diagram.workbench import Workbench
 from workbench.estimation.ekf import START
@@ -320,11 +320,13 @@ class LiveContext:
         bench.modes.set_mode(self._of(bench.modes), initial_state(mode, p_WB), p_WB)
 
     def _fill_delay(self) -> None:
-        """Fill delay lines with the initial values."""
+        """Fill delays with the initial values."""
         bench = self._bench
         state = bench.airframe.body_state(self.root)
         commands = bench.computer.GetOutputPort("commands").Eval(self._of(bench.computer))
-        for name, values in ((STATE_DELAY, state), (COMMAND_DELAY, commands)):
+        held = {STATE_HOLD: state, STATE_DELAY: state}
+        held |= {COMMAND_DELAY: commands, COMMAND_HOLD: commands}
+        for name, values in held.items():
             if bench.diagram.HasSubsystemNamed(name):
                 context = self._of(bench.diagram.GetSubsystemByName(name))
                 many = context.get_discrete_state_vector().size() // values.size
