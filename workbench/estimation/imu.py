@@ -165,6 +165,26 @@ def mean_force(before: Vector, now: Vector, period: Scalar) -> tuple[Scalar, Sca
     )
 
 
+def mean_rate(before: Vector, now: Vector, period: float) -> tuple[float, float, float]:
+    """Return the mean angular velocity between two attitudes, in B [rad/s].
+
+    Args:
+        before: q_WB (w, x, y, z), of any length but zero.
+        now: likewise; less than half a turn later.
+        period: between them [s].
+    """
+    a_w, a_x, a_y, a_z = before
+    b_w, b_x, b_y, b_z = now
+    # the quaternion before⁻¹ now
+    w = a_w * b_w + a_x * b_x + a_y * b_y + a_z * b_z
+    x = a_w * b_x - a_x * b_w - a_y * b_z + a_z * b_y
+    y = a_w * b_y - a_y * b_w - a_z * b_x + a_x * b_z
+    z = a_w * b_z - a_z * b_w - a_x * b_y + a_y * b_x
+    size = math.sqrt(x * x + y * y + z * z)
+    share = 2.0 * math.atan2(size, w) / (size * period) if size > 0.0 else 0.0
+    return share * x, share * y, share * z
+
+
 @register_jitable
 def noisy_sample(
     exact: Vector, number: int, every: int, fault: float, bias: Vector, imu: Vector, seed: float

@@ -2,8 +2,8 @@
 
 A sample is the angular velocity at its time, and the mean specific force since the sample before,
 see `estimation.imu.mean_force`. A reading is the mean of both since the reading before, once a
-control period: of the angular velocity by the trapezoidal rule. Without an IMU there is an exact
-gyro alone, and its filters.
+control period: of the angular velocity by the trapezoidal rule, with what that misses of the turn in
+an impact. Without an IMU there is an exact gyro alone, and its filters.
 """
 
 from collections.abc import Sequence
@@ -40,6 +40,7 @@ from workbench.estimation.imu import (
     carried,
     drawn_bias,
     mean_force,
+    mean_rate,
     measured,
     noisy_sample,
     packed,
@@ -49,13 +50,13 @@ from workbench.plant.sensors import Imu
 from workbench.systems.noise import noise_seed
 from workbench.systems.weak_callback import weakly
 
-GYRO, RATES, ACCEL, SAMPLE, SUMS, ELAPSED, BIAS, DRIFT, MOTION, NUMBER = range(10)
+GYRO, RATES, ACCEL, SAMPLE, SUMS, ELAPSED, BIAS, DRIFT, MOTION, TURNING, NUMBER = range(11)
 """Groups of the discrete state: states of the gyro's filters (12), its filtered angular velocity in
 B (3), states of the accelerometer's low-pass (6), the last sample (6), the integral of samples
 since the last reading (6) and its length in physics steps, -1 before the first (1), the biases (6)
-and their drift (6), attitude and velocity of the IMU at the last sample (7), see `imu.carried`, and
-its number in physics steps (1)."""
-SIZES = (12, 3, 6, 6, 6, 1, 6, 6, 7, 1)
+and their drift (6), attitude and velocity of the IMU at the last sample (7), see `imu.carried`, its
+exact angular velocity (3), and its number in physics steps (1)."""
+SIZES = (12, 3, 6, 6, 6, 1, 6, 6, 7, 3, 1)
 ON_TIME = 1e-6
 """Largest share of a physics step by which a sample is off its time."""
 SETTINGS, FAULT, SEED = range(3)
@@ -157,6 +158,15 @@ class FlightImu(LeafSystem):
         """Return the physics steps since the last sample."""
         return context.get_time() / self._step - self._group(context, NUMBER)[0]
 
+    def _missed(self, context: Context) -> np.ndarray:
+        """Return the mean angular velocity since the last sample less that by both samples (3)."""
+        passed, fault = self._passed(context), context.get_numeric_parameter(FAULT)[0]
+        if self._group(context, ELAPSED)[0] < 0.0 or passed < ON_TIME or fault in (FROZEN, SILENT):
+            return np.zeros(3)
+        state = self._state.Eval(context).tolist()
+        turned = mean_rate(self._group(context, MOTION)[:4], state[:4], passed * self._step)
+        return np.array(turned) - 0.5 * (self._group(context, TURNING) + body_rates(state))
+
     def _sample(self, context: Context, every: int) -> tuple[float, ...]:
         """Return a sample now (6): of an exact gyro alone without an IMU."""
         state = self._state.Eval(context).tolist()
@@ -216,13 +226,14 @@ class FlightImu(LeafSystem):
         section = lowpass(settings[5], settings[6], every * self._step)
         accel, before = self._group(context, ACCEL), self._group(context, SAMPLE)
         sums, passed = self._group(context, SUMS), self._passed(context)
+        missed = self._missed(context)
         for i in range(3):
             force = sample[3 + i]
             if first:
                 accel[2 * i + 1] = force
             smooth = output(section, accel[2 * i], accel[2 * i + 1], force)
             accel[2 * i : 2 * i + 2] = after(section, accel[2 * i], accel[2 * i + 1], force)
-            sums[i] += 0.5 * passed * (before[i] + sample[i])
+            sums[i] += passed * (0.5 * (before[i] + sample[i]) + missed[i])
             sums[3 + i] += passed * smooth
         elapsed += passed
         if first or number % self._readout == 0:
@@ -230,7 +241,9 @@ class FlightImu(LeafSystem):
             drift = self._group(context, DRIFT)
             step_drift(drift, number, self._imu, seed)
             discrete_state.set_value(DRIFT, drift)
-        discrete_state.set_value(MOTION, carried(self._state.Eval(context), self._p_BS))
+        state = self._state.Eval(context).tolist()
+        discrete_state.set_value(MOTION, carried(state, self._p_BS))
+        discrete_state.set_value(TURNING, body_rates(state))
         for group, values in ((ACCEL, accel), (SAMPLE, sample), (SUMS, sums), (ELAPSED, [elapsed])):
             discrete_state.set_value(group, values)
 
@@ -253,6 +266,7 @@ class FlightImu(LeafSystem):
         sample, before = self._sample(context, every), self._group(context, SAMPLE)
         sums, accel = self._group(context, SUMS), self._group(context, ACCEL)
         elapsed, passed = self._group(context, ELAPSED)[0], self._passed(context)
+        missed = self._missed(context)
         coefficients = gyro_filter(settings, every * self._step)
         rates = filtered_rates(coefficients, self._group(context, GYRO), sample[0:3])
         section = lowpass(settings[5], settings[6], every * self._step)
@@ -260,7 +274,7 @@ class FlightImu(LeafSystem):
         if elapsed >= 0.0 and elapsed + passed > ON_TIME:
             for i in range(3):
                 smooth = output(section, accel[2 * i], accel[2 * i + 1], sample[3 + i])
-                turned = sums[i] + 0.5 * passed * (before[i] + sample[i])
+                turned = sums[i] + passed * (0.5 * (before[i] + sample[i]) + missed[i])
                 reading[i] = turned / (elapsed + passed)
                 reading[3 + i] = (sums[3 + i] + passed * smooth) / (elapsed + passed)
         output_vector.SetFromVector(reading)
