@@ -2,8 +2,8 @@
 
 A sample is the angular velocity at its time, and the mean specific force since the sample before,
 see `estimation.imu.mean_force`. A reading is the mean of both since the reading before, once a
-control period: of the angular velocity by the trapezoidal rule, with what that misses of the turn in
-an impact. Without an IMU there is an exact gyro alone, and its filters.
+control period: of the angular velocity by the trapezoidal rule, with what that misses of the turn
+in an impact. Without an IMU there is an exact gyro alone, and its filters.
 """
 
 from collections.abc import Sequence
