@@ -3,11 +3,24 @@
 import copy
 from collections.abc import Iterator
 from contextlib import contextmanager
+from itertools import product
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
 import numpy as np
-from pydrake.geometry import GeometryInstance, SceneGraph
+from pydrake.geometry import (
+    Box,
+    CollisionFilterDeclaration,
+    Cylinder,
+    GeometryId,
+    GeometryInstance,
+    GeometrySet,
+    ProximityProperties,
+    Role,
+    SceneGraph,
+    Shape,
+    Sphere,
+)
 from pydrake.math import RigidTransform
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlant, MultibodyPlantConfig
@@ -30,6 +43,10 @@ Shapes fixed to the world are in one bounding volume tree, built once. When the 
 exceeds the logarithm of its number of leaves by 10, Drake 1.51 rebalances it. With the infinite box
 of a half space among the leaves this ends in a segmentation fault, as all the sizes compared are
 infinite. A tree of 14 leaves can never be that high."""
+CORNER = 1e-3
+"""Radius of the spheres at corners [m]."""
+AROUND = 8
+"""Number of spheres around a cylinder."""
 _BODY = "_obstacles"
 
 
@@ -103,7 +120,8 @@ def _fill(
         plant.mutable_gravity_field().set_gravity_vector(np.array([0.0, 0.0, -GRAVITY]))
     with _sentences(world.source):
         if world.ground:
-            add_ground(plant, scene_graph)
+            ground = add_ground(plant, scene_graph)
+            _touch_at_corners(plant, scene_graph, description.base_link, ground)
         add_obstacles(plant, world)
     with _sentences(description.source):
         plant.Finalize()
@@ -116,6 +134,50 @@ def _add_drone(plant: MultibodyPlant, description: Description) -> None:
     base = plant.GetBodyByName(description.base_link)
     for frame in model.frames:
         plant.AddFrame(FixedOffsetFrame(frame.name, base.body_frame(), frame.X_LF))
+
+
+def _touch_at_corners(
+    plant: MultibodyPlant, scene_graph: SceneGraph, base_link: str, ground: GeometryId
+) -> None:
+    """Let the drone's boxes and cylinders touch the ground by spheres at their corners.
+
+    In Drake such a shape and a half space have one point of contact, the deepest. It jumps from
+    corner to corner, so a drone never rests, and trips where it slides.
+    """
+    inspector, body = scene_graph.model_inspector(), plant.GetBodyByName(base_link)
+    frame = plant.GetBodyFrameIdOrThrow(body.index())
+    touching = inspector.GetGeometries(frame, Role.kProximity)
+    flat = [each for each in touching if len(_corners(inspector.GetShape(each)))]
+    for place, geometry in enumerate(flat):
+        X_BG = RigidTransform(inspector.GetPoseInFrame(geometry))
+        properties = ProximityProperties(inspector.GetProximityProperties(geometry))
+        for number, corner in enumerate(_corners(inspector.GetShape(geometry))):
+            plant.RegisterCollisionGeometry(
+                body,
+                X_BG @ RigidTransform(corner),
+                Sphere(CORNER),
+                f"corner_{place}_{number}",
+                properties,
+            )
+    scene_graph.collision_filter_manager().Apply(
+        CollisionFilterDeclaration().ExcludeBetween(GeometrySet(flat), GeometrySet(ground))
+    )
+
+
+def _corners(shape: Shape) -> np.ndarray:
+    """Return the centres (n, 3) of spheres that touch a shape's faces at its corners."""
+    match shape:
+        case Box():
+            inner = np.maximum(0.5 * np.array(shape.size()) - CORNER, 0.0)
+            return inner * np.array(list(product((-1.0, 1.0), repeat=3)))
+        case Cylinder():
+            angles = np.arange(AROUND) * 2.0 * np.pi / AROUND
+            radius = max(0.0, shape.radius() - CORNER)
+            rim = radius * np.stack([np.cos(angles), np.sin(angles)], axis=1)
+            height = max(0.0, 0.5 * shape.length() - CORNER)
+            return np.concatenate([np.c_[rim, np.full(AROUND, z)] for z in (-height, height)])
+        case _:
+            return np.zeros((0, 3))
 
 
 @contextmanager

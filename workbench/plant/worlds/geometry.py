@@ -7,6 +7,7 @@ from collections.abc import Iterable
 import pydrake.geometry as drake
 from pydrake.geometry import (
     AddContactMaterial,
+    GeometryId,
     GeometryInstance,
     HalfSpace,
     IllustrationProperties,
@@ -96,7 +97,7 @@ def _touched(shape: Shape) -> drake.Shape:
             return drake.Convex(str(path))
 
 
-def add_ground(plant: MultibodyPlant, scene_graph: SceneGraph) -> None:
+def add_ground(plant: MultibodyPlant, scene_graph: SceneGraph) -> GeometryId:
     """Add a half space below z = 0 of the world, which sensors see and Meshcat does not draw."""
     # Drake logs from a thread of its own, so the filter has to stay; adding it twice is harmless.
     logging.getLogger("drake").addFilter(_not_about_deformables)
@@ -107,6 +108,7 @@ def add_ground(plant: MultibodyPlant, scene_graph: SceneGraph) -> None:
     seen.AddProperty("phong", "diffuse", Rgba(0.45, 0.47, 0.45, 1.0))
     seen.AddProperty("label", "id", RenderLabel.kDontCare)
     scene_graph.AssignRole(plant.get_source_id(), geometry, seen)
+    return geometry
 
 
 def contact_properties() -> ProximityProperties:
