@@ -41,7 +41,7 @@ def test_errors_innovations_table_and_picture(run, path, out):
     said = run("estimate", path, "--output", out)
     assert said.code == 0, said.err
     title, heading, *_ = said.out.splitlines()
-    assert title == "dh_drone: flown.mcap, ekf, 0.00 .. 3.00 s"
+    assert title == "dh_drone: flown.mcap, ekf, 0.00 .. 2.99 s"
     assert heading.split() == ["estimate", "RMS", "error", "worst"]
     assert {"deg", "m/s"} <= {line.split()[-1] for line in said.out.splitlines() if line}
     assert "NEES of attitude, position and velocity" in said.out

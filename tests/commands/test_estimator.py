@@ -34,7 +34,7 @@ def test_a_file_of_ones_own_flies_where_it_is_named(run, refused, tmp_path, out)
     own = tmp_path / "own.py"
     own.write_text(LAG.read_text(encoding="utf-8"), encoding="utf-8")
     scenario = tmp_path / "own.yaml"
-    scenario.write_text("estimator: own.py\nduration: 1\n", encoding="utf-8")
+    scenario.write_text("estimator: own.py\nduration: 0.3\n", encoding="utf-8")
     said = refused("fly", scenario)
     assert "own.yaml:1: own.py is Python code that would run here: if you trust it, name it" in said
     assert f"as --estimator {own}" in said
@@ -89,7 +89,7 @@ def test_a_name_of_none_is_refused(command, refused):
 
 
 def test_a_flight_on_an_estimate_is_judged_and_drawn(run, out):
-    short = ("fly", "hover", "--duration", "2", "--output", out)
+    short = ("fly", "hover", "--duration", "0.5", "--output", out)
     said = run(*short, "--estimator", "ekf")
     assert said.code == 0, said.err
     assert "NEES of attitude, position and velocity" in said.out

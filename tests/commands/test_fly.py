@@ -121,6 +121,7 @@ def test_shipped_scenarios_end_hovering(name):
     assert end.v_WB == pytest.approx([0.0, 0.0, 0.0], abs=0.02)
 
 
+@pytest.mark.slow
 def test_the_square_ends_where_it_began():
     session = Session(load_scenario(find_scenario("square")))
     session.run()

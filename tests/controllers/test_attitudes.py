@@ -87,7 +87,8 @@ def tilts(name: str, starts, duration: float) -> list[float]:
 def test_a_law_turns_a_vehicle_upright(name):
     """From its side, and from exactly upside down, where a law may find no way that is shorter."""
     starts = ON_ITS_SIDE[:1] if name in FALLS else UPSIDE_DOWN[:1]
-    assert max(tilts(name, starts, 4.0)) < math.radians(20.0)
+    duration = 4.0 if name == "px4" else 2.0  # px4 flies back in the meantime
+    assert max(tilts(name, starts, duration)) < math.radians(20.0)
 
 
 @pytest.mark.slow

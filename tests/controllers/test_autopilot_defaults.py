@@ -58,7 +58,7 @@ def stated(law):
 
 @pytest.mark.parametrize("law", VEHICLES)
 def test_their_gains_are_the_firmware_s_and_hold_the_place(law):
-    """Nudged and pushed, without machine code, so that it takes no time to make that."""
+    """Nudged and pushed."""
     flight = scenario(law, start=Start(position=[0.0, 0.0, 10.0]))
     controller = load_controller(law)
     ruled = rule_gains(load_vehicle(VEHICLES[law]), controller)

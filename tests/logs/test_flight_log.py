@@ -124,10 +124,10 @@ def test_what_everybody_did_stands_with_its_step(log, flown):
             for *_, decoded in reader.iter_decoded_messages(topics=["/dh_drone/actions"])
         ]
     assert actions == [
-        (300, "operator", {"velocity": [1.0, 0.1, 1 / 3]}),
-        (301, "operator", {"yaw_rate": 0.3, "set": {"kp_velocity_x": 5.1}}),
+        (296, "operator", {"velocity": [1.0, 0.1, 1 / 3]}),
+        (304, "operator", {"yaw_rate": 0.3, "set": {"kp_velocity_x": 5.1}}),
         (
-            900,
+            896,
             "operator",
             {"push": {"force": [1.0, 0.0, 0.0], "point": [0.0, 0.0, 0.0], "duration": 0.1}},
         ),

@@ -82,7 +82,11 @@ def add_telemetry(
             TopicValues(vehicle, topics),
             recorder.places,
             period=period,
-            between=any(each.choice.period < period for each in sensors.values()),
+            quick={
+                kind: each.choice.period
+                for kind, each in sensors.items()
+                if each.choice.period < period
+            },
             sizes={kind: port.size() for kind, port in ports.items()},
             pattern=pattern,
             sent=sent,

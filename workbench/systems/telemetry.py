@@ -188,7 +188,7 @@ class Telemetry(LeafSystem):
         places: Mapping[str, slice],
         *,
         period: float,
-        between: bool = False,
+        quick: Mapping[str, float] | None = None,
         sizes: dict[str, int],
         pattern: ScanPattern | None = None,
         sent: np.ndarray | None = None,
@@ -200,8 +200,8 @@ class Telemetry(LeafSystem):
             values: makes the payloads.
             places: of the signals in their stack.
             period: between samples [s].
-            between: whether sensors also publish between two samples, at the ends of steps of the
-                integrator that their own updates ask for.
+            quick: periods of sensors that sample more often [s], by their kind; they are published
+                at their own updates, which end steps of the integrator.
             sizes: of the input ports of the sensors, by their kind.
             pattern: of the lidar's rays.
             sent: indices of the rays that are published.
@@ -209,7 +209,7 @@ class Telemetry(LeafSystem):
         super().__init__()
         self._bridge, self._values, self._places = bridge, values, places
         self._pattern, self._sent = pattern, sent
-        self._period = period
+        self._period, self._quick = period, dict(quick or {})
         size = max(place.stop for place in places.values())
         self._signals = self.DeclareVectorInputPort("signals", size)
         self._frames = self.DeclareAbstractInputPort(
@@ -221,7 +221,7 @@ class Telemetry(LeafSystem):
         self._stamps = dict.fromkeys(sizes, math.nan)
         self._last = -math.inf
         self.DeclarePeriodicPublishEvent(period, 0.0, self._publish)
-        if between:
+        if self._quick:
             self.DeclarePerStepPublishEvent(self._publish_sensors)
 
     def begin(self, start: Sequence[float]) -> None:
@@ -246,16 +246,17 @@ class Telemetry(LeafSystem):
             if transforms:
                 payloads += self._values.frames([(each.p, each.q) for each in transforms])
         for kind in self._sensors:
-            payloads += self._measured(context, kind)
+            if kind not in self._quick or _is_due(now, self._quick[kind]):
+                payloads += self._measured(context, kind)
         self._send(t_ns, payloads, signals["state"])
 
     def _publish_sensors(self, context: Context) -> None:
-        """Publish new measurements alone, unless a sample is due."""
+        """Publish new measurements of quick sensors alone, unless a sample is due."""
         now = context.get_time()
-        samples = now / self._period
-        if not self._bridge.wanted or now <= self._last or abs(samples - round(samples)) < 1e-6:
+        if not self._bridge.wanted or now <= self._last or _is_due(now, self._period):
             return
-        payloads = [each for kind in self._sensors for each in self._measured(context, kind)]
+        due = [kind for kind, period in self._quick.items() if _is_due(now, period)]
+        payloads = [each for kind in due for each in self._measured(context, kind)]
         if payloads:
             self._last = now
             state = self._signals.Eval(context)[self._places["state"]]
@@ -278,3 +279,9 @@ class Telemetry(LeafSystem):
         assert self._pattern is not None and self._sent is not None
         ranges = measurement[1 : 1 + len(self._pattern.directions_S)]
         return self._values.lidar(stamp, ranges, self._pattern.directions_S, self._sent)
+
+
+def _is_due(now: float, period: float) -> bool:
+    """Return whether a time is a multiple of a period [s]."""
+    count = now / period
+    return abs(count - round(count)) < 1e-6
