@@ -74,7 +74,7 @@ def main() -> int:
     for law in laws:
         scenario = Scenario(controller=law, start=Start(position=[0.0, 0.0, HEIGHT]))
         scenario.duration = 1e6
-        session = Session(scenario, engine="compiled")
+        session = Session(scenario)
         found = [fly(session, angles) for angles in starts()]
         limit = RECOVERS_TO.get(law, math.inf)
         must = [each for each in found if each.tilt <= limit + 1e-9]

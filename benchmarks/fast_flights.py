@@ -1,9 +1,4 @@
-"""Compiled flights that continue from call to call: a single session, and a batch of 1,024.
-
-A session flies in slices; between slices, a program can read and set anything. The compiled session
-and the diagram alternate; figures are processor times, and the results are equal to the bit. Each
-slice costs about 0.08 ms, as much as a tenth of a second of flight, because the numbers are copied
-from Drake's Context and back. So slices of one physics step are faster on the diagram.
+"""Compiled flights that continue from call to call: a batch of 1,024.
 
 A batch flies closed loops in two threads, each drone with its own setpoint: physics at 1,024 Hz and
 controller at 128 Hz. crazyflow does the same at its 500 Hz, with position control at 100 Hz: as it
@@ -39,14 +34,7 @@ from spread import Spread, ratios, spread, text
 from sweep import CORES, Missing
 
 from workbench.design.rollout.batch import Batch
-from workbench.scenario.scenario import Scenario
-from workbench.session.session import Session
 
-SLICES = (10.0, 1.0, 0.125, 1 / 128)
-"""Of sessions [s]."""
-COMPILED = "compiled"
-WHOLE = {COMPILED: 20.0, "diagram": 1.0}
-"""What a session flies a turn at least, by its engine [s]."""
 FLIGHTS = 1024
 PERIODS = (10, 1)
 """Of control in a call to a batch."""
@@ -55,25 +43,6 @@ OURS = "Batch"
 LAW_RATE = {OURS: 128.0, "crazyflow": 100.0}
 PHYSICS_RATE = {OURS: 1024.0, "crazyflow": 500.0}
 TURNS = 12
-PATIENCE = 1e6
-"""Longer than any session flies [s]."""
-
-
-@dataclass(frozen=True)
-class SessionRow:
-    """How fast a session flies.
-
-    Attributes:
-        engine: engine of the session.
-        slice: time flown in one call [s].
-        real_time_factor: simulated time over processor time.
-        as_fast: speed relative to the diagram.
-    """
-
-    engine: str
-    slice: float
-    real_time_factor: Spread
-    as_fast: Spread
 
 
 @dataclass(frozen=True)
@@ -106,11 +75,9 @@ class FastFigures:
     """All figures.
 
     Attributes:
-        sessions: of one flight.
-        batches: of many.
+        batches: of many flights.
     """
 
-    sessions: list[SessionRow]
     batches: list[BatchRow | Missing]
 
 
@@ -133,18 +100,12 @@ class Fleet:
 
 
 def measure(turns: int = TURNS) -> FastFigures:
-    """Fly sessions, then batches."""
-    return FastFigures(list(_sessions(turns)), list(_batches(turns)))
+    """Fly batches."""
+    return FastFigures(list(_batches(turns)))
 
 
 def show(figures: FastFigures) -> None:
     """Print the tables."""
-    print(f"{'session':12} {'slice, s':>9}   {'real-time factor':28} over the diagram")
-    for row in figures.sessions:
-        print(
-            f"{row.engine:12} {row.slice:9.4f}   {text(row.real_time_factor):28} "
-            f"{text(row.as_fast)}"
-        )
     print(
         f"{'1,024 flights':34} periods   {'flown a second':28} {'ours as fast':22} "
         f"{'by processor':22} {'by steps':22} both"
@@ -158,27 +119,6 @@ def show(figures: FastFigures) -> None:
                 f"{text(each.ours_as_fast):22} {text(each.ours_as_fast_by_processor):22} "
                 f"{text(each.steps_as_fast):22} {text(each.steps_as_fast_by_processor)}"
             )
-
-
-def _sessions(turns: int) -> Iterator[SessionRow]:
-    sessions = {name: Session(Scenario(duration=PATIENCE), engine=name) for name in WHOLE}
-    for session in sessions.values():
-        session.command([1.0, 0.0, 0.0])
-        session.tick(1.0)
-    for length in SLICES:
-        paces: dict[str, list[float]] = {name: [] for name in sessions}
-        for _ in range(turns):
-            for name, session in sessions.items():
-                session.reset()  # what was recorded is let go
-                many = max(1, round(WHOLE[name] / length))
-                begun = time.process_time()
-                for _ in range(many):
-                    session.command([1.0, 0.0, 0.0])
-                    session.tick(length)
-                paces[name].append(many * length / (time.process_time() - begun))
-        print(f"  sessions in slices of {length:g} s", file=sys.stderr, flush=True)
-        for name, own in paces.items():
-            yield SessionRow(name, length, spread(own), ratios(own, paces["diagram"]))
 
 
 def _batches(turns: int) -> Iterator[BatchRow | Missing]:

@@ -16,7 +16,7 @@ from pydrake.multibody.plant import (
     PropellerInfo,
 )
 from pydrake.multibody.tree import RigidBody
-from pydrake.systems.analysis import Simulator
+from pydrake.systems.analysis import ResetIntegratorFromFlags, Simulator
 from pydrake.systems.framework import Context, DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource
 
@@ -40,6 +40,7 @@ from workbench.plant.vehicle import Vehicle
 from workbench.plant.worlds.geometry import add_ground
 from workbench.scenario.parameters import parameter_table
 from workbench.scenario.scenario import Rates
+from workbench.session.integration import AIR
 from workbench.systems.flight_computer import FlightComputer
 from workbench.systems.mode_manager import ModeManager
 
@@ -173,18 +174,18 @@ class Hangar:
         """Let body, rotors and flight mode be those of hovering."""
         root, at, still = simulator.get_mutable_context(), [0.0, 0.0, HEIGHT], [0.0] * 3
         state = body_state(p_WB=at, roll_pitch_yaw=still, v_WB=still, w_WB=still)
-        dynamics = airframe.dynamics
-        in_dynamics = dynamics.GetMyMutableContextFromRoot(root)
-        dynamics.place(in_dynamics, state, self._vehicle.hover_speeds)
+        airframe.place(root, state, self._vehicle.hover_speeds)
         context = computer.GetMyMutableContextFromRoot(root)
         computer.begin(context, self._vehicle.hover_speeds, np.zeros(3))
         context = modes.GetMyMutableContextFromRoot(root)
         modes.set_mode(context, initial_state(FlightMode.HOVERING, at), at)
+        period = computer.period
+        ResetIntegratorFromFlags(simulator, AIR, period).set_fixed_step_mode(True)
         simulator.Initialize()
         return Flyer(
             simulator,
-            lambda: float(airframe.state.Eval(in_dynamics)[6]),
-            lambda: float(airframe.state.Eval(in_dynamics)[10]),
+            lambda: float(airframe.body_state(root)[6]),
+            lambda: float(airframe.body_state(root)[10]),
         )
 
     def _lifted(self, simulator: Simulator, plant: MultibodyPlant) -> Flyer:

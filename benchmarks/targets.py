@@ -172,14 +172,6 @@ TARGETS = (
         True,
         _sweep("crazyflow on two devices"),
     ),
-    Target(
-        "real-time factor of a compiled session in slices of 10 s",
-        1000,
-        True,
-        lambda figures: _fast(figures, "sessions", engine="compiled", slice=10.0)[
-            "real_time_factor"
-        ],
-    ),
     *(
         Target(
             f"{what} of a batch of 1,024 in equal processor time, relative to crazyflow {how}",

@@ -149,6 +149,11 @@ class FlightComputer(LeafSystem):
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
 
     @property
+    def period(self) -> float:
+        """Between updates [s]."""
+        return self._period
+
+    @property
     def controller(self) -> Controller:
         """Whose law runs."""
         return self._controller
