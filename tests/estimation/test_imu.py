@@ -15,7 +15,6 @@ from workbench.plant.sensors import Imu, Noise
 from workbench.scenario.parameters import parameter_table
 from workbench.scenario.scenario import Rates
 from workbench.session.integration import Integration
-from workbench.systems.flight_imu import FAULT
 
 G = np.array([0.0, 0.0, 9.81])
 STEP = 1 / 1024
@@ -65,7 +64,7 @@ def tumble(description, vehicle, imu, steps=800, readout=8, gyro=UNFILTERED, see
             integration.advance(step)
         for begin, fault in faults:
             if begin == step:
-                context.get_mutable_numeric_parameter(FAULT).SetAtIndex(0, fault)
+                context.get_mutable_numeric_parameter(airframe.imu.fault_index).SetAtIndex(0, fault)
         states.append(airframe.body_state(root))
         given.append(airframe.imu.GetOutputPort("imu").Eval(context).copy())
     return np.array(states), np.array(given)

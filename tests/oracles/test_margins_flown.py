@@ -18,7 +18,6 @@ from workbench.design.step_response import axis_velocity
 from workbench.scenario.scenario import Scenario, SensorsConfig, Start
 from workbench.session.session import Session
 from workbench.systems.acceleration_estimate import sampled_estimate
-from workbench.systems.flight_computer import PATH, PROBES
 
 SMALL = 1e-5
 """Of the disturbance, so that rotors answer linearly [m/s, rad/s, N]."""
@@ -107,7 +106,7 @@ class FlownLoop:
         )
         self.constants = law_constants(session.vehicle)
         self.past = [self.signal()]
-        probes = self.context.get_mutable_numeric_parameter(PROBES)
+        probes = self.context.get_mutable_numeric_parameter(self.computer.probes_index)
         probes.SetAtIndex(self.place, 0.0 if delay else gain)
         self.disturb()
 
@@ -158,7 +157,7 @@ class FlownLoop:
             self.constants,
             loops,
             estimate,
-            self.context.get_numeric_parameter(PATH).value().tolist(),
+            self.context.get_numeric_parameter(self.computer.settings_index).value().tolist(),
             filtered,
             memory,
             commands,
@@ -182,7 +181,7 @@ class FlownLoop:
         whole = int(self.delay)
         share = self.delay - whole
         early, late = (self.past[max(-len(self.past), -1 - whole - i)] for i in (0, 1))
-        probes = self.context.get_mutable_numeric_parameter(PROBES)
+        probes = self.context.get_mutable_numeric_parameter(self.computer.probes_index)
         probes.SetAtIndex(self.count + self.place, (1.0 - share) * early + share * late)
 
 
@@ -263,6 +262,7 @@ def test_a_weaker_tilt_loop_diverges_under_its_velocity_loop(session, margins, l
 
 def test_a_normal_flight_has_all_gates_open_and_nothing_injected(session):
     session.reset()
-    context = session._bench.computer.GetMyContextFromRoot(session._live.root)
-    probes = context.get_numeric_parameter(PROBES).CopyToVector()
+    computer = session._bench.computer
+    context = computer.GetMyContextFromRoot(session._live.root)
+    probes = context.get_numeric_parameter(computer.probes_index).CopyToVector()
     assert probes == pytest.approx(session.controller.closed)

@@ -35,8 +35,6 @@ from workbench.scenario.scenario import Scenario, Start
 from workbench.session.checkpoint import Checkpoint, Groups, SystemState
 from workbench.session.integration import Integration
 from workbench.session.snapshot import Clearance, LidarSummary, SensorStatus, Snapshot, Triple
-from workbench.systems.flight_computer import GAINS, MEMORY, PATH, PAYLOAD, PROBES, SHARES
-from workbench.systems.flight_imu import FAULT, SETTINGS
 from workbench.systems.noise import CountedNoise, noise_seed, seed_noise
 from workbench.systems.pilot import Wish
 from workbench.systems.propeller_display import PropellerDisplay
@@ -138,7 +136,8 @@ class LiveContext:
     @property
     def payload(self) -> Payload:
         """What the vehicle carries."""
-        values = self._of(self._bench.computer).get_numeric_parameter(PAYLOAD).CopyToVector()
+        computer = self._bench.computer
+        values = self._of(computer).get_numeric_parameter(computer.payload_index).CopyToVector()
         return Payload(*values.tolist())
 
     def recorded(self) -> tuple[np.ndarray, dict[str, np.ndarray]]:
@@ -209,9 +208,13 @@ class LiveContext:
             computer.set_payload(self._of(computer), payload)
             airframe.set_payload(self.simulator.get_mutable_context(), payload)
         chosen = [(place, value) for name, value in good.items() for place in places[name]]
-        own = [(place[2], value) for place, value in chosen if place[:2] == (computer, GAINS)]
+        own = [
+            (place[2], value)
+            for place, value in chosen
+            if place[:2] == (computer, computer.gains_index)
+        ]
         if own:
-            gains = self._of(computer).get_mutable_numeric_parameter(GAINS)
+            gains = self._of(computer).get_mutable_numeric_parameter(computer.gains_index)
             before = gains.CopyToVector()
             for index, value in own:
                 gains.SetAtIndex(index, value)
@@ -221,7 +224,7 @@ class LiveContext:
                 gains.SetFromVector(before)
                 raise
         for (system, number, index), value in chosen:
-            if (system, number) != (computer, GAINS):
+            if (system, number) != (computer, computer.gains_index):
                 self._of(system).get_mutable_numeric_parameter(number).SetAtIndex(index, value)
 
     def get(self, row: Parameter) -> float:
@@ -254,7 +257,9 @@ class LiveContext:
         if checkpoint.source in ("", law.digest):
             return checkpoint.systems
         before, here = checkpoint.systems[path], self.states()[path]
-        gains = dict(zip(checkpoint.parameters, before.parameters[GAINS], strict=False))
+        gains = dict(
+            zip(checkpoint.parameters, before.parameters[computer.gains_index], strict=False)
+        )
         known = dict(zip(checkpoint.memory, before.state[-1], strict=False))
         earlier, label = split_label(checkpoint.controller)
         if earlier != law.unscheduled:  # another law may have a gain of the same name
@@ -264,18 +269,18 @@ class LiveContext:
             gains |= self._flown_gains(checkpoint, parse_schedule(label), gains)
         own = [
             gains.get(row.name, gains.get(law.gain_of(row.name), x))
-            for row, x in zip(law.parameters, here.parameters[GAINS], strict=False)
+            for row, x in zip(law.parameters, here.parameters[computer.gains_index], strict=False)
         ]
-        designed = here.parameters[GAINS][len(own) :]
-        state = [*before.state[:MEMORY]]
+        designed = here.parameters[computer.gains_index][len(own) :]
+        state = [*before.state[: computer.memory_index]]
         if law.memory:
             state.append(tuple(known.get(each.name, each.initial) for each in law.memory))
         state += here.state[len(state) :]
         parameters = [
             (*own, *designed),
-            before.parameters[SHARES],
-            here.parameters[PROBES],
-            *before.parameters[PROBES + 1 :],
+            before.parameters[computer.shares_index],
+            here.parameters[computer.probes_index],
+            *before.parameters[computer.probes_index + 1 :],
         ]
         return {**checkpoint.systems, path: SystemState(tuple(state), tuple(parameters))}
 
@@ -285,7 +290,8 @@ class LiveContext:
         """Return the gains interpolated in a schedule that flew, by name."""
         body = checkpoint.systems[self._bench.airframe.plant.GetSystemPathname()]
         computer = checkpoint.systems[self._bench.computer.GetSystemPathname()]
-        state, payload = body.continuous, Payload(*computer.parameters[PAYLOAD])
+        number = self._bench.computer.payload_index
+        state, payload = body.continuous, Payload(*computer.parameters[number])
         # the voltage is unknown before the flight continues: that of a full battery stands in
         now = schedule.value(
             height=state[6], velocity=state[10:13], payload=payload.known_payload_mass
@@ -353,10 +359,10 @@ def _places(bench: Workbench) -> dict[str, list[Place]]:
         each.get_name(): [(each, 0, 0)] for each in bench.diagram.GetSystems()
     }
     places |= {
-        "gyro": [(airframe.imu, SETTINGS, 0)],
-        "payload": [(computer, PAYLOAD, 0)],
-        "rotors": [(computer, SHARES, 0), (airframe.rotors, 0, 0)],
-        "computer": [(computer, PATH, 0)],
+        "gyro": [(airframe.imu, airframe.imu.settings_index, 0)],
+        "payload": [(computer, computer.payload_index, 0)],
+        "rotors": [(computer, computer.shares_index, 0), (airframe.rotors, 0, 0)],
+        "computer": [(computer, computer.settings_index, 0)],
     }
     for system, names in (
         (airframe.wind, WindSettings._fields),
@@ -369,7 +375,7 @@ def _places(bench: Workbench) -> dict[str, list[Place]]:
     if navigation:
         own = navigation.estimator
         places[own.name if own.file is None else OWN] = [(navigation, 0, 0)]
-        places["imu"].insert(0, (airframe.imu, FAULT, 0))
+        places["imu"].insert(0, (airframe.imu, airframe.imu.fault_index, 0))
     return places
 
 

@@ -15,8 +15,6 @@ from workbench.control.guidance import LIFT, MOTORS, Guidance, Reference, Setpoi
 from workbench.plant.payload import NO_PAYLOAD, Payload
 from workbench.plant.vehicle import Vehicle
 
-GAINS, PROBES = range(2)
-"""Numeric parameters."""
 _FAST = 100.0
 """[1/s]"""
 SHORT = 1e-6
@@ -65,8 +63,12 @@ def ContinuousController_(T: Any) -> Any:
             self._constants = law_constants(vehicle, payload)
             self._shares = [1.0] * len(vehicle.rotors)
             self._moments = 1 if self._constants.spin_up_time > 0.0 else 0
-            self.DeclareNumericParameter(BasicVector_[T]([T(value) for value in gains]))
-            self.DeclareNumericParameter(BasicVector_[T]([T(x) for x in controller.closed]))
+            self.gains_index = self.DeclareNumericParameter(
+                BasicVector_[T]([T(value) for value in gains])
+            )
+            self.probes_index = self.DeclareNumericParameter(
+                BasicVector_[T]([T(x) for x in controller.closed])
+            )
             self._state = self.DeclareVectorInputPort("state", 13)
             self._acceleration = self.DeclareVectorInputPort("acceleration", 3)
             self._reference = self.DeclareVectorInputPort("reference", len(Reference._fields))
@@ -117,7 +119,7 @@ def ContinuousController_(T: Any) -> Any:
 
         def _lead(self, context: Any) -> Any:
             """Return the lead of spin-up torque over drag torque that the law assumes [s]."""
-            gains = context.get_numeric_parameter(GAINS).CopyToVector().tolist()
+            gains = context.get_numeric_parameter(self.gains_index).CopyToVector().tolist()
             return self._law.gains(gains).spin_up_feedforward * self._constants.spin_up_time
 
         def _run(self, context: Any) -> tuple[list[Any], list[Any], Any, Any]:
@@ -127,7 +129,7 @@ def ContinuousController_(T: Any) -> Any:
             kept, before = 0.0, 0.0
             if self._lead(context) > 0.0:
                 kept, before = 1.0, states[0]
-            probes = context.get_numeric_parameter(PROBES).CopyToVector().tolist()
+            probes = context.get_numeric_parameter(self.probes_index).CopyToVector().tolist()
             loops = [*probes, *[0.0] * len(self.controller.points)]
             guidance = self._guidance.Eval(context).tolist()
             reference = self._reference.Eval(context).tolist()
@@ -138,7 +140,9 @@ def ContinuousController_(T: Any) -> Any:
                     self._acceleration.Eval(context).tolist(),
                     1.0,
                     Setpoint(reference, guidance, (0.0, 0.0, 0.0)),
-                    self._law.gains(context.get_numeric_parameter(GAINS).CopyToVector().tolist()),
+                    self._law.gains(
+                        context.get_numeric_parameter(self.gains_index).CopyToVector().tolist()
+                    ),
                     self._law.memory(states[self._moments :]),
                     (math.nan, math.nan, math.nan, before),
                     SHORT,

@@ -42,10 +42,6 @@ from workbench.systems.acceleration_estimate import sampled_estimate
 from workbench.systems.weak_callback import weakly
 
 _NONE, _STRAIGHT, _FULL = np.empty(0), np.zeros(3), np.ones(1)
-COMMANDS, FILTERED, MEMORY = range(3)
-"""Groups of the discrete state."""
-GAINS, SHARES, PROBES, PAYLOAD, KNOWN, PATH = range(6)
-"""Numeric parameters."""
 INPUTS = 3
 """Arguments of an update that come from ports and are held between actions: the setpoint."""
 
@@ -121,19 +117,22 @@ class FlightComputer(LeafSystem):
         self._estimate = sampled_estimate(period)
         constants = law_constants(vehicle, payload)
         numbers = controller.gains(gains, known_vehicle(constants), period)
-        self.DeclareNumericParameter(BasicVector(numbers))
-        self.DeclareNumericParameter(BasicVector([1.0] * n))
-        self.DeclareNumericParameter(BasicVector(controller.closed))
-        self.DeclareNumericParameter(BasicVector(list(payload)))
-        self.DeclareNumericParameter(BasicVector(_joined(constants)))
-        self.DeclareNumericParameter(BasicVector(list(settings)))
+        self.gains_index = int(self.DeclareNumericParameter(BasicVector(numbers)))
+        self.shares_index = int(self.DeclareNumericParameter(BasicVector([1.0] * n)))
+        self.probes_index = int(self.DeclareNumericParameter(BasicVector(controller.closed)))
+        self.payload_index = int(self.DeclareNumericParameter(BasicVector(list(payload))))
+        self.known_index = int(self.DeclareNumericParameter(BasicVector(_joined(constants))))
+        self.settings_index = int(self.DeclareNumericParameter(BasicVector(list(settings))))
         self._state = self.DeclareVectorInputPort("state", 13)
         self._reference = self.DeclareVectorInputPort("reference", len(Reference._fields))
         self._guidance = self.DeclareVectorInputPort("guidance", len(Guidance._fields))
         self._feedforward = self.DeclareVectorInputPort("feedforward", 3)
         self._voltage = self.DeclareVectorInputPort("voltage", 1)
-        self.DeclareStateOutputPort("commands", self.DeclareDiscreteState(n))
-        self.DeclareDiscreteState(STAGES)
+        commands = self.DeclareDiscreteState(n)
+        self.DeclareStateOutputPort("commands", commands)
+        self._commands_state = int(commands)
+        self._filtered = int(self.DeclareDiscreteState(STAGES))
+        self.memory_index = self._filtered + 1
         if controller.memory:
             self.DeclareDiscreteState(BasicVector(controller.initial_memory))
         self._ended, self._ended_index = "", None
@@ -177,7 +176,7 @@ class FlightComputer(LeafSystem):
         law = self._controller
         if law.program is None or self._program:
             return
-        payload = Payload(*context.get_numeric_parameter(PAYLOAD).CopyToVector())
+        payload = Payload(*context.get_numeric_parameter(self.payload_index).CopyToVector())
         known = known_vehicle(law_constants(self._vehicle, payload))
         with own_errors(law.file, "program"):
             self._program = law.program(known, self._period)
@@ -219,29 +218,31 @@ class FlightComputer(LeafSystem):
             loops,
             estimate,
             settings,
-            values[FILTERED],
-            values[MEMORY] if self._controller.memory else _NONE,
-            values[COMMANDS],
+            values[self._filtered],
+            values[self.memory_index] if self._controller.memory else _NONE,
+            values[self._commands_state],
             self._count(context),
         )
         return np.array(loops[len(probes) :])
 
     def inject(self, context: Context, place: int, value: float) -> None:
         """Add a value to the signal of the loop point at a place, from the next update on."""
-        probes = context.get_mutable_numeric_parameter(PROBES)
+        probes = context.get_mutable_numeric_parameter(self.probes_index)
         probes.SetAtIndex(len(self._controller.points) + place, value)
 
     def close_loops(self, context: Context) -> None:
         """Inject nothing, and let all gates be 1, as in a normal flight."""
-        context.get_mutable_numeric_parameter(PROBES).SetFromVector(self._controller.closed)
+        context.get_mutable_numeric_parameter(self.probes_index).SetFromVector(
+            self._controller.closed
+        )
 
     def begin(self, context: Context, speeds: np.ndarray, velocity: np.ndarray) -> None:
         """Begin with rotors that turn steadily at `speeds` (n) [rad/s], at `velocity` [m/s]."""
         self._ended = ""
-        context.SetDiscreteState(COMMANDS, speeds)
+        context.SetDiscreteState(self._commands_state, speeds)
         filtered = np.zeros(STAGES)
         filtered[:3] = filtered[SETPOINT : SETPOINT + 3] = velocity
-        context.SetDiscreteState(FILTERED, filtered)
+        context.SetDiscreteState(self._filtered, filtered)
 
     def set_payload(self, context: Context, payload: Payload) -> None:
         """Tell the law of a payload from now on.
@@ -250,8 +251,8 @@ class FlightComputer(LeafSystem):
             WorkbenchError: if it cannot hover with that; nothing changes then.
         """
         constants = law_constants(self._vehicle, payload)
-        context.get_mutable_numeric_parameter(PAYLOAD).SetFromVector(list(payload))
-        context.get_mutable_numeric_parameter(KNOWN).SetFromVector(_joined(constants))
+        context.get_mutable_numeric_parameter(self.payload_index).SetFromVector(list(payload))
+        context.get_mutable_numeric_parameter(self.known_index).SetFromVector(_joined(constants))
         self.design(context)
 
     def design(self, context: Context) -> None:
@@ -262,8 +263,8 @@ class FlightComputer(LeafSystem):
         """
         if not self._controller.designed:
             return
-        gains = context.get_mutable_numeric_parameter(GAINS)
-        payload = Payload(*context.get_numeric_parameter(PAYLOAD).CopyToVector())
+        gains = context.get_mutable_numeric_parameter(self.gains_index)
+        payload = Payload(*context.get_numeric_parameter(self.payload_index).CopyToVector())
         known = known_vehicle(law_constants(self._vehicle, payload))
         own = gains.CopyToVector()[: len(self._controller.parameters)].tolist()
         designed = self._controller.design_with(own, known, self._period)
@@ -285,7 +286,7 @@ class FlightComputer(LeafSystem):
                 "is held: reset, or fly again, to start it again"
             )
             discrete_state.set_value(self._ended_index, [1.0])
-            discrete_state.get_mutable_value(COMMANDS)[:] = 0.0
+            discrete_state.get_mutable_value(self._commands_state)[:] = 0.0
         except Exception as error:
             with own_errors(self._controller.file, "update"):
                 raise error
@@ -323,11 +324,18 @@ class FlightComputer(LeafSystem):
         """Return the arguments of an update, which writes to a state."""
         return (
             *self._numbers(context),
-            discrete_state.get_mutable_value(FILTERED),
-            discrete_state.get_mutable_value(MEMORY) if self._controller.memory else _NONE,
-            discrete_state.get_mutable_value(COMMANDS),
+            discrete_state.get_mutable_value(self._filtered),
+            self._remembered(discrete_state),
+            discrete_state.get_mutable_value(self._commands_state),
             self._count(context),
         )
+
+    def _remembered(self, discrete_state: DiscreteValues) -> np.ndarray:
+        """Return the memory of the law in a state, to be written."""
+        if not self._controller.memory:
+            return _NONE
+        memory: np.ndarray = discrete_state.get_mutable_value(self.memory_index)
+        return memory
 
     def _numbers(self, context: Context) -> tuple[Any, ...]:
         """Return what an update takes from ports and parameters, in its order."""
@@ -348,9 +356,15 @@ class FlightComputer(LeafSystem):
     def _calc_held(self, context: Context, output: Any) -> None:
         """Copy inputs and parameters, which seldom change; reading them costs more than the law."""
         has_path = self._feedforward.HasValue(context)
-        gains, shares, known, probes, path = (
+        gains, shares, known, probes, settings = (
             context.get_numeric_parameter(number).CopyToVector()
-            for number in (GAINS, SHARES, KNOWN, PROBES, PATH)
+            for number in (
+                self.gains_index,
+                self.shares_index,
+                self.known_index,
+                self.probes_index,
+                self.settings_index,
+            )
         )
         output.set_value(
             (
@@ -362,7 +376,7 @@ class FlightComputer(LeafSystem):
                 known,
                 probes,
                 self._estimate,
-                path,
+                settings,
             )
         )
 

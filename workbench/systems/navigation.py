@@ -23,8 +23,6 @@ from workbench.estimation.settings import HEARD
 from workbench.plant.geodesy import in_world
 from workbench.plant.home import Home
 
-MEMORY, STAMPS, HELD, SINCE, RATES, FIX = range(6)
-"""Groups of the discrete state."""
 SIZES = {"gps": 7, "barometer": 3, "magnetometer": 4, "range_finder": 2}
 """Size of a delivered sample with its stamp, for each of `HEARD`."""
 
@@ -95,12 +93,12 @@ class Navigation(LeafSystem):
         memory = estimator.begin(still, mounting, np.zeros(ekf.ERRORS), known)
         names = estimator.settings._fields
         self.DeclareNumericParameter(BasicVector([settings[name] for name in names]))
-        self.DeclareDiscreteState(memory)
-        self.DeclareDiscreteState(np.full(len(HEARD), np.nan))
-        self.DeclareDiscreteState(still)
-        self.DeclareDiscreteState(len(Health._fields) - 1)
-        self.DeclareDiscreteState(np.full(3, np.nan))
-        self.DeclareDiscreteState(np.full(SIZES["gps"] - 1, np.nan))
+        self._memory_state = self.DeclareDiscreteState(memory)
+        self._stamps = self.DeclareDiscreteState(np.full(len(HEARD), np.nan))
+        self._held = self.DeclareDiscreteState(still)
+        self._since = self.DeclareDiscreteState(len(Health._fields) - 1)
+        self._rates = self.DeclareDiscreteState(np.full(3, np.nan))
+        self._fix = self.DeclareDiscreteState(np.full(SIZES["gps"] - 1, np.nan))
         self._imu = self.DeclareVectorInputPort("imu", 9)
         self._heard = [self.DeclareVectorInputPort(name, SIZES[name]) for name in HEARD]
         self._mode = self.DeclareVectorInputPort("mode", len(ModeState._fields))
@@ -121,12 +119,12 @@ class Navigation(LeafSystem):
             seed: of the errors; None for an exact initial estimate.
         """
         memory = self.estimator.begin(state, self._mounting, ekf.start_errors(seed), self._known)
-        context.SetDiscreteState(MEMORY, memory)
-        context.SetDiscreteState(STAMPS, np.full(len(HEARD), np.nan))
-        context.SetDiscreteState(HELD, state)
-        context.SetDiscreteState(SINCE, np.zeros(len(Health._fields) - 1))
-        context.SetDiscreteState(RATES, np.full(3, np.nan))
-        context.SetDiscreteState(FIX, np.full(SIZES["gps"] - 1, np.nan))
+        context.SetDiscreteState(self._memory_state, memory)
+        context.SetDiscreteState(self._stamps, np.full(len(HEARD), np.nan))
+        context.SetDiscreteState(self._held, state)
+        context.SetDiscreteState(self._since, np.zeros(len(Health._fields) - 1))
+        context.SetDiscreteState(self._rates, np.full(3, np.nan))
+        context.SetDiscreteState(self._fix, np.full(SIZES["gps"] - 1, np.nan))
 
     def _is_update(self, context: Context) -> bool:
         """Return whether an update is due now."""
@@ -134,7 +132,7 @@ class Navigation(LeafSystem):
         return abs(updates - round(updates)) < 1e-6
 
     def _calc_memory(self, context: Context, output: BasicVector) -> None:
-        memory = context.get_discrete_state(MEMORY).CopyToVector()
+        memory = context.get_discrete_state(self._memory_state).CopyToVector()
         if not self._is_update(context):
             output.SetFromVector(memory)
             return
@@ -145,7 +143,7 @@ class Navigation(LeafSystem):
 
     def _calc_state(self, context: Context, output: BasicVector) -> None:
         if not self._is_update(context):
-            output.SetFromVector(context.get_discrete_state(HELD).CopyToVector())
+            output.SetFromVector(context.get_discrete_state(self._held).CopyToVector())
             return
         memory = self._memory.Eval(context)
         rates = self._imu.Eval(context)[6:9]
@@ -156,7 +154,7 @@ class Navigation(LeafSystem):
 
     def _calc_health(self, context: Context, output: BasicVector) -> None:
         deviations = self.estimator.deviations(self._memory.Eval(context))
-        ages = context.get_discrete_state(SINCE).CopyToVector()
+        ages = context.get_discrete_state(self._since).CopyToVector()
         output.SetFromVector([np.hypot(*deviations[3:5]), *ages])
 
     def _calc_covariance(self, context: Context, output: BasicVector) -> None:
@@ -166,15 +164,15 @@ class Navigation(LeafSystem):
         output.SetFromVector(self.estimator.innovations(self._memory.Eval(context)))
 
     def _update(self, context: Context, discrete_state: DiscreteValues) -> None:
-        discrete_state.set_value(MEMORY, self._memory.Eval(context))
-        discrete_state.set_value(HELD, self._state.Eval(context))
+        discrete_state.set_value(self._memory_state, self._memory.Eval(context))
+        discrete_state.set_value(self._held, self._state.Eval(context))
         stamps = [
             port.Eval(context)[0] if port.HasValue(context) else np.nan for port in self._heard
         ]
-        discrete_state.set_value(STAMPS, stamps)
+        discrete_state.set_value(self._stamps, stamps)
         gps = self._heard[HEARD.index("gps")]
         if gps.HasValue(context):
-            discrete_state.set_value(FIX, gps.Eval(context)[1:])
+            discrete_state.set_value(self._fix, gps.Eval(context)[1:])
         renewed = np.array(
             [
                 self._takes_in(context, "gps"),
@@ -182,16 +180,16 @@ class Navigation(LeafSystem):
                 self._takes_in(context, "magnetometer"),
             ]
         )
-        ages = context.get_discrete_state(SINCE).value() + self._period
-        discrete_state.set_value(SINCE, np.where(renewed, 0.0, ages))
-        discrete_state.set_value(RATES, self._imu.Eval(context)[:3])
+        ages = context.get_discrete_state(self._since).value() + self._period
+        discrete_state.set_value(self._since, np.where(renewed, 0.0, ages))
+        discrete_state.set_value(self._rates, self._imu.Eval(context)[:3])
 
     def _takes_in(self, context: Context, kind: str) -> bool:
         """Return whether a sensor has a new sample that the estimate uses, or is absent."""
         place = HEARD.index(kind)
         if not self._heard[place].HasValue(context):
             return kind != "gps"  # without GPS the position is soon unknown
-        before = context.get_discrete_state(STAMPS).value()[place]
+        before = context.get_discrete_state(self._stamps).value()[place]
         if self._fresh(context, place, before) is None:
             return False
         memory, gate = self._memory.Eval(context), self._gate(context)
@@ -209,7 +207,7 @@ class Navigation(LeafSystem):
         """Return what sensors gave since the update before, see `estimation.samples`."""
         found = np.zeros(SAMPLES)
         found[:6] = self._imu.Eval(context)[:6]
-        before = context.get_discrete_state(STAMPS).value()
+        before = context.get_discrete_state(self._stamps).value()
         gps, barometer, magnetometer, range_finder = (
             self._fresh(context, place, before[place]) for place in range(len(HEARD))
         )
@@ -245,15 +243,15 @@ class Navigation(LeafSystem):
         """Return whether a GPS sample with its stamp (7) repeats the previous one."""
         if self._gps_repeats or self._gyro_repeats(context):
             return False
-        late = context.get_discrete_state(SINCE).value()[0] > GPS_LATE
+        late = context.get_discrete_state(self._since).value()[0] > GPS_LATE
         if not late and not self._in_the_air(context):
             return False
-        return np.array_equal(gps[1:], context.get_discrete_state(FIX).value())
+        return np.array_equal(gps[1:], context.get_discrete_state(self._fix).value())
 
     def _gyro_repeats(self, context: Context) -> bool:
         """Return whether the gyro's readings equal those of the previous update."""
         rates = self._imu.Eval(context)[:3]
-        return np.array_equal(rates, context.get_discrete_state(RATES).value())
+        return np.array_equal(rates, context.get_discrete_state(self._rates).value())
 
     def _in_the_air(self, context: Context) -> bool:
         """Return whether the drone flies, from take-off to landing."""

@@ -24,12 +24,6 @@ class WindSettings(NamedTuple):
     gust_duration: float = 1.0
 
 
-FILTERS, TURBULENCE = range(2)
-"""Groups of the discrete state."""
-WIND, SEED = range(2)
-"""Numeric parameters."""
-
-
 class Wind(LeafSystem):
     """The velocity of the air at the vehicle.
 
@@ -53,49 +47,51 @@ class Wind(LeafSystem):
     def __init__(self, *, settings: WindSettings, period: float) -> None:
         super().__init__()
         self._period = period
-        self.DeclareNumericParameter(BasicVector(list(settings)))
-        self.DeclareNumericParameter(BasicVector([0.0]))
+        self._settings_index = self.DeclareNumericParameter(BasicVector(list(settings)))
+        self._seed = self.DeclareNumericParameter(BasicVector([0.0]))
         self._state = self.DeclareVectorInputPort("state", 13)
-        self.DeclareDiscreteState(EDDIES)
-        self.DeclareDiscreteState(3)
+        self._filters = self.DeclareDiscreteState(EDDIES)
+        self._turbulence = self.DeclareDiscreteState(3)
         needs = {self.time_ticket(), self.xd_ticket(), self.pn_ticket()}
         self.DeclareVectorOutputPort("wind", 3, self._calc_wind, needs)
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
 
     def set_seed(self, context: Context, seed: int) -> None:
         """Set the seed of the turbulence; equal seeds give equal air."""
-        context.get_mutable_numeric_parameter(SEED).SetAtIndex(0, float(noise_seed(seed, "air")))
+        context.get_mutable_numeric_parameter(self._seed).SetAtIndex(
+            0, float(noise_seed(seed, "air"))
+        )
 
     def _settings(self, context: Context) -> WindSettings:
-        return WindSettings(*context.get_numeric_parameter(WIND).value().tolist())
+        return WindSettings(*context.get_numeric_parameter(self._settings_index).value().tolist())
 
     def _update(self, context: Context, discrete_state: DiscreteValues) -> None:
         settings = self._settings(context)
         if settings.turbulence == 0.0:  # turbulence that starts later draws stationary states
-            if discrete_state.value(FILTERS)[BEGUN]:
-                discrete_state.set_value(FILTERS, np.zeros(EDDIES))
-                discrete_state.set_value(TURBULENCE, np.zeros(3))
+            if discrete_state.value(self._filters)[BEGUN]:
+                discrete_state.set_value(self._filters, np.zeros(EDDIES))
+                discrete_state.set_value(self._turbulence, np.zeros(3))
             return
         state = self._state.Eval(context)
         height, speed = state[6], np.linalg.norm(state[10:13] - settings[0:3])
-        before = context.get_discrete_state(FILTERS).CopyToVector()
+        before = context.get_discrete_state(self._filters).CopyToVector()
         noise, after = np.empty(COUNT), np.empty(EDDIES)
         number = round(context.get_time() / self._period)
         with np.errstate(over="ignore"):  # integers of the noise wrap around
-            draw_normals(context.get_numeric_parameter(SEED)[0], number, noise)
+            draw_normals(context.get_numeric_parameter(self._seed)[0], number, noise)
         passed = self._period if before[BEGUN] > 0.0 else np.inf
         step_filters(before[:BEGUN], noise, height, speed, passed, after[:BEGUN])
         after[BEGUN] = 1.0
         u, v, w = velocities(after[:BEGUN], height, settings.turbulence)
         heading = np.arctan2(settings.wind_y, settings.wind_x)
         c, s = np.cos(heading), np.sin(heading)
-        discrete_state.set_value(FILTERS, after)
-        discrete_state.set_value(TURBULENCE, [c * u - s * v, s * u + c * v, w])
+        discrete_state.set_value(self._filters, after)
+        discrete_state.set_value(self._turbulence, [c * u - s * v, s * u + c * v, w])
 
     def _calc_wind(self, context: Context, output: BasicVector) -> None:
         settings = self._settings(context)
         share = gust_share(context.get_time(), settings.gust_start, settings.gust_duration)
-        turbulence = context.get_discrete_state(TURBULENCE).value().tolist()
+        turbulence = context.get_discrete_state(self._turbulence).value().tolist()
         output.SetFromVector(
             [
                 mean + share * gust + eddy

@@ -73,7 +73,6 @@ from workbench.scenario.scenario import (
     flown_controller,
 )
 from workbench.systems.acceleration_estimate import TIME_CONSTANT, sampled_estimate
-from workbench.systems.controller import GAINS, PROBES
 
 GYRO, ACCEL, IMU = 12, 6, 6
 """Number of states of the filters of gyro, see `gyro.STATES`, and accelerometer, and of numbers in
@@ -394,11 +393,12 @@ class FlightDerivatives(VehicleDerivatives):
         self._fix("reference", reference_of(trim), 0, at_inputs[:REFERENCE])
         held = at_inputs[REFERENCE : REFERENCE + HELD]
         self._fix("guidance", guidance_of(trim), HOLD_X, held)
-        self._set("controller", GAINS, law_gains(self._law, self._vehicle, gains))
+        flown = law_gains(self._law, self._vehicle, gains)
+        self._set("controller", self._controller.gains_index, flown)
         self.set_air(gains)
         probes = np.zeros((closed.size, states + inputs))
         probes[count:] = at_inputs[REFERENCE + HELD :]
-        loops = self._in_controller.get_mutable_numeric_parameter(PROBES)
+        loops = self._in_controller.get_mutable_numeric_parameter(self._controller.probes_index)
         loops.SetFromVector(InitializeAutoDiff(closed, probes).ravel())
         known = [trim.state, trim.speeds, trim.v_WB - trim.vdot_WB * TIME_CONSTANT]
         self._set_state(
