@@ -1,0 +1,180 @@
+"""The live diagram over the least diagram that flies: `python benchmarks/live_diagram.py`.
+
+The least one is Drake's continuous plant of one body on four feet, one LeafSystem of four rotors
+and one of a sampled PD law, both in Python, with `runge_kutta5` at one step a control period of
+1/128 s. The live diagram flies in turns with it, by processor time, so that other load affects both
+alike.
+"""
+
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+from pydrake.common.value import Value
+from pydrake.geometry import HalfSpace, Sphere
+from pydrake.math import RigidTransform
+from pydrake.multibody.math import SpatialForce
+from pydrake.multibody.plant import (
+    AddMultibodyPlant,
+    CoulombFriction,
+    ExternallyAppliedSpatialForce,
+    MultibodyPlantConfig,
+)
+from pydrake.multibody.tree import BodyIndex, SpatialInertia, UnitInertia
+from pydrake.systems.analysis import ResetIntegratorFromFlags, Simulator
+from pydrake.systems.framework import Context, ContinuousState, DiagramBuilder, LeafSystem
+from spread import ratios, text
+
+from workbench.scenario.scenario import Rates, Scenario, SensorsConfig, Start
+from workbench.session.session import Session
+
+PERIOD = 1 / 128
+MASS, ARM, LAG, HOVER = 1.2, 0.17, 0.03, 600.0
+THRUST = MASS * 9.81 / 4.0 / HOVER**2
+TURNS, SLICE = 12, 1.0
+"""Of each, and what one flies in a turn [s]."""
+
+
+class LeastRotors(LeafSystem):
+    """Four rotors with a first-order lag."""
+
+    def __init__(self, body: BodyIndex) -> None:
+        super().__init__()
+        self._body = body
+        self._command = self.DeclareVectorInputPort("command", 4)
+        self._state = self.DeclareVectorInputPort("state", 13)
+        self.DeclareContinuousState(4)
+        self.DeclareAbstractOutputPort(
+            "forces",
+            lambda: Value[list[ExternallyAppliedSpatialForce]]([ExternallyAppliedSpatialForce()]),
+            self._calc_forces,
+        )
+
+    def DoCalcTimeDerivatives(self, context: Context, derivatives: ContinuousState) -> None:
+        speeds = context.get_continuous_state_vector().CopyToVector()
+        slopes = (self._command.Eval(context) - speeds) / LAG
+        derivatives.get_mutable_vector().SetFromVector(slopes)
+
+    def _calc_forces(self, context: Context, output: Value) -> None:
+        thrusts = THRUST * context.get_continuous_state_vector().CopyToVector() ** 2
+        w, x, y, z = self._state.Eval(context)[:4].tolist()
+        up = np.array([2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)])
+        roll = ARM * (thrusts[0] - thrusts[1] - thrusts[2] + thrusts[3])
+        pitch = ARM * (thrusts[1] - thrusts[0] + thrusts[2] - thrusts[3])
+        force = ExternallyAppliedSpatialForce()
+        force.body_index = self._body
+        force.F_Bq_W = SpatialForce(np.array([roll, pitch, 0.0, *(thrusts.sum() * up)]))
+        output.set_value([force])
+
+
+class LeastLaw(LeafSystem):
+    """Height and level attitude by PD, held over a control period."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._state = self.DeclareVectorInputPort("state", 13)
+        self.DeclareStateOutputPort("command", self.DeclareDiscreteState([HOVER] * 4))
+        self.DeclarePeriodicDiscreteUpdateEvent(PERIOD, 0.0, self._update)
+
+    def _update(self, context: Context, discrete_state) -> None:
+        state = self._state.Eval(context).tolist()
+        _, x, y, _, _, _, height, w_x, w_y, _, _, _, climb = state
+        lift = MASS * (9.81 + 4.0 * (2.0 - height) - 4.0 * climb) / 4.0
+        roll, pitch = -(1.4 * x + 0.17 * w_x) / ARM, -(1.4 * y + 0.17 * w_y) / ARM
+        thrusts = [
+            lift + (roll - pitch) / 4,
+            lift - (roll - pitch) / 4,
+            lift - (roll + pitch) / 4,
+            lift + (roll + pitch) / 4,
+        ]
+        discrete_state.set_value([(max(0.0, thrust) / THRUST) ** 0.5 for thrust in thrusts])
+
+
+def least() -> Callable[[], None]:
+    """Return what flies the least diagram for `SLICE`."""
+    builder = DiagramBuilder()
+    config = MultibodyPlantConfig(time_step=0.0, contact_model="point")
+    plant, _ = AddMultibodyPlant(config, builder)
+    inertia = SpatialInertia(MASS, np.zeros(3), UnitInertia(0.01, 0.01, 0.0167))
+    body = plant.AddRigidBody("base", inertia)
+    friction = CoulombFriction(0.6, 0.6)
+    for x in (ARM, -ARM):
+        for y in (ARM, -ARM):
+            pose = RigidTransform([x, y, -0.1])
+            plant.RegisterCollisionGeometry(body, pose, Sphere(0.02), f"{x} {y}", friction)
+    plant.RegisterCollisionGeometry(
+        plant.world_body(), RigidTransform(), HalfSpace(), "ground", friction
+    )
+    plant.Finalize()
+    rotors = builder.AddSystem(LeastRotors(body.index()))
+    law = builder.AddSystem(LeastLaw())
+    state = plant.get_state_output_port()
+    builder.Connect(state, rotors.GetInputPort("state"))
+    builder.Connect(state, law.GetInputPort("state"))
+    builder.Connect(law.GetOutputPort("command"), rotors.GetInputPort("command"))
+    builder.Connect(rotors.get_output_port(), plant.get_applied_spatial_force_input_port())
+    simulator = Simulator(builder.Build())
+    context = simulator.get_mutable_context()
+    pose = RigidTransform([0.0, 0.0, 2.0])
+    plant.SetFreeBodyPose(plant.GetMyMutableContextFromRoot(context), body, pose)
+    rotors.GetMyMutableContextFromRoot(context).SetContinuousState([HOVER] * 4)
+    ResetIntegratorFromFlags(simulator, "runge_kutta5", PERIOD).set_fixed_step_mode(True)
+    simulator.Initialize()
+    return lambda: simulator.AdvanceTo(context.get_time() + SLICE) and None
+
+
+@dataclass(frozen=True)
+class Live:
+    """A live flight, and the least share of the least diagram's speed that it must have."""
+
+    name: str
+    scenario: Scenario
+    settings: dict[str, float]
+    mark: float
+
+
+SENSORS = ["imu", "gps", "barometer", "magnetometer", "lidar", "range_finder"]
+LIVE = (
+    Live("truth, wind and battery", Scenario(), {"wind_x": 3.0, "turbulence": 3.0}, 0.4),
+    Live(
+        "EKF, filters, all sensors but the camera",
+        Scenario(estimator="ekf", sensors=SensorsConfig(use=SENSORS)),
+        {"gyro_lowpass": 80.0, "setpoint_lowpass": 10.0, "derivative_lowpass": 30.0},
+        0.12,
+    ),
+    Live("law at 1 kHz", Scenario(rates=Rates(control_period=1 / 1024)), {}, 0.05),
+    Live("landed and idle", Scenario(start=Start(mode="off")), {}, 0.1),
+    Live(
+        "landed, EKF and sensors",
+        Scenario(start=Start(mode="off"), estimator="ekf", sensors=SensorsConfig(use=SENSORS)),
+        {},
+        0.0,
+    ),
+)
+
+
+def main() -> int:
+    """Print a line for each flight; fail if a mark is missed."""
+    fly_least, missed = least(), 0
+    fly_least()
+    print(f"{'':42} times real time   over the least diagram     mark")
+    for each in LIVE:
+        session = Session(each.scenario, each.settings)
+        session.tick(SLICE)
+        paces: tuple[list[float], list[float]] = ([], [])
+        for _ in range(TURNS):
+            for pace, fly in zip(paces, (fly_least, partial(session.tick, SLICE)), strict=True):
+                begun = time.process_time()
+                fly()
+                pace.append(SLICE / (time.process_time() - begun))
+        found, real = ratios(paces[1], paces[0]), sorted(paces[1])[TURNS // 2]
+        missed += found.median < each.mark or real < 1.0
+        print(f"{each.name:42} {real:15.1f}   {text(found):24} {each.mark:6.2f}", flush=True)
+    return 1 if missed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
