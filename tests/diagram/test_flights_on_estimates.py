@@ -37,7 +37,7 @@ def away(recording):
 def test_with_all_noises_it_holds_its_place(estimator, seeds):
     """0.2 deg are asked for; the worst of 30 seeds had 0.09 deg, so a loss shows before that."""
     for seed in seeds:
-        recording = flown(estimator=estimator, duration=20.0, seed=seed)
+        recording = flown(estimator=estimator, duration=10.0, seed=seed)
         assert away(recording).max() < 0.5, seed
         errors = estimate_errors(recording).attitude_B
         rms = math.sqrt(np.mean(np.sum(errors**2, axis=1)))
@@ -69,12 +69,14 @@ def test_without_gps_for_ten_seconds_it_drifts_no_more_than_it_says(seeds):
 
 
 @pytest.mark.parametrize(
-    "seeds", [range(1), pytest.param(range(1, 3), marks=pytest.mark.slow)], ids=["one", "more"]
+    ("seeds", "figures"),
+    [(range(1), PAPER[1:2]), pytest.param(range(3), PAPER, marks=pytest.mark.slow)],
+    ids=["one", "more"],
 )
-def test_the_papers_steps_stay_within_their_limits(seeds):
+def test_the_papers_steps_stay_within_their_limits(seeds, figures):
     """But for the drift along y: the estimate begins with a velocity that is off by 0.01 m/s."""
     for seed in seeds:
-        for figure in PAPER:
+        for figure in figures:
             scenario = Scenario(estimator="ekf")
             scenario.sensors.seed = seed
             row = compare(figure, fly_step(figure.axis, figure.command, scenario=scenario))
@@ -182,7 +184,7 @@ def test_the_complementary_filter_follows_a_frozen_compass():
     """It has no gate: a compass that stands turns the heading away."""
     turn = [Action(6.0, yaw_rate=0.3), Action(9.0, yaw_rate=0.0)]
     fault = Action(5.0, set={"magnetometer_fault": FROZEN})
-    recording = flown([fault, *turn], estimator="complementary", duration=20.0)
+    recording = flown([fault, *turn], estimator="complementary", duration=13.0)
     errors = estimate_errors(recording)
     off = np.hstack([errors.attitude_B, errors.position])
     assert np.abs(off[:640]).max() < 0.1

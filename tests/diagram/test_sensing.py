@@ -128,7 +128,7 @@ def test_steps_that_are_not_exact_in_binary_change_nothing():
     sensors = SensorsConfig(use=OTHERS)
     one = flown(lively(rates=DECIMAL, sensors=sensors))
     other = flown(lively(rates=DECIMAL))
-    assert_equal_but_for_integration(one.recording(), other.recording(), 5e-8)
+    assert_equal_but_for_integration(one.recording(), other.recording(), 2e-7)
     assert one.reading("imu").stamp == pytest.approx(1.495, abs=1e-9)
 
 

@@ -37,7 +37,7 @@ def at(time, **what) -> Action:
 def test_full_speed_level_and_back_to_hover(heading):
     ahead = [math.cos(math.radians(heading)), math.sin(math.radians(heading)), 0.0]
     flight = flown(
-        duration=15.0,
+        duration=13.0,
         start=Start(position=[0.0, 0.0, HIGH]),
         script=[
             at(1.0, velocity=[FULL_SPEED * part for part in ahead]),
@@ -143,10 +143,11 @@ def test_a_step_along_x_leaves_height_and_y_alone(velocity):
 
 def test_a_square_of_waypoints_is_reached():
     corners = [[2.0, 0.0, 3.0], [2.0, 2.0, 3.0], [0.0, 2.0, 3.0], [0.0, 0.0, 3.0]]
-    script = [at(8.0 * index, go_to=corner) for index, corner in enumerate(corners)]
-    flight = flown(duration=32.0, start=Start(position=[0.0, 0.0, 3.0]), script=script)
+    each = 6.0
+    script = [at(each * index, go_to=corner) for index, corner in enumerate(corners)]
+    flight = flown(duration=4.0 * each, start=Start(position=[0.0, 0.0, 3.0]), script=script)
     for index, corner in enumerate(corners):
-        there = flight.between(8.0 * index + 7.9, 8.0 * index + 8.0)
+        there = flight.between(each * index + each - 0.1, each * index + each)
         assert there.p_WB[0] == pytest.approx(corner, abs=0.02)
 
 
@@ -159,7 +160,7 @@ def test_hover_commands_follow_the_battery_over_a_whole_discharge(tmp_path, comp
     Rotors go to voltage times command, so to hold speeds w in hover the law commands w over the
     voltage; where commands are raised for the share c of the sag, it has to command less.
     """
-    duration, resistance, capacity, full = 60.0, 0.06, 900.0, 12.6
+    duration, resistance, capacity, full = 20.0, 0.06, 300.0, 12.6
     text = (ORACLES / "effects.rotors.yaml").read_text(encoding="utf-8")
     points = [[0.0, 10.8], [0.8, 12.0], [1.0, full]]
     battery = f"battery: {{capacity: {capacity}, resistance: {resistance}, "
@@ -173,10 +174,10 @@ def test_hover_commands_follow_the_battery_over_a_whole_discharge(tmp_path, comp
         "sag_compensation": compensation,
     }
     start = Start(position=[0.0, 0.0, 50.0])
-    session = Session(Scenario(vehicle=config, start=start, duration=58.0), settings)
+    session = Session(Scenario(vehicle=config, start=start, duration=0.95 * duration), settings)
     session.run()
     flight = session.recording()
-    for time in (5.0, 12.0, 30.0, 55.0):
+    for time in (2.0, 4.0, 10.0, 18.5):
         now = flight.between(time, time + 0.1)
         charge = 1.0 - now.time[0] / duration
         drop = resistance * capacity / duration

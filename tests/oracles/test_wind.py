@@ -65,7 +65,7 @@ def test_a_steady_wind_tilts_a_drone_that_keeps_its_place(model, area, least, he
     flown.go_to([0.0, 0.0, HIGH])
     flown.set("wind_x", WIND * math.cos(heading))
     flown.set("wind_y", WIND * math.sin(heading))
-    flown.tick(30.0)
+    flown.tick(24.0)
     flight = flown.recording()
     assert np.linalg.norm(flight.v_WB[-1]) < 1e-3
     wanted = tilt_by_hand(flown.vehicle, flown.get("drag_area"))
@@ -208,7 +208,7 @@ def test_a_push_long_ago_is_over():
     flown.push([5.0, 0.0, 0.0])
     flown.tick(1.0)
     assert flown.get("push_start") == 0.0
-    flown.tick(20.0)
+    flown.tick(9.0)
     assert np.linalg.norm(flown.recording().v_WB[-1]) < 1e-3
 
 
