@@ -117,7 +117,8 @@ def test_the_drone_has_shapes_to_draw_only_where_somebody_watches(
     drawn = sum(len(link.visuals) for link in description.model.links)
     assert inspector.NumGeometriesWithRole(Role.kIllustration) == (drawn if watched else 0)
     touching = sum(len(link.collisions) for link in description.model.links)
-    assert inspector.NumGeometriesWithRole(Role.kProximity) == touching + 1  # and the ground
+    # and the ground, and the corners of the drone's box
+    assert inspector.NumGeometriesWithRole(Role.kProximity) == touching + 1 + 8
 
 
 @pytest.mark.parametrize(

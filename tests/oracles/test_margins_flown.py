@@ -204,8 +204,8 @@ def check(session, loop, gain, delay, settings=NOTHING) -> bool:
         ways = np.sign(np.diff(swings[2:]))[-STEADY:]
         if len(ways) == STEADY and np.ptp(ways) == 0.0:
             break
-    # what grows very fast is soon as large as rotors let it become
-    return bool(swings[-1] > swings[len(swings) // 2] or swings[-1] > GROWN * swings[0])
+    # what grows very fast is as large as rotors let it become, maybe within the first window
+    return bool(swings[-1] > swings[len(swings) // 2] or swings[-1] > GROWN * SMALL)
 
 
 @each_loop()
@@ -222,19 +222,19 @@ def test_the_delay_margin_is_where_the_flight_begins_to_diverge(session, margins
     assert check(session, loop, 1.0, 1.05 * margin)
 
 
+@pytest.mark.parametrize("late", [False, pytest.param(True, marks=pytest.mark.slow)])
 @each_loop(SOON, laws=(DEFAULT,), soon=SOON[:1])
-def test_so_it_is_with_filters_on_the_way(session, margins, loop):
+def test_so_it_is_with_filters_on_the_way(session, margins, loop, late):
     """Both margins of the filtered loop, of which less is left than without."""
     model = LinearStudy(Scenario(controller=session.controller.name)).sampled(gains=FILTERED)
     found = loop_margins(model, loop.point("actuator"))
     assert found.gain_margin < 0.95 * margins[loop.name].gain_margin
-    for gain, delay, grows in (
-        (0.98 * found.gain_margin, 0.0, False),
-        (1.02 * found.gain_margin, 0.0, True),
-        (1.0, 0.95 * found.delay_margin, False),
-        (1.0, 1.05 * found.delay_margin, True),
-    ):
-        assert check(session, loop, gain, delay, FILTERED) == grows, (gain, delay)
+    if late:
+        assert not check(session, loop, 1.0, 0.95 * found.delay_margin, FILTERED)
+        assert check(session, loop, 1.0, 1.05 * found.delay_margin, FILTERED)
+    else:
+        assert not check(session, loop, 0.98 * found.gain_margin, 0.0, FILTERED)
+        assert check(session, loop, 1.02 * found.gain_margin, 0.0, FILTERED)
 
 
 @each_loop(("pitch", "velocity_x"), laws=(DEFAULT,))
