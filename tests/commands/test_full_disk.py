@@ -44,7 +44,7 @@ PRINTERS = (
     "controllers",
     "completion bash",
     "step --axis z --duration 0.2 --no-plots --json",
-    "hover --no-plots",
+    pytest.param("hover --no-plots", marks=pytest.mark.slow),
     "gains show",
     "linearize",
     "frames --model dh_drone",
