@@ -88,6 +88,7 @@ def test_sensors_are_described_with_usual_numbers(run, refused, tmp_path):
     assert "unknown kind of a sensor 'gsp': did you mean 'gps'?" in said
 
 
+@pytest.mark.slow
 def test_a_new_drone_with_a_battery_hovers_as_one_without(run, tmp_path):
     """PD gains without compensated sag sank by 4 cm, and the check of hover failed."""
     size = "--battery", "4S 5000mAh"
