@@ -511,8 +511,8 @@ MUTATIONS = (
     Mutation(
         "delays: a step longer than they say",
         "workbench/diagram/core.py",
-        "DiscreteTimeDelay(period, periods - 1, port.size())",
-        "DiscreteTimeDelay(period, periods, port.size())",
+        "DiscreteTimeDelay(rates.control_period, periods - 1, port.size())",
+        "DiscreteTimeDelay(rates.control_period, periods, port.size())",
         ("tests/diagram/test_workbench.py",),
     ),
     # logs

@@ -1,31 +1,33 @@
-"""Oracle: times counted in physics steps by hand."""
+"""Oracle: times counted in control periods by hand."""
 
 import math
 
-from workbench.scenario.scenario import Action
+from workbench.scenario.scenario import Action, Rates
 from workbench.session.script import Script
 
-STEP = 1 / 1024
+PERIOD = 1 / 128
+"""Of control; eight steps of the physics."""
 
 
-def script(*times: float, step: float = STEP) -> Script:
-    return Script([Action(at=time) for time in times], step)
+def script(*times: float, step: float = PERIOD / 8) -> Script:
+    rates = Rates(physics_step=step, control_period=8 * step)
+    return Script([Action(at=time) for time in times], rates)
 
 
 def times(script: Script, step: int) -> list[float]:
     return [action.at for action in script.due(step)]
 
 
-def test_an_action_is_due_at_the_first_step_at_or_after_its_time(case):
+def test_an_action_is_due_at_the_first_control_update_at_or_after_its_time(case):
     for at, step, first in [
-        (0.0, STEP, 0),
-        (STEP, STEP, 1),
-        (1.1 * STEP, STEP, 2),  # the first step at or after its time
-        (0.9 * STEP, STEP, 1),
-        (1.0, STEP, 1024),
-        (0.003, 0.001, 3),  # 3.0000000000000004 steps are 3
-        (0.07, 0.001, 70),
-        (1e-12, STEP, 0),
+        (0.0, PERIOD / 8, 0),
+        (PERIOD, PERIOD / 8, 8),
+        (1.1 * PERIOD, PERIOD / 8, 16),  # the first update at or after its time
+        (0.9 * PERIOD, PERIOD / 8, 8),
+        (1.0, PERIOD / 8, 1024),
+        (0.024, 0.001, 24),  # 3.0000000000000004 periods are 3
+        (0.56, 0.001, 560),
+        (1e-12, PERIOD / 8, 0),
     ]:
         with case(at, step, first):
             plan = script(at, step=step)
@@ -46,7 +48,7 @@ def test_each_action_is_handed_out_once_in_the_order_of_time():
 
 def test_actions_of_one_time_keep_their_order():
     actions = [Action(at=0.5, request="arm"), Action(at=0.5, request="take_off")]
-    plan = Script(actions, STEP)
+    plan = Script(actions, Rates())
     assert [action.request for action in plan.due(512)] == ["arm", "take_off"]
 
 

@@ -4,11 +4,13 @@ from functools import partial
 
 import numpy as np
 import pytest
+import scipy.linalg
 from scipy.spatial.transform import Rotation
 
 from workbench.control.controller import load_controller
 from workbench.design.linear.operating_point import OperatingPoint
 from workbench.design.linear.trim import guidance_of, reference_of
+from workbench.design.linear.vehicle import exponential
 from workbench.diagram.core import make_flight_core
 from workbench.plant.gravity import GRAVITY
 
@@ -167,3 +169,11 @@ def test_the_opened_pitch_loop_has_a_closed_form(study):
         wanted = velocity / s  # wanted tilt, over the tilt: g in and over g out cancel
         tilt = gains["kp_pitch"] * (1 + wanted) + gains["kd_pitch"] * s
         assert complex(L(s)) == pytest.approx(tilt / s**2 / (lag * s + 1), rel=0.02)
+
+
+def test_the_exponential_is_scipys():
+    rng = np.random.default_rng(2)
+    for scale in (0.0, 1e-9, 1e-3, 0.3, 5.0, 60.0):
+        A = scale * rng.normal(size=(7, 7)) / 7.0
+        wanted = scipy.linalg.expm(A)
+        assert np.abs(exponential(A) - wanted).max() < 1e-11 * np.abs(wanted).max()

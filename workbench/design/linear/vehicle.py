@@ -6,7 +6,6 @@ from typing import NamedTuple
 import numpy as np
 from pydrake.autodiffutils import ExtractValue, InitializeAutoDiff
 from pydrake.systems.framework import Diagram
-from scipy.linalg import expm
 
 from workbench.design.linear.model import LinearModel, Trim, motion, numbered
 from workbench.design.linear.seeds import (
@@ -114,7 +113,7 @@ class VehicleDerivatives:
         turn_with_heading(slopes, yaw_rate, (3, 6, 9))
         # [A B; 0 0] holds the commands
         whole = np.vstack([slopes, np.zeros((speeds.size, slopes.shape[1]))])
-        return Step(expm(whole * duration)[: len(slopes)], thrusts_by)
+        return Step(exponential(whole * duration)[: len(slopes)], thrusts_by)
 
     def _set(self, system: str, index: int, values: Sequence[float]) -> None:
         """Set a numeric parameter of a system."""
@@ -146,3 +145,19 @@ class VehicleDerivatives:
         """Return the derivatives of thrusts and speeds."""
         ports = (self._diagram.GetOutputPort(name) for name in ("thrusts", "speeds"))
         return [gradient(port.Eval(self._root), columns) for port in ports]
+
+
+def exponential(A: np.ndarray) -> np.ndarray:
+    """Return the exponential of a matrix, by its series for a part of it that is small, squared.
+
+    scipy has one, too, and takes as long to load as a linear model and its margins take.
+    """
+    halvings = max(0, int(np.ceil(np.log2(max(np.abs(A).sum(axis=0).max(), 1e-300)))) + 2)
+    part = A / 2.0**halvings
+    term = found = np.eye(len(A))
+    for number in range(1, 13):  # a norm of a quarter to the 13th over 13! is below rounding
+        term = term @ part / number
+        found = found + term
+    for _ in range(halvings):
+        found = found @ found
+    return found
