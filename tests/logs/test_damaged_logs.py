@@ -16,7 +16,7 @@ from workbench.common.errors import WorkbenchError
 from workbench.logs.flight_contents import contents_of
 from workbench.logs.flight_reader import read_flight
 from workbench.logs.flight_record import FlightRecord, make_signal
-from workbench.logs.imported import write_flight
+from workbench.logs.imported import log_of, write_flight
 from workbench.logs.readers.any_log import READERS
 
 FEW, FEWER = 40, 3
@@ -187,3 +187,13 @@ def _fork(kind: str, path: Path) -> int:
         os._exit(1)
     except BaseException:
         os._exit(2)
+
+
+def test_a_field_that_would_be_a_huge_array_is_refused(tmp_path):
+    """One of a hundred thousand copies asked for 3 GB: element 99,999,999 of an array."""
+    path = tmp_path / "huge.bbl"
+    text = made_up_blackbox(100)
+    path.write_bytes(text.replace(b"vbatLatest", b"debug[99999999]"))
+    with pytest.raises(WorkbenchError, match="is beyond element 999 of an array") as caught:
+        log_of(read_flight(path))
+    assert str(path) in str(caught.value)

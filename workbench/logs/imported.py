@@ -29,6 +29,8 @@ from workbench.logs.series import Column, LoggedTopic
 
 _PACKAGE = "imported_msgs"
 _PLACE = re.compile(r"\d+")
+_LAST_PLACE = 999
+"""Largest index of an element: no log has more motors or debugged values."""
 
 
 class _Stream(NamedTuple):
@@ -112,9 +114,19 @@ def _about(flight: FlightRecord) -> str:
 
 
 def _streams(flight: FlightRecord) -> list[_Stream]:
-    """Return the topics of the signals of a flight, with one message per sample."""
+    """Return the topics of the signals of a flight, with one message per sample.
+
+    Raises:
+        WorkbenchError: if a signal is an element of an array that no log has.
+    """
     grouped: dict[str, list[Signal]] = {}
     for signal in flight.signals.values():
+        places = [int(part[:9]) for part in signal.name.split(".") if _PLACE.fullmatch(part)]
+        if max(places, default=0) > _LAST_PLACE:
+            raise WorkbenchError(
+                f"{flight.source}: {signal.name:.80} is beyond element {_LAST_PLACE} of an array: "
+                "the file's list of fields is damaged"
+            )
         if len(signal.time):
             grouped.setdefault(signal.name.partition(".")[0], []).append(signal)
     return [_stream(name, signals) for name, signals in grouped.items()]
