@@ -101,7 +101,14 @@ def flight_of(record: LogRecord) -> FlightRecord:
                 samples[each.name] = each.time[good], each.values[good]
     try:
         flight = FlightRecord.from_description(json.loads(record.imported), record.path, samples)
-    except (KeyError, TypeError, ValueError, AttributeError, RecursionError) as error:
+    except (
+        KeyError,
+        TypeError,
+        ValueError,
+        ArithmeticError,
+        AttributeError,
+        RecursionError,
+    ) as error:
         raise WorkbenchError(
             f"{record.path}: its description of the signals is damaged: {error}"
         ) from error
