@@ -29,8 +29,8 @@ from workbench.logs.series import Column, LoggedTopic
 
 _PACKAGE = "imported_msgs"
 _PLACE = re.compile(r"\d+")
-_LAST_PLACE = 999
-"""Largest index of an element: no log has more motors or debugged values."""
+_DIGITS = 3
+"""Of the largest index of an element: no log has a thousand motors or debugged values."""
 
 
 class _Stream(NamedTuple):
@@ -128,11 +128,11 @@ def _streams(flight: FlightRecord) -> list[_Stream]:
     """
     grouped: dict[str, list[Signal]] = {}
     for signal in flight.signals.values():
-        places = [int(part[:9]) for part in signal.name.split(".") if _PLACE.fullmatch(part)]
-        if max(places, default=0) > _LAST_PLACE:
+        places = filter(_PLACE.fullmatch, signal.name.split("."))
+        if any(len(place.lstrip("0")) > _DIGITS for place in places):
             raise WorkbenchError(
-                f"{flight.source}: {signal.name:.80} is beyond element {_LAST_PLACE} of an array: "
-                "the file's list of fields is damaged"
+                f"{flight.source}: {signal.name:.80} is beyond element {10**_DIGITS - 1} of an "
+                "array: the file's list of fields is damaged"
             )
         if len(signal.time):
             grouped.setdefault(signal.name.partition(".")[0], []).append(signal)
