@@ -5,12 +5,14 @@ stays free of Drake, Qt and matplotlib.
 """
 
 from importlib import import_module
-from pathlib import Path
 from typing import Any
 
-_LINES = Path(__file__).with_suffix(".pyi").read_text(encoding="utf-8").splitlines()
-# `from MODULE import NAME as NAME`: taken apart as text, since `ast` takes 5 ms to load
-_MODULES = {line.split()[3]: line.split()[1] for line in _LINES if line.startswith("from ")}
+# Without pathlib: in Python 3.12 it imports `math`, and `python -m workbench` gets here while the
+# current folder, which may have a math.py, is still searched first.
+with open(f"{__file__}i", encoding="utf-8") as _file:  # noqa: PTH123
+    # `from MODULE import NAME as NAME`: taken apart as text, since `ast` takes 5 ms to load
+    _ROWS = [line.split() for line in _file if line.startswith("from ")]
+_MODULES = {row[3]: row[1] for row in _ROWS}
 
 __all__ = sorted(_MODULES)
 

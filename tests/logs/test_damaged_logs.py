@@ -1,11 +1,13 @@
 """Readers of logs that others wrote, on damaged copies: a flight or a sentence, in bounds."""
 
+import json
 import os
 import random
 import resource
 import signal
 import struct
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +18,7 @@ from workbench.common.errors import WorkbenchError
 from workbench.logs.flight_contents import contents_of
 from workbench.logs.flight_reader import read_flight
 from workbench.logs.flight_record import FlightRecord, make_signal
-from workbench.logs.imported import write_flight
+from workbench.logs.imported import flight_of, log_of, write_flight
 from workbench.logs.readers.any_log import READERS
 
 FEW, FEWER = 40, 3
@@ -187,3 +189,27 @@ def _fork(kind: str, path: Path) -> int:
         os._exit(1)
     except BaseException:
         os._exit(2)
+
+
+def test_a_field_that_would_be_a_huge_array_is_refused(tmp_path):
+    """One of a hundred thousand copies asked for 3 GB: element 99,999,999 of an array."""
+    path = tmp_path / "huge.bbl"
+    text = made_up_blackbox(100)
+    for place in (b"99999999", b"00000000099999999", b"1000"):
+        path.write_bytes(text.replace(b"vbatLatest", b"debug[%b]" % place))
+        with pytest.raises(WorkbenchError, match="is beyond element 999 of an array") as caught:
+            log_of(read_flight(path))
+        assert str(path) in str(caught.value)
+    path.write_bytes(text.replace(b"vbatLatest", b"debug[0007]"))
+    assert log_of(read_flight(path)).topics
+
+
+def test_a_number_that_is_no_float_in_a_description_is_damage(tmp_path):
+    """Of a hundred thousand copies one had a rate of 400 digits."""
+    path = tmp_path / "small.bbl"
+    path.write_bytes(made_up_blackbox(100))
+    record = log_of(read_flight(path))
+    described = json.loads(record.imported)
+    described["signals"][0]["rate"] = 10**400
+    with pytest.raises(WorkbenchError, match="its description of the signals is damaged"):
+        flight_of(replace(record, imported=json.dumps(described)))

@@ -284,7 +284,8 @@ class FlightRecord:
             samples: time and values of the signals, by name; a signal without samples is left out.
 
         Raises:
-            KeyError, TypeError, ValueError, AttributeError: if the description is invalid.
+            KeyError, TypeError, ValueError, ArithmeticError, AttributeError: if the description is
+                invalid.
         """
         signals = {
             each["name"]: Signal(

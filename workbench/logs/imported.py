@@ -29,6 +29,8 @@ from workbench.logs.series import Column, LoggedTopic
 
 _PACKAGE = "imported_msgs"
 _PLACE = re.compile(r"\d+")
+_DIGITS = 3
+"""Of the largest index of an element: no log has a thousand motors or debugged values."""
 
 
 class _Stream(NamedTuple):
@@ -99,7 +101,14 @@ def flight_of(record: LogRecord) -> FlightRecord:
                 samples[each.name] = each.time[good], each.values[good]
     try:
         flight = FlightRecord.from_description(json.loads(record.imported), record.path, samples)
-    except (KeyError, TypeError, ValueError, AttributeError, RecursionError) as error:
+    except (
+        KeyError,
+        TypeError,
+        ValueError,
+        ArithmeticError,
+        AttributeError,
+        RecursionError,
+    ) as error:
         raise WorkbenchError(
             f"{record.path}: its description of the signals is damaged: {error}"
         ) from error
@@ -112,9 +121,19 @@ def _about(flight: FlightRecord) -> str:
 
 
 def _streams(flight: FlightRecord) -> list[_Stream]:
-    """Return the topics of the signals of a flight, with one message per sample."""
+    """Return the topics of the signals of a flight, with one message per sample.
+
+    Raises:
+        WorkbenchError: if a signal is an element of an array that no log has.
+    """
     grouped: dict[str, list[Signal]] = {}
     for signal in flight.signals.values():
+        places = filter(_PLACE.fullmatch, signal.name.split("."))
+        if any(len(place.lstrip("0")) > _DIGITS for place in places):
+            raise WorkbenchError(
+                f"{flight.source}: {signal.name:.80} is beyond element {10**_DIGITS - 1} of an "
+                "array: the file's list of fields is damaged"
+            )
         if len(signal.time):
             grouped.setdefault(signal.name.partition(".")[0], []).append(signal)
     return [_stream(name, signals) for name, signals in grouped.items()]

@@ -8,9 +8,11 @@ import pytest
 from workbench.common.errors import WorkbenchError
 from workbench.control.controller import load_controller
 from workbench.design.linear.operating_point import OperatingPoint, parse_point
+from workbench.design.linear.study import LinearStudy
 from workbench.design.linear.trim import guidance_of, reference_of
 from workbench.diagram.core import make_flight_core
 from workbench.plant.gravity import GRAVITY
+from workbench.scenario.scenario import Scenario
 
 RATE = 50.0
 
@@ -79,6 +81,13 @@ def test_an_accelerated_flight_leans_by_its_acceleration(study):
 def test_what_cannot_be_flown_is_said(study, text):
     with pytest.raises(WorkbenchError, match=f"no flight as '{text}' for dh_drone"):
         study.trim(parse_point(text))
+
+
+def test_derivatives_that_overflow_have_no_trim():
+    """A limit of 1e-308 divides in the law; only its derivatives are not finite then."""
+    study = LinearStudy(Scenario(controller="ardupilot"))
+    with pytest.raises(WorkbenchError, match="no flight as 'hold=1' for dh_drone"):
+        study.trim(parse_point("hold=1"), {"ATC_RATE_P_MAX": 1e-308, "ATC_RATE_R_MAX": 633.0})
 
 
 def test_other_gains_ask_for_another_reference(study):

@@ -69,7 +69,7 @@ def find_trim(
     for _ in range(ROUNDS):
         residual, jacobian = _residual(derivatives, trim, rate)
         worst = float(np.abs(residual).max())
-        if not np.isfinite(worst):
+        if not np.isfinite(worst) or not np.isfinite(jacobian).all():
             break
         best = min(best, worst)
         if worst < TOLERANCE:
