@@ -115,7 +115,7 @@ def test_means_of_a_period_integrate_to_the_motion(case, description, vehicle):
         (1, 1e-5, 2e-5),
         (4, 2e-4, 5e-4),
         (8, 5e-4, 2e-3),
-        (16, 2e-3, 5e-3),
+        (16, 2e-3, 8e-3),
     ):
         with case(readout):
             states, given = tumble(description, vehicle, sensor(), readout=readout)

@@ -55,6 +55,33 @@ def filters_gyro(settings: Vector, period: float) -> bool:
     return works(settings[1], period) or works(settings[3], period)
 
 
+class Sampling(NamedTuple):
+    """How samples are taken: settings, physics steps between two, and whether the gyro filters."""
+
+    settings: GyroSettings
+    steps: int
+    filters: bool
+
+
+def sampling(settings: GyroSettings, step: float, readout: int, fewest: int) -> Sampling:
+    """Return how samples are taken.
+
+    Without a stated rate, filters get a sample at each physics step.
+
+    Args:
+        settings: of gyro and accelerometer.
+        step: of physics [s].
+        readout: steps between two readings.
+        fewest: samples of a reading where neither rate nor filters ask for more.
+    """
+    steps = max(1, readout // fewest)
+    if settings.gyro_rate > 0.0:
+        steps = sample_steps(settings.gyro_rate, step, readout)
+    elif filters_gyro(settings, step) or works(settings.accel_lowpass, step):
+        steps = 1
+    return Sampling(settings, steps, bool(filters_gyro(settings, steps * step)))
+
+
 @register_jitable
 def gyro_filter(settings: Vector, period: float) -> tuple[float, ...]:
     """Return the coefficients (18) of both filters for samples every `period` [s]."""

@@ -50,22 +50,14 @@ class Integration:
     def advance(self, step: int) -> None:
         """Advance to a step of the physics."""
         every = round(self._period / self._step)
-        root, imu = self._simulator.get_context(), self._airframe.imu
-        now = round(root.get_time() / self._step)
+        now = round(self._simulator.get_context().get_time() / self._step)
         while now < step:
-            end = min(step, (now // every + 1) * every)
-            samples = imu.sample_steps(imu.GetMyContextFromRoot(root))
-            self._choose(samples)
-            while now < end:  # the IMU samples at the ends of these
-                now = min(end, (now // samples + 1) * samples)
-                self._simulator.AdvanceTo(now * self._step)
+            self._choose()
+            now = min(step, (now // every + 1) * every)
+            self._simulator.AdvanceTo(now * self._step)
 
-    def _choose(self, samples: int) -> None:
-        """Set the integrator for the control period that begins now.
-
-        Args:
-            samples: steps of the physics between two samples of the IMU.
-        """
+    def _choose(self) -> None:
+        """Set the integrator for the control period that begins now."""
         root, airframe = self._simulator.get_context(), self._airframe
         air = not airframe.may_touch(root, self._period)
         longest = LONGEST_STEP
@@ -73,8 +65,7 @@ class Integration:
             longest *= 0.5
         # explicit steps of the rotors' speeds: of fifth order in the air, those of Euler in CENIC
         longest = min(longest, self._lag if air else 0.5 * self._lag)
-        size = samples * self._step
-        size /= math.ceil(size / longest - 1e-9)
+        size = self._period / math.ceil(self._period / longest - 1e-9)
         scheme = (AIR_SHORT if size <= SHORT * self._lag else AIR) if air else GROUND
         if scheme == self._scheme and size == self._size:
             return

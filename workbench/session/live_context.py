@@ -110,6 +110,7 @@ class LiveContext:
         self.set({n: v for n, v in (values or {}).items() if n in faults and v != faults[n]})
         with suppress(WorkbenchError):
             self.set(first or {})
+        airframe.wind.begin(self._of(airframe.wind))
         begin = InitializeParams()
         if checkpoint:
             _write_states(bench, root, self._taken_over(checkpoint))

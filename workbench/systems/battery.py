@@ -19,9 +19,10 @@ import math
 
 import numpy as np
 from pydrake.common import RandomDistribution
-from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
+from pydrake.systems.framework import BasicVector, Context, DiscreteValues
 
 from workbench.plant.vehicle import BatteryPack, Vehicle
+from workbench.systems.discrete_system import DiscreteSystem
 
 PERIOD = 0.125
 """Between updates [s]; a battery is slow."""
@@ -30,7 +31,7 @@ SETTLING_TIME = 60.0
 8 Hz on a curve of 3 V leaves 0.1 % of noise."""
 
 
-class Battery(LeafSystem):
+class Battery(DiscreteSystem):
     """Charge (0 .. 1) that lasts a given time in hover.
 
     Power is proportional to thrust^(3/2) (momentum theory). With P the sum of thrust^(3/2) over the
@@ -147,7 +148,7 @@ def voltage_drop(vehicle: Vehicle, duration: float) -> float:
     return pack.resistance * hover_current / full / hover_power(vehicle)
 
 
-class ChargeGauge(LeafSystem):
+class ChargeGauge(DiscreteSystem):
     """Estimates the state of charge, see `next_charge`, at the period of the battery.
 
     It starts with a full battery, as a flight does.

@@ -82,28 +82,30 @@ def BodyForces_(T: Any) -> Any:
                 converter=converter,
             )
 
+        def DoCalcTimeDerivatives(self, context: Any, derivatives: Any) -> None:
+            """Calculate nothing, quickly, see `DiscreteSystem`."""
+
         def _calc_spatial_forces(self, context: Any, output: Any) -> None:
             drag_area, air_density = context.get_numeric_parameter(0).value().tolist()
             state = self._state.Eval(context).tolist()
-            R_WB, v_W = rotation(state[0:4]), state[10:13]
+            R_WB, (v_x, v_y, v_z) = rotation(state[0:4]), state[10:13]
             if self._wind.HasValue(context):
-                v_W = [v - u for v, u in zip(v_W, self._wind.Eval(context).tolist(), strict=True)]
+                u_x, u_y, u_z = self._wind.Eval(context).tolist()
+                v_x, v_y, v_z = v_x - u_x, v_y - u_y, v_z - u_z
             arm = into_world(R_WB, context.get_numeric_parameter(1).value().tolist())
-            v_x, v_y, v_z = v_W
             t_x, t_y, t_z = cross(state[7:10], arm)
             v_x, v_y, v_z = v_x + t_x, v_y + t_y, v_z + t_z
             speed = (v_x * v_x + v_y * v_y + v_z * v_z + STILL) ** 0.5
             drag = -0.5 * air_density * drag_area * speed
             f_W = (drag * v_x, drag * v_y, drag * v_z)
             forces = [*cross(arm, f_W), *f_W]
-            if self._push.HasValue(context):
-                push = self._push.Eval(context).tolist()
-                if any(push):
-                    f_W = push[0:3]
-                    lever = cross(into_world(R_WB, push[3:6]), f_W)
-                    torque = into_world(R_WB, push[6:9])
-                    moment = [a + b for a, b in zip(lever, torque, strict=True)]
-                    forces = [a + b for a, b in zip(forces, [*moment, *f_W], strict=True)]
+            push = self._push.Eval(context).tolist() if self._push.HasValue(context) else ()
+            if any(push):
+                f_W = push[0:3]
+                lever = cross(into_world(R_WB, push[3:6]), f_W)
+                torque = into_world(R_WB, push[6:9])
+                moment = [a + b for a, b in zip(lever, torque, strict=True)]
+                forces = [a + b for a, b in zip(forces, [*moment, *f_W], strict=True)]
             found = Force()
             found.body_index = self._body
             found.F_Bq_W = SpatialForce(np.array(forces))

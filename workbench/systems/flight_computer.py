@@ -13,7 +13,6 @@ from pydrake.systems.framework import (
     BasicVector,
     Context,
     DiscreteValues,
-    LeafSystem,
     ValueProducer,
 )
 
@@ -39,6 +38,7 @@ from workbench.control.guidance import Guidance, Reference, Setpoint
 from workbench.plant.payload import NO_PAYLOAD, Payload
 from workbench.plant.vehicle import Vehicle
 from workbench.systems.acceleration_estimate import sampled_estimate
+from workbench.systems.discrete_system import DiscreteSystem
 from workbench.systems.weak_callback import weakly
 
 _NONE, _STRAIGHT, _FULL = np.empty(0), np.zeros(3), np.ones(1)
@@ -63,7 +63,7 @@ def make_update(controller: Controller) -> Callable[..., float]:
     return run
 
 
-class FlightComputer(LeafSystem):
+class FlightComputer(DiscreteSystem):
     """Samples the state, runs a controller's law, and holds the commands of the rotors.
 
     Input ports:

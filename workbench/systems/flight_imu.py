@@ -1,33 +1,34 @@
 """The IMU of the flight computer: samples of gyro and accelerometer, their filters, and readings.
 
-A sample is the angular velocity at its time, and the mean specific force since the sample before,
-see `estimation.imu.mean_force`. A reading is the mean of both since the reading before, once a
-control period: of the angular velocity by the trapezoidal rule, with what that misses of the turn
-in an impact. Without an IMU there is an exact gyro alone, and its filters.
+Once a control period it takes the samples of the period that ends, as many as its rate asks for. A
+sample is the angular velocity at its time, and the mean specific force since the sample before. The
+motion between the two ends is that of `dynamics.motion_between`, so the integrator need not stop at
+each sample. A reading is the mean of both in the period: of the angular velocity the turn of the
+body, and the mean noise. Without an IMU there is an exact gyro alone, and its filters.
 """
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from pydrake.common.value import Value
-from pydrake.systems.framework import (
-    BasicVector,
-    Context,
-    DiscreteValues,
-    LeafSystem,
-    ValueProducer,
-)
+from pydrake.systems.framework import BasicVector, Context, DiscreteValues, ValueProducer
 
-from workbench.estimation.filters import after, lowpass, output, works
+from workbench.dynamics.motion_between import (
+    body_rate,
+    mean_specific_force,
+    motions_between,
+    point_motion,
+)
+from workbench.estimation.filters import after, lowpass, output
 from workbench.estimation.gyro import (
     GyroSettings,
+    Sampling,
     at_rest,
     body_rates,
     filtered_rates,
-    filters_gyro,
     gyro_filter,
-    sample_steps,
+    sampling,
     sensed,
     stepped_filters,
 )
@@ -37,39 +38,54 @@ from workbench.estimation.imu import (
     SILENT,
     SOURCE,
     SPREAD,
-    carried,
     drawn_bias,
-    mean_force,
     mean_rate,
     measured,
     noisy_sample,
     packed,
     step_drift,
 )
+from workbench.plant.gravity import GRAVITY
 from workbench.plant.sensors import Imu
+from workbench.systems.discrete_system import DiscreteSystem
 from workbench.systems.noise import noise_seed
 from workbench.systems.weak_callback import weakly
 
 ON_TIME = 1e-6
-"""Largest share of a physics step by which a sample is off its time."""
+"""Largest share of a physics step by which an update is off its time."""
 
 
-class FlightImu(LeafSystem):
+class Samples(NamedTuple):
+    """What the samples of a period lead to.
+
+    Attributes:
+        gyro_filters: states of the gyro's filters (12).
+        rates: filtered angular velocity in B (3) [rad/s].
+        accel_filters: states of the low-pass of the accelerometer (6).
+        last: sample (6): angular velocity [rad/s], specific force [m/s²].
+        reading: the mean of both (6).
+    """
+
+    gyro_filters: Sequence[float]
+    rates: Sequence[float]
+    accel_filters: Sequence[float]
+    last: Sequence[float]
+    reading: Sequence[float]
+
+
+class FlightImu(DiscreteSystem):
     """Samples the motion of the body.
 
     Input ports:
         state (13): of the body: q_WB (w, x, y, z), p_WB [m], w_WB_W [rad/s], v_WB_W [m/s].
         acceleration (6): angular, and of the origin, in W [rad/s², m/s²]; for the first sample,
             which has none before it; only with an IMU.
-    Output ports:
+    Output ports, which are those of the last update between updates:
         sensed (13): the state with the gyro's filtered angular velocity.
         imu (9): mean angular velocity [rad/s] and specific force [m/s²] since the last reading, and
             filtered angular velocity, in B; only with an IMU.
-    Discrete state: states of the gyro's filters (12), its filtered angular velocity in B (3),
-    states of the accelerometer's low-pass (6), the last sample (6), the integral of samples since
-    the last reading (6) and its length in physics steps, -1 before the first (1), the biases (6)
-    and their drift (6), attitude and velocity of the IMU at the last sample (7), see `imu.carried`,
-    its exact angular velocity (3), and its number in physics steps (1).
+    Discrete state: see `Samples`; the biases (6) and their drift (6); of the last update the motion
+    of the IMU (14), see `point_motion`, and the number in physics steps (1), -1 without a sample.
     Numeric parameters: `GyroSettings`, the fault of the IMU, and the seed of its noise.
 
     Args:
@@ -91,28 +107,28 @@ class FlightImu(LeafSystem):
         self._seed = self.DeclareNumericParameter(BasicVector([0.0]))
         self._state = self.DeclareVectorInputPort("state", 13)
         self._gyro_filters = self.DeclareDiscreteState(12)
-        self._gyro_rates = self.DeclareDiscreteState(3)
+        self._rates = self.DeclareDiscreteState(3)
         self._accel_filters = self.DeclareDiscreteState(6)
-        self._last_sample = self.DeclareDiscreteState(6)
-        self._sums = self.DeclareDiscreteState(6)
-        self._elapsed = self.DeclareDiscreteState(1)
+        self._last = self.DeclareDiscreteState(6)
+        self._reading = self.DeclareDiscreteState(6)
         self._bias = self.DeclareDiscreteState(6)
         self._drift = self.DeclareDiscreteState(6)
-        self._last_motion = self.DeclareDiscreteState(7)
-        self._last_rates = self.DeclareDiscreteState(3)
-        self._last_number = self.DeclareDiscreteState(1)
+        self._motion = self.DeclareDiscreteState(14)
+        self._number = self.DeclareDiscreteState(1)
         needs = {self._state.ticket(), self.xd_ticket(), self.time_ticket(), self.pn_ticket()}
-        self.DeclareVectorOutputPort("sensed", 13, self._calc_sensed, needs)
         if imu:
             self._acceleration = self.DeclareVectorInputPort("acceleration", 6)
             needs |= {self._acceleration.ticket()}
+        self.DeclareVectorOutputPort("sensed", 13, self._calc_sensed, needs)
+        if imu:
             self.DeclareVectorOutputPort("imu", 9, self._calc_imu, needs)
         self._sampling = self.DeclareCacheEntry(
-            "settings, steps between samples, and whether the gyro has filters",
-            ValueProducer(lambda: Value[object](()), weakly(self._calc_sampling)),
-            {self.pn_ticket()},
+            "sampling", ValueProducer(_nothing, weakly(self._calc_sampling)), {self.pn_ticket()}
         ).cache_index()
-        self.DeclarePerStepDiscreteUpdateEvent(self._update)
+        self._samples = self.DeclareCacheEntry(
+            "samples", ValueProducer(_nothing, weakly(self._calc_samples)), needs
+        ).cache_index()
+        self.DeclarePeriodicDiscreteUpdateEvent(readout * step, 0.0, self._update)
 
     def set_seed(self, context: Context, seed: int) -> None:
         """Set the seed of the noise; equal seeds give equal noise."""
@@ -125,178 +141,164 @@ class FlightImu(LeafSystem):
         for group in range(context.num_discrete_state_groups()):
             context.SetDiscreteState(group, np.zeros(context.get_discrete_state(group).size()))
         context.SetDiscreteState(self._gyro_filters, at_rest(rates))
-        context.SetDiscreteState(self._gyro_rates, rates)
-        context.SetDiscreteState(self._elapsed, [-1.0])
+        context.SetDiscreteState(self._rates, rates)
+        context.SetDiscreteState(self._number, [-1.0])
 
-    def sample_steps(self, context: Context) -> int:
-        """Return the number of physics steps between two samples, a divisor of the readout.
+    def _values(self, context: Context, group: int) -> list[float]:
+        values: list[float] = context.get_discrete_state(group).value().tolist()
+        return values
 
-        Without a stated rate, filters sample at each step, an IMU twice a reading.
-        """
-        return self._sampled(context)[1]
-
-    def _sampled(self, context: Context) -> tuple[GyroSettings, int, bool]:
-        """Return settings, steps between samples, and whether the gyro has filters."""
-        found: tuple[GyroSettings, int, bool] = self.get_cache_entry(self._sampling).Eval(context)
+    def _sampled(self, context: Context) -> Sampling:
+        found: Sampling = self.get_cache_entry(self._sampling).Eval(context)
         return found
 
     def _calc_sampling(self, context: Context, output: Any) -> None:
         live = context.get_numeric_parameter(self.settings_index).value()
         settings = GyroSettings(*live.tolist())
-        every = self._readout if self._imu is None else max(1, self._readout // 2)
-        if settings.gyro_rate > 0.0:
-            every = sample_steps(settings.gyro_rate, self._step, self._readout)
-        elif filters_gyro(settings, self._step) or works(settings.accel_lowpass, self._step):
-            every = 1
-        output.set_value((settings, every, bool(filters_gyro(settings, every * self._step))))
+        fewest = 1 if self._imu is None else 2
+        output.set_value(sampling(settings, self._step, self._readout, fewest))
 
-    def _number(self, context: Context) -> int:
-        return round(context.get_time() / self._step)
+    def _began(self, context: Context) -> bool:
+        """Return whether the last update took a sample."""
+        return self._values(context, self._number)[0] >= 0.0
 
-    def _group(self, context: Context, group: int) -> np.ndarray:
-        return context.get_discrete_state(group).CopyToVector()
+    def _is_due(self, context: Context) -> bool:
+        """Return whether an update is due now that has not been done."""
+        number = context.get_time() / self._step
+        if abs(number - self._readout * round(number / self._readout)) > ON_TIME:
+            return False
+        return abs(number - self._values(context, self._number)[0]) > ON_TIME
 
-    def _filter_states(self, context: Context, rates: Sequence[float]) -> np.ndarray:
-        """Return the states of the gyro's filters, at rest if they were off at the last sample."""
-        if self._group(context, self._last_number)[0] < 0.0:
-            return np.array(at_rest(rates))
-        return self._group(context, self._gyro_filters)
-
-    def _passed(self, context: Context) -> float:
-        """Return the physics steps since the last sample."""
-        return context.get_time() / self._step - self._group(context, self._last_number)[0]
-
-    def _missed(self, context: Context) -> np.ndarray:
-        """Return the mean angular velocity since the last sample less that by both samples (3)."""
-        passed, fault = self._passed(context), context.get_numeric_parameter(self.fault_index)[0]
-        first = self._group(context, self._elapsed)[0] < 0.0
-        if first or passed < ON_TIME or fault in (FROZEN, SILENT):
-            return np.zeros(3)
-        state = self._state.Eval(context).tolist()
-        turned = mean_rate(
-            self._group(context, self._last_motion)[:4], state[:4], passed * self._step
-        )
-        return np.array(turned) - 0.5 * (self._group(context, self._last_rates) + body_rates(state))
-
-    def _sample(self, context: Context, every: int) -> tuple[float, ...]:
-        """Return a sample now (6): of an exact gyro alone without an IMU."""
-        state = self._state.Eval(context).tolist()
-        if self._imu is None:
-            return (*body_rates(state), 0.0, 0.0, 0.0)
+    def _calc_samples(self, context: Context, output: Any) -> None:
+        """Calculate `Samples` of the period that ends now."""
         fault = context.get_numeric_parameter(self.fault_index)[0]
-        seed = context.get_numeric_parameter(self._seed)[0]
-        bias, passed = self._group(context, self._bias), self._passed(context)
-        exact: tuple[float, ...]
-        if self._group(context, self._elapsed)[0] < 0.0:
-            bias = np.array(drawn_bias(self._imu[MEAN:SPREAD], self._imu[SPREAD:], seed))
-            exact = measured(state, self._acceleration.Eval(context).tolist(), self._p_BS)
-        elif fault in (FROZEN, SILENT) or passed < ON_TIME:
-            return tuple(self._group(context, self._last_sample))
+        if self._began(context) and fault in (FROZEN, SILENT):
+            last = self._values(context, self._last)
+            exact = noisy = [tuple(last)] * (self._readout // self._sampled(context).steps)
+            turn: Sequence[float] = last[0:3]
         else:
-            before, now = (
-                self._group(context, self._last_motion).tolist(),
-                carried(state, self._p_BS),
-            )
-            exact = (*body_rates(state), *mean_force(before, now, passed * self._step))
-        both = np.concatenate([bias, self._group(context, self._drift)])
-        return noisy_sample(exact, self._number(context), every, fault, both, self._imu, seed)
+            exact, turn = self._exact(context)
+            noisy = exact if self._imu is None else self._with_noise(context, exact, fault)
+        output.set_value(self._filtered(context, exact, noisy, turn))
 
-    def _update(self, context: Context, discrete_state: DiscreteValues) -> None:
-        settings, every, filters = self._sampled(context)
-        number = self._number(context)
-        # with error control, steps also end between the samples
-        if number % every or abs(context.get_time() / self._step - number) > ON_TIME:
-            return
-        if self._imu is None and not filters:
-            if discrete_state.value(self._last_number)[0] >= 0.0:
-                discrete_state.set_value(self._last_number, [-1.0])
-            return
+    def _exact(self, context: Context) -> tuple[list[tuple[float, ...]], Sequence[float]]:
+        """Return exact samples (6) each, and the mean angular velocity in B (3)."""
+        state = self._state.Eval(context).tolist()
+        if not self._began(context):
+            rates = body_rates(state)
+            if self._imu is None:
+                return [(*rates, 0.0, 0.0, 0.0)], rates
+            acceleration = self._acceleration.Eval(context).tolist()
+            return [measured(state, acceleration, self._p_BS)], rates
+        period, steps = self._readout * self._step, self._sampled(context).steps
+        before, now = self._values(context, self._motion), point_motion(state, self._p_BS)
+        motions = motions_between(before, now, period, self._readout // steps)
+        ends, middles = motions.tolist()
+        if self._imu is None:
+            return [(*body_rate(end), 0.0, 0.0, 0.0) for end in ends], (0.0, 0.0, 0.0)
+        forces = [
+            mean_specific_force(*three, steps * self._step, GRAVITY)
+            for three in zip([before, *ends[:-1]], middles, ends, strict=True)
+        ]
+        exact = [(*body_rate(end), *force) for end, force in zip(ends, forces, strict=True)]
+        return exact, mean_rate(before[0:4], now[0:4], period)
+
+    def _with_noise(
+        self, context: Context, exact: Sequence[tuple[float, ...]], fault: float
+    ) -> list[tuple[float, ...]]:
+        """Return samples with bias and noise."""
+        seed = context.get_numeric_parameter(self._seed)[0]
+        both = [*self._begun_bias(context), *self._values(context, self._drift)]
+        steps = self._sampled(context).steps
+        first = round(context.get_time() / self._step) - steps * (len(exact) - 1)
         with np.errstate(over="ignore"):  # integers of the noise wrap around
-            self._take_sample(context, discrete_state, settings, every, number)
+            return [
+                noisy_sample(each, first + place * steps, steps, fault, both, self._imu, seed)
+                for place, each in enumerate(exact)
+            ]
 
-    def _take_sample(
+    def _begun_bias(self, context: Context) -> Sequence[float]:
+        """Return the biases of the flight (6), which are drawn at the first update."""
+        if self._began(context):
+            return self._values(context, self._bias)
+        seed = context.get_numeric_parameter(self._seed)[0]
+        assert self._imu is not None  # who asks has one
+        with np.errstate(over="ignore"):
+            return drawn_bias(self._imu[MEAN:SPREAD], self._imu[SPREAD:], seed)
+
+    def _filtered(
         self,
         context: Context,
-        discrete_state: DiscreteValues,
-        settings: GyroSettings,
-        every: int,
-        number: int,
-    ) -> None:
-        """Take a sample, and filter and add it up."""
-        sample = self._sample(context, every)
-        coefficients = gyro_filter(settings, every * self._step)
-        x = self._filter_states(context, sample[0:3])
-        discrete_state.set_value(self._gyro_rates, filtered_rates(coefficients, x, sample[0:3]))
-        discrete_state.set_value(self._gyro_filters, stepped_filters(coefficients, x, sample[0:3]))
-        discrete_state.set_value(self._last_number, [number])
+        exact: Sequence[Sequence[float]],
+        noisy: Sequence[Sequence[float]],
+        turn: Sequence[float],
+    ) -> Samples:
+        """Return what samples lead to, given the exact mean angular velocity."""
+        settings, steps, _ = self._sampled(context)
+        begun = self._began(context)
+        gyro = gyro_filter(settings, steps * self._step)
+        filters: Sequence[float] = at_rest(noisy[0][0:3])
+        if begun:
+            filters = self._values(context, self._gyro_filters)
+        rates: Sequence[float] = ()
+        for sample in noisy:
+            rates = filtered_rates(gyro, filters, sample[0:3])
+            filters = stepped_filters(gyro, filters, sample[0:3])
+        if self._imu is None:
+            return Samples(filters, rates, [0.0] * 6, noisy[-1], [0.0] * 6)
+        section = lowpass(settings.accel_lowpass, settings.accel_lowpass_order, steps * self._step)
+        accel: list[float] = self._values(context, self._accel_filters)
+        if not begun:
+            accel = [0.0, noisy[0][3], 0.0, noisy[0][4], 0.0, noisy[0][5]]
+        reading = [0.0] * 6
+        for ideal, sample in zip(exact, noisy, strict=True):
+            for i in range(3):
+                x_1, x_2 = accel[2 * i : 2 * i + 2]
+                reading[i] += (turn[i] + sample[i] - ideal[i]) / len(noisy)
+                reading[3 + i] += output(section, x_1, x_2, sample[3 + i]) / len(noisy)
+                accel[2 * i : 2 * i + 2] = after(section, x_1, x_2, sample[3 + i])
+        return Samples(filters, rates, accel, noisy[-1], reading)
+
+    def _update(self, context: Context, discrete_state: DiscreteValues) -> None:
+        if self._imu is None and not self._sampled(context).filters:
+            if self._began(context):
+                discrete_state.set_value(self._number, [-1.0])
+            return
+        samples: Samples = self.get_cache_entry(self._samples).Eval(context)
+        groups = (self._gyro_filters, self._rates, self._accel_filters, self._last, self._reading)
+        for group, values in zip(groups, samples, strict=True):
+            discrete_state.set_value(group, values)
+        number = round(context.get_time() / self._step)
+        motion = point_motion(self._state.Eval(context).tolist(), self._p_BS)
+        discrete_state.set_value(self._motion, motion)
+        discrete_state.set_value(self._number, [number])
         if self._imu is None:
             return
-        seed = context.get_numeric_parameter(self._seed)[0]
-        elapsed = self._group(context, self._elapsed)[0]
-        first = elapsed < 0.0
-        if first:
-            bias = drawn_bias(self._imu[MEAN:SPREAD], self._imu[SPREAD:], seed)
-            discrete_state.set_value(self._bias, bias)
-        section = lowpass(settings[5], settings[6], every * self._step)
-        accel, before = (
-            self._group(context, self._accel_filters),
-            self._group(context, self._last_sample),
-        )
-        sums, passed = self._group(context, self._sums), self._passed(context)
-        missed = self._missed(context)
-        for i in range(3):
-            force = sample[3 + i]
-            if first:
-                accel[2 * i + 1] = force
-            smooth = output(section, accel[2 * i], accel[2 * i + 1], force)
-            accel[2 * i : 2 * i + 2] = after(section, accel[2 * i], accel[2 * i + 1], force)
-            sums[i] += passed * (0.5 * (before[i] + sample[i]) + missed[i])
-            sums[3 + i] += passed * smooth
-        elapsed += passed
-        if first or number % self._readout == 0:
-            elapsed, sums = 0.0, np.zeros(6)
-            drift = self._group(context, self._drift)
-            step_drift(drift, number, self._imu, seed)
-            discrete_state.set_value(self._drift, drift)
-        state = self._state.Eval(context).tolist()
-        discrete_state.set_value(self._last_motion, carried(state, self._p_BS))
-        discrete_state.set_value(self._last_rates, body_rates(state))
-        for group, values in (
-            (self._accel_filters, accel),
-            (self._last_sample, sample),
-            (self._sums, sums),
-            (self._elapsed, [elapsed]),
-        ):
-            discrete_state.set_value(group, values)
+        discrete_state.set_value(self._bias, self._begun_bias(context))
+        drift, seed = self._values(context, self._drift), context.get_numeric_parameter(self._seed)
+        with np.errstate(over="ignore"):
+            step_drift(drift, number, self._imu, seed[0])
+        discrete_state.set_value(self._drift, drift)
 
     def _calc_sensed(self, context: Context, output_vector: BasicVector) -> None:
-        settings, every, filters = self._sampled(context)
         state = self._state.Eval(context)
-        if not filters:
+        if not self._sampled(context).filters:
             output_vector.SetFromVector(state)
             return
-        state = state.tolist()
-        rates = self._group(context, self._gyro_rates)
-        if self._number(context) % every == 0:
-            coefficients, now = gyro_filter(settings, every * self._step), body_rates(state)
-            rates = filtered_rates(coefficients, self._filter_states(context, now), now)
-        output_vector.SetFromVector(sensed(state, rates))
+        rates: Sequence[float] = self._values(context, self._rates)
+        if self._is_due(context):
+            rates = self.get_cache_entry(self._samples).Eval(context).rates
+        output_vector.SetFromVector(sensed(state.tolist(), rates))
 
-    @np.errstate(over="ignore")
     def _calc_imu(self, context: Context, output_vector: BasicVector) -> None:
-        settings, every, _ = self._sampled(context)
-        sample, before = self._sample(context, every), self._group(context, self._last_sample)
-        sums, accel = self._group(context, self._sums), self._group(context, self._accel_filters)
-        elapsed, passed = self._group(context, self._elapsed)[0], self._passed(context)
-        missed = self._missed(context)
-        coefficients = gyro_filter(settings, every * self._step)
-        rates = filtered_rates(coefficients, self._group(context, self._gyro_filters), sample[0:3])
-        section = lowpass(settings[5], settings[6], every * self._step)
-        reading = [*sample, *rates]
-        if elapsed >= 0.0 and elapsed + passed > ON_TIME:
-            for i in range(3):
-                smooth = output(section, accel[2 * i], accel[2 * i + 1], sample[3 + i])
-                turned = sums[i] + passed * (0.5 * (before[i] + sample[i]) + missed[i])
-                reading[i] = turned / (elapsed + passed)
-                reading[3 + i] = (sums[3 + i] + passed * smooth) / (elapsed + passed)
-        output_vector.SetFromVector(reading)
+        if self._is_due(context):
+            samples: Samples = self.get_cache_entry(self._samples).Eval(context)
+            output_vector.SetFromVector([*samples.reading, *samples.rates])
+            return
+        reading, rates = self._values(context, self._reading), self._values(context, self._rates)
+        output_vector.SetFromVector([*reading, *rates])
+
+
+def _nothing() -> Value:
+    """Return the first value of a cache entry."""
+    return Value[object](())

@@ -7,9 +7,10 @@ import numpy as np
 from pydrake.common.eigen_geometry import Quaternion
 from pydrake.common.value import Value
 from pydrake.math import RigidTransform
-from pydrake.systems.framework import Context, LeafSystem
+from pydrake.systems.framework import Context
 
 from workbench.plant.frame_tree import FrameTree, Transform
+from workbench.systems.discrete_system import DiscreteSystem
 from workbench.systems.weak_callback import weakly
 
 TOPIC = "/dh_drone/frames"
@@ -28,7 +29,7 @@ class FrameTransforms:
         return self
 
 
-class FramePoses(LeafSystem):
+class FramePoses(DiscreteSystem):
     """The tree of frames at the plant's state; computed only when it is read.
 
     Input port:

@@ -1,6 +1,6 @@
 """The flight mode as a LeafSystem: a slow, sampled state machine beside the fast controller."""
 
-from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
+from pydrake.systems.framework import BasicVector, Context, DiscreteValues
 
 from workbench.control.flight_mode import (
     Health,
@@ -14,9 +14,10 @@ from workbench.control.flight_mode import (
 from workbench.control.guidance import Guidance, Reference
 from workbench.control.mode import FlightMode
 from workbench.control.obstacle_brake import WALLS
+from workbench.systems.discrete_system import DiscreteSystem
 
 
-class ModeManager(LeafSystem):
+class ModeManager(DiscreteSystem):
     """Runs `flight_mode` once a period; its outputs are state, so reading them is free.
 
     Input ports:

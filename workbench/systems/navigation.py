@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping
 
 import numpy as np
-from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
+from pydrake.systems.framework import BasicVector, Context, DiscreteValues
 
 from workbench.control.flight_mode import GPS_LATE, Health, ModeState
 from workbench.control.mode import FlightMode
@@ -22,6 +22,7 @@ from workbench.estimation.samples import (
 from workbench.estimation.settings import HEARD
 from workbench.plant.geodesy import in_world
 from workbench.plant.home import Home
+from workbench.systems.discrete_system import DiscreteSystem
 
 SIZES = {"gps": 7, "barometer": 3, "magnetometer": 4, "range_finder": 2}
 """Size of a delivered sample with its stamp, for each of `HEARD`."""
@@ -31,7 +32,7 @@ DECIDING = {"gps": slice(0, 2), "magnetometer": slice(7, 8)}
 """Channels of `ekf.update` that show whether it used a sample: east and north, heading."""
 
 
-class Navigation(LeafSystem):
+class Navigation(DiscreteSystem):
     """Runs an estimator once a control period, right before the controller.
 
     At an update the outputs follow from state and inputs, so they include the samples of that time.

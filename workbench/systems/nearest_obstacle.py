@@ -9,11 +9,12 @@ from pydrake.common.value import Value
 from pydrake.geometry import GeometryId, QueryObject, SceneGraphInspector
 from pydrake.math import RotationMatrix
 from pydrake.multibody.plant import MultibodyPlant
-from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
+from pydrake.systems.framework import BasicVector, Context, DiscreteValues
 
 from workbench.control.obstacle_brake import WALLS
 from workbench.plant.reach import Reach
 from workbench.plant.worlds.world import GROUND, obstacle_of
+from workbench.systems.discrete_system import DiscreteSystem
 
 RANGE = 30.0
 """Largest distance from the drone's centre at which obstacles are found [m]."""
@@ -25,7 +26,7 @@ TOUCHES = 0.005
 """Shortest step of that search; a shorter one ends the free way [m]."""
 
 
-class NearestObstacle(LeafSystem):
+class NearestObstacle(DiscreteSystem):
     """Measures once a period, and stores the result, so that reading it is free.
 
     Clearance is the distance from the centre of the sphere around the drone, minus its radius. The

@@ -8,12 +8,13 @@ import zlib
 
 import numpy as np
 from pydrake.common import RandomDistribution, RandomGenerator
-from pydrake.systems.framework import BasicVector, Context, DiagramBuilder, InputPort, LeafSystem
+from pydrake.systems.framework import BasicVector, Context, DiagramBuilder, InputPort
 from pydrake.systems.primitives import RandomSource
 
 from workbench.common.compiled import compile_cached
 from workbench.dynamics.air.normals import counted_draws
 from workbench.plant.sensors import Noise
+from workbench.systems.discrete_system import DiscreteSystem
 
 
 def add_noise(builder: DiagramBuilder, port: InputPort, period: float) -> RandomSource:
@@ -27,7 +28,7 @@ def add_noise(builder: DiagramBuilder, port: InputPort, period: float) -> Random
 compiled_draws = compile_cached(counted_draws, ("dynamics/air/normals.py",), "the noise of sensors")
 
 
-class CountedNoise(LeafSystem):
+class CountedNoise(DiscreteSystem):
     """Standard normal numbers computed from a seed and the time.
 
     It has no state, so a checkpoint of numbers is complete. Use it for sensors that affect the

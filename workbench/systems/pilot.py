@@ -3,10 +3,11 @@
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
+from pydrake.systems.framework import Context, DiscreteValues
 
 from workbench.control.guidance import Reference
 from workbench.control.mode import FlightMode, Request
+from workbench.systems.discrete_system import DiscreteSystem
 
 AT_REST = Reference(*[0.0] * len(Reference._fields))
 """No command, so that the flight mode holds the position."""
@@ -69,7 +70,7 @@ def requested(wish: Wish, what: Request, height: float, mode: FlightMode, seen: 
     return Wish(reference, code, wish.serial + 1.0, height)
 
 
-class Pilot(LeafSystem):
+class Pilot(DiscreteSystem):
     """Holds a `Wish` as state; it is written between steps, see `live_context`.
 
     Output ports:

@@ -24,7 +24,6 @@ from pydrake.systems.framework import (
     Context,
     DiagramBuilder,
     DiscreteValues,
-    LeafSystem,
     OutputPort,
     ValueProducer,
 )
@@ -32,10 +31,11 @@ from pydrake.systems.framework import (
 from workbench.plant.gathered import link_of
 from workbench.plant.rotors import Rotor
 from workbench.plant.vehicle import Vehicle
+from workbench.systems.discrete_system import DiscreteSystem
 from workbench.systems.weak_callback import weakly
 
 
-class PropellerDisplay(LeafSystem):
+class PropellerDisplay(DiscreteSystem):
     """Turns the propellers' shapes about their rotors' axes, as fast as the rotors turn.
 
     Their frames are fixed to a frame that moves with the base link. The scene graph asks for all

@@ -6,9 +6,10 @@ period that it lasts.
 
 from typing import NamedTuple
 
-from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
+from pydrake.systems.framework import BasicVector, Context, DiscreteValues
 
 from workbench.dynamics.air.update import push_share
+from workbench.systems.discrete_system import DiscreteSystem
 
 
 class PushSettings(NamedTuple):
@@ -27,7 +28,7 @@ class PushSettings(NamedTuple):
     push_duration: float = 0.1
 
 
-class Push(LeafSystem):
+class Push(DiscreteSystem):
     """The push of the present control period.
 
     Output port, which is state:

@@ -101,9 +101,9 @@ def Rotors_(T: Any) -> Any:
             self._supply = self.DeclareVectorInputPort("supply", 4)
             self.DeclareContinuousState(n)
             own = {self.xc_ticket(), self.pn_ticket()}
-            self._slopes = self.DeclareCacheEntry(
-                "slopes of the speeds",
-                ValueProducer(lambda: Value[object](()), weakly(self._calc_slopes)),
+            self._turning = self.DeclareCacheEntry(
+                "speeds, their derivatives, shares of the thrust, and static thrusts",
+                ValueProducer(lambda: Value[object](()), weakly(self._calc_turning)),
                 own | {self._commands.ticket(), self._supply.ticket()},
             ).cache_index()
             moving = own | {self._state.ticket(), self._wind.ticket()}
@@ -124,34 +124,35 @@ def Rotors_(T: Any) -> Any:
             Impl._construct(self, rotors=other._rotors, body=other._body, converter=converter)
 
         def DoCalcTimeDerivatives(self, context: Any, derivatives: Any) -> None:
-            slopes = self.get_cache_entry(self._slopes).Eval(context)
+            _, slopes, _, _ = self.get_cache_entry(self._turning).Eval(context)
             derivatives.get_mutable_vector().SetFromVector(np.array(slopes))
 
         def _speeds(self, context: Any) -> list[Any]:
             return context.get_continuous_state_vector().CopyToVector().tolist()
 
-        def _calc_slopes(self, context: Any, output: Any) -> None:
-            """Calculate dw/dt (n) [rad/s²]."""
+        def _calc_turning(self, context: Any, output: Any) -> None:
+            """Calculate w (n) [rad/s], dw/dt (n) [rad/s²], shares (n), static thrusts (n) [N]."""
             commands, speeds = self._commands.Eval(context).tolist(), self._speeds(context)
-            shares = context.get_numeric_parameter(0).value().tolist()
+            given = context.get_numeric_parameter(0).value().tolist()
+            shares = [share if share > 0.0 else 1.0 for share in given]
+            statics = self._static_thrusts(shares, speeds)
             voltage, compensated = 1.0, 1.0
             if self._supply.HasValue(context):
                 open_circuit, _, compensation, known = self._supply.Eval(context).tolist()
-                voltage = self._voltage(context, speeds)
+                voltage = self._voltage(context, statics)
                 compensated = 1.0 + compensation * (voltage + (known - open_circuit) - 1.0)
                 compensated = max(compensated, LEAST_VOLTAGE)
             slopes = []
-            for rotor, share, u, w in zip(self._rotors, shares, commands, speeds, strict=True):
+            for rotor, share, u, w in zip(self._rotors, given, commands, speeds, strict=True):
                 command = voltage * within(u / compensated, rotor) if share > 0.0 else 0.0
                 slopes.append(speed_slope(rotor, command, w))
-            output.set_value(slopes)
+            output.set_value((speeds, slopes, shares, statics))
 
-        def _voltage(self, context: Any, speeds: Sequence[Any]) -> Any:
+        def _voltage(self, context: Any, statics: Sequence[Any]) -> Any:
             """Return the voltage under load, over that of the full battery."""
             if not self._supply.HasValue(context):
                 return 1.0
             open_circuit, drop, *_ = self._supply.Eval(context).tolist()
-            statics = self._static_thrusts(self._shares(context), speeds)
             voltage = open_circuit - drop * sum(T * (T + TINY) ** 0.5 for T in statics)
             return voltage if voltage > 0.0 else 0.0 * voltage
 
@@ -179,9 +180,7 @@ def Rotors_(T: Any) -> Any:
 
         def _calc_spatial_forces(self, context: Any, output: Any) -> None:
             R_WB, w_B, v_B, height = self._motion(context)
-            speeds, shares = self._speeds(context), self._shares(context)
-            slopes = self.get_cache_entry(self._slopes).Eval(context)
-            statics = self._static_thrusts(shares, speeds)
+            speeds, slopes, shares, statics = self.get_cache_entry(self._turning).Eval(context)
             f_x = f_y = f_z = m_x = m_y = m_z = h_x = h_y = h_z = 0.0
             turning = zip(self._rotors, speeds, slopes, shares, statics, strict=True)
             for rotor, w, slope, share, T_0 in turning:
@@ -229,7 +228,8 @@ def Rotors_(T: Any) -> Any:
             output.SetFromVector(self._static_thrusts(self._shares(context), self._speeds(context)))
 
         def _calc_voltage(self, context: Any, output: Any) -> None:
-            output.SetFromVector([self._voltage(context, self._speeds(context))])
+            statics = self._static_thrusts(self._shares(context), self._speeds(context))
+            output.SetFromVector([self._voltage(context, statics)])
 
     return Impl
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 from pydrake.common.value import AbstractValue
-from pydrake.systems.framework import Context, LeafSystem
+from pydrake.systems.framework import Context
 
 from workbench.control.mode import FlightMode
 from workbench.link import drone_topics as topic
@@ -15,6 +15,7 @@ from workbench.link.topics import Topic
 from workbench.plant.rotors import wrench_matrix
 from workbench.plant.vehicle import Vehicle
 from workbench.systems.bridge import Bridge
+from workbench.systems.discrete_system import DiscreteSystem
 from workbench.systems.frame_poses import FrameTransforms
 from workbench.systems.sensors.scan_pattern import ScanPattern
 
@@ -171,7 +172,7 @@ def _turned(q: Numbers, v: Numbers) -> tuple[float, float, float]:
     )
 
 
-class Telemetry(LeafSystem):
+class Telemetry(DiscreteSystem):
     """Publishes topics. It reads signals that exist anyway, and nothing depends on it.
 
     Input ports:

@@ -1,12 +1,14 @@
 """The air at the vehicle: steady wind, gust, and turbulence of MIL-F-8785C, see `dynamics.air`."""
 
+import math
 from typing import NamedTuple
 
 import numpy as np
-from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
+from pydrake.systems.framework import BasicVector, Context, DiscreteValues
 
-from workbench.dynamics.air.normals import COUNT, draw_normals
+from workbench.dynamics.air.normals import drawn_normals
 from workbench.dynamics.air.update import BEGUN, EDDIES, gust_share, step_filters, velocities
+from workbench.systems.discrete_system import DiscreteSystem
 from workbench.systems.noise import noise_seed
 
 
@@ -24,18 +26,18 @@ class WindSettings(NamedTuple):
     gust_duration: float = 1.0
 
 
-class Wind(LeafSystem):
-    """The velocity of the air at the vehicle.
+class Wind(DiscreteSystem):
+    """The velocity of the air at the vehicle, held over a control period.
 
     Turbulence has its axes along the mean wind's level part, left of it and up; without one it is
-    that of a wind along x. It is held over a control period. The drone's airspeed, which says how
-    fast it meets the eddies, is its speed relative to the mean wind.
+    that of a wind along x. The drone's airspeed, which says how fast it meets the eddies, is its
+    speed relative to the mean wind. A gust is that of the middle of the period.
 
     Input port:
         state (13): of the body: q_WB (w, x, y, z), p_WB [m], w_WB_W [rad/s], v_WB_W [m/s].
-    Output port:
+    Output port, which is state:
         wind (3): in W [m/s].
-    Discrete state: the filters of the turbulence (6), see `air.update`, and its velocity in W (3).
+    Discrete state: the filters of the turbulence (6), see `air.update`, and the wind (3).
     Numeric parameter 0: `WindSettings`.
     Numeric parameter 1: the seed of the turbulence.
 
@@ -51,9 +53,8 @@ class Wind(LeafSystem):
         self._seed = self.DeclareNumericParameter(BasicVector([0.0]))
         self._state = self.DeclareVectorInputPort("state", 13)
         self._filters = self.DeclareDiscreteState(EDDIES)
-        self._turbulence = self.DeclareDiscreteState(3)
-        needs = {self.time_ticket(), self.xd_ticket(), self.pn_ticket()}
-        self.DeclareVectorOutputPort("wind", 3, self._calc_wind, needs)
+        self._wind = self.DeclareDiscreteState(3)
+        self.DeclareStateOutputPort("wind", self._wind)
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
 
     def set_seed(self, context: Context, seed: int) -> None:
@@ -62,39 +63,45 @@ class Wind(LeafSystem):
             0, float(noise_seed(seed, "air"))
         )
 
+    def begin(self, context: Context) -> None:
+        """Begin with wind and gust of now; turbulence starts with the first update."""
+        context.SetDiscreteState(self._wind, self._steady(context, self._settings(context)))
+
     def _settings(self, context: Context) -> WindSettings:
         return WindSettings(*context.get_numeric_parameter(self._settings_index).value().tolist())
 
+    def _steady(self, context: Context, settings: WindSettings) -> list[float]:
+        """Return the velocity of mean wind and gust (3)."""
+        middle = context.get_time() + 0.5 * self._period
+        share = gust_share(middle, settings.gust_start, settings.gust_duration)
+        return [a + share * b for a, b in zip(settings[0:3], settings[4:7], strict=True)]
+
     def _update(self, context: Context, discrete_state: DiscreteValues) -> None:
         settings = self._settings(context)
-        if settings.turbulence == 0.0:  # turbulence that starts later draws stationary states
-            if discrete_state.value(self._filters)[BEGUN]:
-                discrete_state.set_value(self._filters, np.zeros(EDDIES))
-                discrete_state.set_value(self._turbulence, np.zeros(3))
-            return
-        state = self._state.Eval(context)
-        height, speed = state[6], np.linalg.norm(state[10:13] - settings[0:3])
-        before = context.get_discrete_state(self._filters).CopyToVector()
-        noise, after = np.empty(COUNT), np.empty(EDDIES)
+        wind = self._steady(context, settings)
+        if settings.turbulence > 0.0:
+            eddies = self._turbulence(context, discrete_state, settings)
+            wind = [steady + eddy for steady, eddy in zip(wind, eddies, strict=True)]
+        elif discrete_state.value(self._filters)[BEGUN]:
+            # turbulence that starts later draws stationary states
+            discrete_state.set_value(self._filters, np.zeros(EDDIES))
+        discrete_state.set_value(self._wind, wind)
+
+    def _turbulence(
+        self, context: Context, discrete_state: DiscreteValues, settings: WindSettings
+    ) -> tuple[float, float, float]:
+        """Return the velocity of the turbulence in W, and step its filters."""
+        state = self._state.Eval(context).tolist()
+        speed = math.dist(state[10:13], settings[0:3])
+        *before, begun = context.get_discrete_state(self._filters).value().tolist()
         number = round(context.get_time() / self._period)
         with np.errstate(over="ignore"):  # integers of the noise wrap around
-            draw_normals(context.get_numeric_parameter(self._seed)[0], number, noise)
-        passed = self._period if before[BEGUN] > 0.0 else np.inf
-        step_filters(before[:BEGUN], noise, height, speed, passed, after[:BEGUN])
-        after[BEGUN] = 1.0
-        u, v, w = velocities(after[:BEGUN], height, settings.turbulence)
-        heading = np.arctan2(settings.wind_y, settings.wind_x)
-        c, s = np.cos(heading), np.sin(heading)
-        discrete_state.set_value(self._filters, after)
-        discrete_state.set_value(self._turbulence, [c * u - s * v, s * u + c * v, w])
-
-    def _calc_wind(self, context: Context, output: BasicVector) -> None:
-        settings = self._settings(context)
-        share = gust_share(context.get_time(), settings.gust_start, settings.gust_duration)
-        turbulence = context.get_discrete_state(self._turbulence).value().tolist()
-        output.SetFromVector(
-            [
-                mean + share * gust + eddy
-                for mean, gust, eddy in zip(settings[0:3], settings[4:7], turbulence, strict=True)
-            ]
-        )
+            noise = drawn_normals(context.get_numeric_parameter(self._seed)[0], number)
+        passed = self._period if begun else math.inf
+        after = [0.0] * len(before)
+        step_filters(before, noise, state[6], speed, passed, after)
+        discrete_state.set_value(self._filters, [*after, 1.0])
+        u, v, w = velocities(after, state[6], settings.turbulence)
+        heading = math.atan2(settings.wind_y, settings.wind_x)
+        c, s = math.cos(heading), math.sin(heading)
+        return c * u - s * v, s * u + c * v, w

@@ -25,12 +25,13 @@ from pydrake.geometry import (
 from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import RigidBody
-from pydrake.systems.framework import BasicVector, Context, DiagramBuilder, LeafSystem, State
+from pydrake.systems.framework import BasicVector, Context, DiagramBuilder, State
 from pydrake.systems.sensors import CameraInfo, ImageDepth32F, ImageRgba8U, RgbdSensor
 
 from workbench.common.errors import WorkbenchError
 from workbench.plant.sensors import DepthCamera
 from workbench.systems.casting.scene import anchored_frames
+from workbench.systems.discrete_system import DiscreteSystem
 from workbench.systems.noise import drawn_bias, sample_draws
 from workbench.systems.sensors.faults import NOISE_FACTOR, Fault
 from workbench.systems.sensors.readings import R_SC, DepthImage, Pinhole, fixed, make_pinhole
@@ -144,7 +145,7 @@ def _not_about_16_bits(record: logging.LogRecord) -> bool:
     return "depth_image_16u" not in record.getMessage()
 
 
-class DepthCameraSystem(LeafSystem):
+class DepthCameraSystem(DiscreteSystem):
     """Takes a picture at the end of each period, and delivers it after the latency.
 
     Pictures are abstract state, newest first. Other systems have no cost from it, because a

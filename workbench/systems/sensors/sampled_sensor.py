@@ -4,15 +4,16 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
+from pydrake.systems.framework import BasicVector, Context, DiscreteValues
 
+from workbench.systems.discrete_system import DiscreteSystem
 from workbench.systems.sensors.faults import NOISE_FACTOR, Fault
 
 LATE = 1e-9
 """Tolerance of delivery times, because sums of periods are not exact in binary [s]."""
 
 
-class SampledSensor(LeafSystem):
+class SampledSensor(DiscreteSystem):
     """Takes a sample at the end of each period, delivers it after the latency, then holds it.
 
     A subclass defines the ideal measurement and its noise (`truth` and `measured`, or `sampled` if

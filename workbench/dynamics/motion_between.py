@@ -1,0 +1,112 @@
+"""The motion of a body between two instants, from its motion at both.
+
+Attitude and position are the cubics with the values and derivatives of both instants (Hermite's).
+At a share s of the time h between them
+
+    x(s) = (1 + 2 s) (1 - s)² x_0 + s (1 - s)² h v_0 + s² (3 - 2 s) x_1 - s² (1 - s) h v_1
+
+Their error falls with the fourth power of h: over a control period of 8 ms at 20 rad/s the angular
+velocity is exact within 1e-4 rad/s. The mean velocity is always exact, also through an impact.
+"""
+
+from collections.abc import Sequence
+from functools import lru_cache
+
+import numpy as np
+
+from workbench.dynamics.rigid_body import into_body, into_world, rotation, turned
+
+
+def point_motion(state: Sequence[float], p_BS: Sequence[float]) -> list[float]:
+    """Return attitude, position, and the derivatives of both, of a point of a body.
+
+    Args:
+        state: of the body (13): q_WB (w, x, y, z), p_WB [m], w_WB_W [rad/s], v_WB_W [m/s].
+        p_BS: of the point S [m].
+
+    Returns:
+        q_WB, p_WS [m], dq_WB [1/s], v_WS_W [m/s] (14).
+    """
+    q_WB, w_W = state[0:4], state[7:10]
+    l_x, l_y, l_z = into_world(rotation(q_WB), p_BS)
+    w_x, w_y, w_z = w_W
+    return [
+        *q_WB,
+        state[4] + l_x,
+        state[5] + l_y,
+        state[6] + l_z,
+        *(new - old for new, old in zip(turned(q_WB, w_W, 0.5), q_WB, strict=True)),
+        state[10] + w_y * l_z - w_z * l_y,
+        state[11] + w_z * l_x - w_x * l_z,
+        state[12] + w_x * l_y - w_y * l_x,
+    ]
+
+
+def motions_between(
+    before: Sequence[float], now: Sequence[float], period: float, number: int
+) -> np.ndarray:
+    """Return the motion at the end and in the middle of each of some equal parts of a period.
+
+    Args:
+        before: at the beginning of the period, see `point_motion` (14).
+        now: at its end (14).
+        period: its length [s].
+        number: of parts.
+
+    Returns:
+        At the ends of the parts (number, 14), then in their middles (number, 14), as (2, number,
+        14).
+    """
+    ends = np.array([before, now])
+    ends[:, 7:] *= period
+    weights, slopes = _weights(number)
+    known = ends.reshape(4, 7)  # x_0, h v_0, x_1, h v_1
+    found = np.concatenate([weights @ known, slopes @ known / period], axis=1)
+    return found.reshape(2, number, 14)
+
+
+def body_rate(motion: Sequence[float]) -> tuple[float, float, float]:
+    """Return w_WB in B [rad/s] of a motion (14), see `point_motion`."""
+    w, x, y, z = motion[0:4]
+    d_w, d_x, d_y, d_z = motion[7:11]
+    # twice the vector of the quaternion q⁻¹ dq, whose length |q|² may differ from 1
+    share = 2.0 / (w * w + x * x + y * y + z * z)
+    return (
+        share * (w * d_x - x * d_w - y * d_z + z * d_y),
+        share * (w * d_y - y * d_w - z * d_x + x * d_z),
+        share * (w * d_z - z * d_w - x * d_y + y * d_x),
+    )
+
+
+def mean_specific_force(
+    before: Sequence[float],
+    middle: Sequence[float],
+    now: Sequence[float],
+    period: float,
+    gravity: float,
+) -> tuple[float, float, float]:
+    """Return the mean specific force in a period, in B as it is in the middle [m/s²].
+
+    It is that of the change of velocity. The force at an instant would miss an impact, or take its
+    peak for the mean: a landing at 0.4 m/s is over within a millisecond of 1500 m/s².
+
+    Args:
+        before: the motion at the beginning (14), see `point_motion`.
+        middle: that in the middle.
+        now: that at the end.
+        period: between them [s].
+        gravity: [m/s²].
+    """
+    a_x, a_y, a_z = ((b - a) / period for a, b in zip(before[11:14], now[11:14], strict=True))
+    return into_body(rotation(middle[0:4]), (a_x, a_y, a_z + gravity))
+
+
+@lru_cache(maxsize=64)
+def _weights(number: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return the weights of x_0, h v_0, x_1, h v_1 in x and in h v (2 number, 4)."""
+    ends = np.arange(1, number + 1) / number
+    s = np.concatenate([ends, ends - 0.5 / number])
+    r = 1.0 - s
+    x = [(1.0 + 2.0 * s) * r * r, s * r * r, s * s * (3.0 - 2.0 * s), -s * s * r]
+    v = [-6.0 * s * r, r * (1.0 - 3.0 * s), 6.0 * s * r, s * (3.0 * s - 2.0)]
+    return np.stack(x, axis=1), np.stack(v, axis=1)
