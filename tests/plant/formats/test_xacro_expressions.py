@@ -166,3 +166,12 @@ def test_a_list_of_mappings_of_yaml_is_walked_as_in_xacro(symbols):
     symbols["rows"] = xacro.YamlListWrapper([{"x": 1}, {"x": 2}])
     text = "[row.x for row in rows], rows[0].x, rows[-1]['x']"
     assert evaluate(text, symbols) == xacro.safe_eval(text, symbols) == ([1, 2], 1, 2)
+
+
+def test_a_power_of_gigabits_is_refused_at_once(symbols):
+    """Python would compute it without a pause in which a signal could stop it."""
+    for text in ("12.3/2670**4294967296", "(-3)**(10**9)", "True and 2**100001"):
+        with pytest.raises(OverflowError, match="too large"):
+            evaluate(text, symbols)
+    for text in ("2**1000", "2.0**3", "2**-4000000000", "1**0", "(-2)**3"):
+        assert outcome(evaluate, text, symbols) == outcome(xacro.safe_eval, text, symbols)
