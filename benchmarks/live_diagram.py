@@ -1,11 +1,12 @@
 """The live diagram over the least diagram that flies: `python benchmarks/live_diagram.py`.
 
 The least one is Drake's continuous plant of one body on four feet, one LeafSystem of four rotors
-and one of a sampled PD law, both in Python, with `runge_kutta5` at one step a control period of
-1/128 s. The live diagram flies in turns with it, by processor time, so that other load affects both
-alike.
+and one of a sampled PD law, both in Python as one writes them with numpy, with `runge_kutta5` at
+one step a control period of 1/128 s. The live diagram flies in turns with it, by processor time, so
+that other load affects both alike.
 """
 
+import math
 import sys
 import time
 from collections.abc import Callable
@@ -13,9 +14,10 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
+from pydrake.common.eigen_geometry import Quaternion
 from pydrake.common.value import Value
 from pydrake.geometry import HalfSpace, Sphere
-from pydrake.math import RigidTransform
+from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.multibody.math import SpatialForce
 from pydrake.multibody.plant import (
     AddMultibodyPlant,
@@ -32,9 +34,12 @@ from workbench.scenario.scenario import Rates, Scenario, SensorsConfig, Start
 from workbench.session.session import Session
 
 PERIOD = 1 / 128
-MASS, ARM, LAG, HOVER = 1.2, 0.17, 0.03, 600.0
+MASS, LAG, HOVER, TORQUE, DRAG = 1.2, 0.03, 600.0, 0.016, 0.2
+INERTIA = np.array([0.012, 0.012, 0.02])
+X, Y = np.array([0.17, -0.17, -0.17, 0.17]), np.array([0.17, 0.17, -0.17, -0.17])
+TURNS = np.array([1.0, -1.0, 1.0, -1.0])
 THRUST = MASS * 9.81 / 4.0 / HOVER**2
-TURNS, SLICE = 12, 1.0
+ROUNDS, SLICE = 12, 1.0
 """Of each, and what one flies in a turn [s]."""
 
 
@@ -60,13 +65,12 @@ class LeastRotors(LeafSystem):
 
     def _calc_forces(self, context: Context, output: Value) -> None:
         thrusts = THRUST * context.get_continuous_state_vector().CopyToVector() ** 2
-        w, x, y, z = self._state.Eval(context)[:4].tolist()
-        up = np.array([2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)])
-        roll = ARM * (thrusts[0] - thrusts[1] - thrusts[2] + thrusts[3])
-        pitch = ARM * (thrusts[1] - thrusts[0] + thrusts[2] - thrusts[3])
+        state = self._state.Eval(context)
+        R_WB = RotationMatrix(Quaternion(state[:4] / np.linalg.norm(state[:4]))).matrix()
+        moment = np.array([Y @ thrusts, -X @ thrusts, -TORQUE * TURNS @ thrusts])
         force = ExternallyAppliedSpatialForce()
         force.body_index = self._body
-        force.F_Bq_W = SpatialForce(np.array([roll, pitch, 0.0, *(thrusts.sum() * up)]))
+        force.F_Bq_W = SpatialForce(R_WB @ moment, thrusts.sum() * R_WB[:, 2] - DRAG * state[10:13])
         output.set_value([force])
 
 
@@ -81,16 +85,16 @@ class LeastLaw(LeafSystem):
 
     def _update(self, context: Context, discrete_state) -> None:
         state = self._state.Eval(context).tolist()
-        _, x, y, _, _, _, height, w_x, w_y, _, _, _, climb = state
-        lift = MASS * (9.81 + 4.0 * (2.0 - height) - 4.0 * climb) / 4.0
-        roll, pitch = -(1.4 * x + 0.17 * w_x) / ARM, -(1.4 * y + 0.17 * w_y) / ARM
-        thrusts = [
-            lift + (roll - pitch) / 4,
-            lift - (roll - pitch) / 4,
-            lift - (roll + pitch) / 4,
-            lift + (roll + pitch) / 4,
-        ]
-        discrete_state.set_value([(max(0.0, thrust) / THRUST) ** 0.5 for thrust in thrusts])
+        w, x, y, z, _, _, height, w_x, w_y, w_z, _, _, climb = state
+        roll = math.atan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y))
+        pitch = math.asin(2.0 * (w * y - z * x))
+        yaw = math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+        force = MASS * (9.81 + 4.0 * (2.0 - height) - 4.0 * climb)
+        errors, rates = np.array([-roll, -pitch, -yaw]), np.array([w_x, w_y, w_z])
+        moment = INERTIA * (np.array([60.0, 60.0, 9.0]) * errors - [14.0, 14.0, 6.0] * rates)
+        thrusts = force / 4.0 + moment[0] / (4.0 * Y) - moment[1] / (4.0 * X)
+        thrusts = thrusts - TURNS * moment[2] / (4.0 * TORQUE)
+        discrete_state.set_value(np.sqrt(np.maximum(0.0, thrusts) / THRUST))
 
 
 def least() -> Callable[[], None]:
@@ -98,13 +102,12 @@ def least() -> Callable[[], None]:
     builder = DiagramBuilder()
     config = MultibodyPlantConfig(time_step=0.0, contact_model="point")
     plant, _ = AddMultibodyPlant(config, builder)
-    inertia = SpatialInertia(MASS, np.zeros(3), UnitInertia(0.01, 0.01, 0.0167))
+    inertia = SpatialInertia(MASS, np.zeros(3), UnitInertia(*INERTIA / MASS))
     body = plant.AddRigidBody("base", inertia)
     friction = CoulombFriction(0.6, 0.6)
-    for x in (ARM, -ARM):
-        for y in (ARM, -ARM):
-            pose = RigidTransform([x, y, -0.1])
-            plant.RegisterCollisionGeometry(body, pose, Sphere(0.02), f"{x} {y}", friction)
+    for x, y in zip(X, Y, strict=True):
+        pose = RigidTransform([x, y, -0.1])
+        plant.RegisterCollisionGeometry(body, pose, Sphere(0.02), f"{x} {y}", friction)
     plant.RegisterCollisionGeometry(
         plant.world_body(), RigidTransform(), HalfSpace(), "ground", friction
     )
@@ -165,12 +168,12 @@ def main() -> int:
         session = Session(each.scenario, each.settings)
         session.tick(SLICE)
         paces: tuple[list[float], list[float]] = ([], [])
-        for _ in range(TURNS):
+        for _ in range(ROUNDS):
             for pace, fly in zip(paces, (fly_least, partial(session.tick, SLICE)), strict=True):
                 begun = time.process_time()
                 fly()
                 pace.append(SLICE / (time.process_time() - begun))
-        found, real = ratios(paces[1], paces[0]), sorted(paces[1])[TURNS // 2]
+        found, real = ratios(paces[1], paces[0]), sorted(paces[1])[ROUNDS // 2]
         missed += found.median < each.mark or real < 1.0
         print(f"{each.name:42} {real:15.1f}   {text(found):24} {each.mark:6.2f}", flush=True)
     return 1 if missed else 0

@@ -218,8 +218,7 @@ def _print_response(report: "TrialReport") -> None:
         f"{1000.0 * response.maximum_age:.1f} ms\n"
         f"on time: {response.delivered - response.late} of {response.expected} scans "
         f"({100.0 * response.share_on_time:.1f} %)\n"
-        f"rate: {response.rate:.3f} Hz, where {flight.asked_rate:g} Hz is asked for and whole "
-        f"physics steps make {1.0 / flight.period:.3f} Hz"
+        f"rate: {response.rate:.3f} Hz, where {flight.asked_rate:g} Hz is asked for"
     )
     if not math.isnan(flight.computing_time):
         print(

@@ -366,13 +366,15 @@ class FlightLaw(NamedTuple):
         memory: from a sequence of numbers to the law's states by name.
         wrench: from the plant's state to the wrench that the law commands.
         update: one update.
-        packed_update: the same with packed constants, in place; this is what gets compiled.
+        update_in_place: the same, which writes its results.
+        packed_update: that with packed constants; this is what gets compiled.
     """
 
     gains: Callable[..., Any]
     memory: Callable[..., Any]
     wrench: Callable[..., Any]
     update: Callable[..., Any]
+    update_in_place: Callable[..., Any]
     packed_update: Callable[..., Any]
 
 
@@ -497,16 +499,15 @@ def flight_law(controller: Controller) -> FlightLaw:
         )
         return velocity + derivative + asked, remembered
 
-    def packed_update(
+    @register_jitable
+    def update_in_place(
         state,
         voltage,
-        reference,
-        guidance,
-        a_WBcm,
+        setpoint,
         gains,
         shares,
-        known,
-        probes,
+        constants,
+        loops,
         estimate,
         settings,
         filtered,
@@ -514,22 +515,15 @@ def flight_law(controller: Controller) -> FlightLaw:
         speeds,
         count,
     ):
-        """Do `update` with packed constants, in place; this is what gets compiled.
-
-        `known` has the constants of the body, then those of the rotors row by row, see `packed`. It
-        is one array, because each argument costs compiled code a quarter of a microsecond. `probes`
-        has gates and injections of the loop points.
+        """Do `update`, write its results to filtered and memory, and resolve the commands.
 
         Returns:
             A number that is finite if all that the law commands and remembers is.
         """
-        constants = unpacked(known[:BODY], known[BODY:].reshape(-1, ROTOR))
-        loops = np.empty(3 * points)
-        loops[: 2 * points] = probes
         after, remembered = update(
             state,
-            voltage[0],
-            Setpoint(reference, guidance, (a_WBcm[0], a_WBcm[1], a_WBcm[2])),
+            voltage,
+            setpoint,
             gains,
             shares,
             constants,
@@ -560,9 +554,50 @@ def flight_law(controller: Controller) -> FlightLaw:
                 speeds[i] = resolved(speeds[i], full, settings[2])
         return total
 
-    for function in (wrench, update, packed_update):
+    def packed_update(
+        state,
+        voltage,
+        reference,
+        guidance,
+        a_WBcm,
+        gains,
+        shares,
+        known,
+        probes,
+        estimate,
+        settings,
+        filtered,
+        memory,
+        speeds,
+        count,
+    ):
+        """Do `update_in_place` with packed constants; this is what gets compiled.
+
+        `known` has the constants of the body, then those of the rotors row by row, see `packed`. It
+        is one array, because each argument costs compiled code a quarter of a microsecond. `probes`
+        has gates and injections of the loop points.
+        """
+        loops = np.empty(3 * points)
+        loops[: 2 * points] = probes
+        return update_in_place(
+            state,
+            voltage[0],
+            Setpoint(reference, guidance, (a_WBcm[0], a_WBcm[1], a_WBcm[2])),
+            gains,
+            shares,
+            unpacked(known[:BODY], known[BODY:].reshape(-1, ROTOR)),
+            loops,
+            estimate,
+            settings,
+            filtered,
+            memory,
+            speeds,
+            count,
+        )
+
+    for function in (wrench, update, update_in_place, packed_update):
         unique(function, controller.key)
-    return FlightLaw(read_gains, read_memory, wrench, update, packed_update)
+    return FlightLaw(read_gains, read_memory, wrench, update, update_in_place, packed_update)
 
 
 def elapsed_reader(controller: Controller) -> Callable[..., Any]:

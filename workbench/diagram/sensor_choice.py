@@ -23,7 +23,7 @@ class SensorChoice:
     Attributes:
         sensor: as declared, or without noise.
         asked_rate: requested samples a second, from description or scenario [1/s].
-        period: between samples [s]: the nearest whole number of physics steps.
+        period: between samples [s].
         latency: from a sample to its delivery [s].
         kept: whether every sample is kept, to be written to a file.
     """
@@ -38,8 +38,8 @@ class SensorChoice:
 def choose_sensors(vehicle: Vehicle, scenario: Scenario) -> tuple[SensorChoice, ...]:
     """Return the sensors that a scenario uses, or its estimator, in the vehicle's order.
 
-    A sample is taken at the end of a physics step, so that its stamp is exact. The period is
-    rounded to whole steps, so the actual rate differs a little from the requested one.
+    They sample at their own rates, at most once a physics step: a step of the integrator ends at
+    each sample, so that a reading is that of its stamp.
 
     Raises:
         WorkbenchError: if no sensor of the vehicle has a name, or a rate is too low.
@@ -73,7 +73,7 @@ def _choice(sensor: Sensor, config: SensorsConfig, step: float) -> SensorChoice:
             f"{step:g} s allows {1.0 / step:g}"
         )
     latency = config.latency.get(sensor.name, config.latency.get(sensor.kind, 0.0))
-    period = step * max(1, round(1.0 / (rate * step)))
+    period = max(step, 1.0 / rate)
     if latency / period * _size(sensor) > MOST_WAITING:
         raise WorkbenchError(
             f"sensor '{sensor.name}': {latency / period:.0f} samples would wait for delivery, more "

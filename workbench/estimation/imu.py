@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from workbench.common.jitable import Scalar, Vector, register_jitable
-from workbench.dynamics.air.normals import drawn_normals
+from workbench.dynamics.air.normals import drawn_normals, normal_rows
 from workbench.dynamics.rigid_body import into_body, into_world, rotation
 from workbench.plant.gravity import GRAVITY
 from workbench.plant.sensors import Imu
@@ -211,6 +211,27 @@ def noisy_sample(
         bias[5] + bias[11] + scale * imu[DEVIATION + 5] * drawn[5],
     )
     return with_noise(exact, n, imu[TURN : TURN + 9])
+
+
+def noise_rows(
+    numbers: np.ndarray, every: int, fault: float, bias: Vector, imu: np.ndarray, seed: float
+) -> np.ndarray:
+    """Return bias and noise in the axes of B of some samples (K, 6), as `noisy_sample` adds them.
+
+    Args:
+        numbers: of their physics steps (K).
+        every: number of steps between samples.
+        fault: see `faults.Fault`.
+        bias: biases and their drift, in the axes of the sensor (12).
+        imu: see `packed`.
+        seed: of the flight's noise.
+    """
+    scale = (NOISE_FACTOR if fault == NOISY else 1.0) / math.sqrt(every)
+    deviation = scale * imu[DEVIATION:KEPT]
+    n = np.add(bias[0:6], bias[6:12]) + deviation * normal_rows(seed, 2 * numbers)
+    R_BS = imu[TURN:DEVIATION].reshape(3, 3)
+    rows: np.ndarray = (n.reshape(-1, 2, 3) @ R_BS.T).reshape(-1, 6)
+    return rows
 
 
 @register_jitable(forceinline=True)

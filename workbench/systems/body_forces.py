@@ -13,7 +13,7 @@ from pydrake.common.value import Value
 from pydrake.multibody.math import SpatialForce_
 from pydrake.multibody.plant import ExternallyAppliedSpatialForce_
 from pydrake.multibody.tree import BodyIndex
-from pydrake.systems.framework import BasicVector_, LeafSystem_
+from pydrake.systems.framework import BasicVector_, LeafSystem_, ValueProducer
 from pydrake.systems.scalar_conversion import TemplateSystem
 
 from workbench.dynamics.rigid_body import cross, into_world, rotation
@@ -64,6 +64,11 @@ def BodyForces_(T: Any) -> Any:
             self._state = self.DeclareVectorInputPort("state", 13)
             self._wind = self.DeclareVectorInputPort("wind", 3)
             self._push = self.DeclareVectorInputPort("push", 9)
+            self._held = self.DeclareCacheEntry(
+                "what changes at updates only",
+                ValueProducer(lambda: Value[object](()), weakly(self._calc_held)),
+                {self.pn_ticket(), self._wind.ticket(), self._push.ticket()},
+            ).cache_index()
             self.DeclareAbstractOutputPort(
                 "spatial_forces",
                 lambda: Value[list[Force]]([Force()]),
@@ -85,22 +90,30 @@ def BodyForces_(T: Any) -> Any:
         def DoCalcTimeDerivatives(self, context: Any, derivatives: Any) -> None:
             """Calculate nothing, quickly, see `DiscreteSystem`."""
 
-        def _calc_spatial_forces(self, context: Any, output: Any) -> None:
+        def _calc_held(self, context: Any, output: Any) -> None:
+            """Calculate ρ A / 2 [kg/m], p_BoBcm_B [m], the wind in W [m/s], and the push if any."""
             drag_area, air_density = context.get_numeric_parameter(0).value().tolist()
+            center = context.get_numeric_parameter(1).value().tolist()
+            blows, pushed = self._wind.HasValue(context), self._push.HasValue(context)
+            wind = self._wind.Eval(context).tolist() if blows else (0.0, 0.0, 0.0)
+            push = self._push.Eval(context).tolist() if pushed else ()
+            held = (0.5 * air_density * drag_area, center, wind, push if any(push) else ())
+            output.set_value(held)
+
+        def _calc_spatial_forces(self, context: Any, output: Any) -> None:
+            half_drag, center, (u_x, u_y, u_z), push = self.get_cache_entry(self._held).Eval(
+                context
+            )
             state = self._state.Eval(context).tolist()
             R_WB, (v_x, v_y, v_z) = rotation(state[0:4]), state[10:13]
-            if self._wind.HasValue(context):
-                u_x, u_y, u_z = self._wind.Eval(context).tolist()
-                v_x, v_y, v_z = v_x - u_x, v_y - u_y, v_z - u_z
-            arm = into_world(R_WB, context.get_numeric_parameter(1).value().tolist())
+            arm = into_world(R_WB, center)
             t_x, t_y, t_z = cross(state[7:10], arm)
-            v_x, v_y, v_z = v_x + t_x, v_y + t_y, v_z + t_z
+            v_x, v_y, v_z = v_x - u_x + t_x, v_y - u_y + t_y, v_z - u_z + t_z
             speed = (v_x * v_x + v_y * v_y + v_z * v_z + STILL) ** 0.5
-            drag = -0.5 * air_density * drag_area * speed
+            drag = -half_drag * speed
             f_W = (drag * v_x, drag * v_y, drag * v_z)
             forces = [*cross(arm, f_W), *f_W]
-            push = self._push.Eval(context).tolist() if self._push.HasValue(context) else ()
-            if any(push):
+            if push:
                 f_W = push[0:3]
                 lever = cross(into_world(R_WB, push[3:6]), f_W)
                 torque = into_world(R_WB, push[6:9])

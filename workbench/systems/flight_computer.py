@@ -2,8 +2,7 @@
 
 import math
 import weakref
-from collections.abc import Callable, Mapping
-from contextlib import nullcontext
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -17,7 +16,7 @@ from pydrake.systems.framework import (
 )
 
 from workbench.common.errors import FlightBrokenError, WorkbenchError
-from workbench.common.own_file import at_most_seconds, non_finite_named, own_errors
+from workbench.common.own_file import non_finite_named, own_errors
 from workbench.control.controller import Controller, Program
 from workbench.control.flight_law import (
     ALL_PARTS,
@@ -35,32 +34,14 @@ from workbench.control.flight_law import (
 )
 from workbench.control.flight_law import FILTERED as STAGES
 from workbench.control.guidance import Guidance, Reference, Setpoint
+from workbench.control.update import Arguments, Held, make_update, plain
 from workbench.plant.payload import NO_PAYLOAD, Payload
 from workbench.plant.vehicle import Vehicle
 from workbench.systems.acceleration_estimate import sampled_estimate
 from workbench.systems.discrete_system import DiscreteSystem
 from workbench.systems.weak_callback import weakly
 
-_NONE, _STRAIGHT, _FULL = np.empty(0), np.zeros(3), np.ones(1)
-INPUTS = 3
-"""Arguments of an update that come from ports and are held between actions: the setpoint."""
-
-
-def make_update(controller: Controller) -> Callable[..., float]:
-    """Return the control update with a controller."""
-    function = flight_law(controller).packed_update
-    watched = not controller.shipped and controller.program is None
-
-    def run(*args: Any) -> float:
-        # as in compiled flights: a division by zero is an error, other non-finite numbers are not
-        with (
-            np.errstate(divide="raise", over="ignore", invalid="ignore"),
-            at_most_seconds(controller.file, "update") if watched else nullcontext(),
-        ):
-            total: float = function(*args)
-        return total
-
-    return run
+_STRAIGHT = (0.0, 0.0, 0.0)
 
 
 class FlightComputer(DiscreteSystem):
@@ -200,30 +181,9 @@ class FlightComputer(DiscreteSystem):
 
     def signals(self, context: Context) -> np.ndarray:
         """Return the signals of the next update at the loop points (P), in their order."""
-        numbers = self._numbers(context)
-        state, voltage, reference, guidance, feedforward, gains, shares, known, probes = numbers[:9]
-        estimate, settings = numbers[9:]
-        values = [
-            context.get_discrete_state(group).CopyToVector()
-            for group in range(context.num_discrete_state_groups())
-        ]
-        loops = [*probes, *[0.0] * len(self._controller.points)]
-        flight_law(self._controller).update(
-            state,
-            voltage[0],
-            Setpoint(reference, guidance, feedforward),
-            gains,
-            shares,
-            unpacked(known[:BODY], known[BODY:].reshape(-1, ROTOR)),
-            loops,
-            estimate,
-            settings,
-            values[self._filtered],
-            values[self.memory_index] if self._controller.memory else _NONE,
-            values[self._commands_state],
-            self._count(context),
-        )
-        return np.array(loops[len(probes) :])
+        arguments = self._arguments(context, context.get_discrete_state())
+        flight_law(self._controller).update(*arguments)
+        return np.array(arguments.loops[2 * len(self._controller.points) :])
 
     def inject(self, context: Context, place: int, value: float) -> None:
         """Add a value to the signal of the loop point at a place, from the next update on."""
@@ -273,11 +233,9 @@ class FlightComputer(DiscreteSystem):
     def _update(self, context: Context, discrete_state: DiscreteValues) -> None:
         if self._ended:  # the commands stay zero
             return
-        # Drake hands over the new state as a copy of the old one, and the law reads each number
-        # before it writes it; asking for the old one besides would take some microseconds.
-        numbers = self._arguments(context, discrete_state)
+        arguments = self._arguments(context, discrete_state)
         try:
-            total = self._run(*numbers)
+            total = self._run(arguments)
         except FlightBrokenError as error:
             if self._ended_index is None:
                 raise
@@ -293,6 +251,10 @@ class FlightComputer(DiscreteSystem):
         else:
             if not math.isfinite(total):
                 self._break_off(context)
+            discrete_state.set_value(self._filtered, arguments.filtered)
+            if arguments.memory:
+                discrete_state.set_value(self.memory_index, arguments.memory)
+            discrete_state.set_value(self._commands_state, arguments.speeds)
 
     def _break_off(self, context: Context) -> None:
         """Break the flight off at an update that gives numbers that are not finite.
@@ -309,7 +271,7 @@ class FlightComputer(DiscreteSystem):
         if self._program is None:
             try:
                 with own_errors(file, "update"), non_finite_named(file, "update"):
-                    make_update(self._controller)(*self._arguments(context, old))
+                    make_update(self._controller)(self._arguments(context, old))
             except WorkbenchError as error:
                 said = str(error)
         raise FlightBrokenError(said)
@@ -320,44 +282,31 @@ class FlightComputer(DiscreteSystem):
         old.SetFrom(context.get_discrete_state())
         return old
 
-    def _arguments(self, context: Context, discrete_state: DiscreteValues) -> tuple[Any, ...]:
-        """Return the arguments of an update, which writes to a state."""
-        return (
-            *self._numbers(context),
-            discrete_state.get_mutable_value(self._filtered),
-            self._remembered(discrete_state),
-            discrete_state.get_mutable_value(self._commands_state),
+    def _arguments(self, context: Context, state: DiscreteValues) -> Arguments:
+        """Return the arguments of an update from a discrete state."""
+        held: Held = self.get_cache_entry(self._held).Eval(context)
+        has_voltage, controller = self._voltage.HasValue(context), self._controller
+        return Arguments(
+            self._state.Eval(context).tolist(),
+            self._voltage.Eval(context)[0] if has_voltage else 1.0,
+            held.setpoint,
+            held.gains,
+            held.shares,
+            held.constants,
+            [*held.probes, *[0.0] * len(controller.points)],
+            self._estimate,
+            held.settings,
+            state.value(self._filtered).tolist(),
+            state.value(self.memory_index).tolist() if controller.memory else [],
+            state.value(self._commands_state).tolist(),
             self._count(context),
         )
 
-    def _remembered(self, discrete_state: DiscreteValues) -> np.ndarray:
-        """Return the memory of the law in a state, to be written."""
-        if not self._controller.memory:
-            return _NONE
-        memory: np.ndarray = discrete_state.get_mutable_value(self.memory_index)
-        return memory
-
-    def _numbers(self, context: Context) -> tuple[Any, ...]:
-        """Return what an update takes from ports and parameters, in its order."""
-        return (
-            self._state.Eval(context),
-            self._voltage.Eval(context) if self._voltage.HasValue(context) else _FULL,
-            *self.get_cache_entry(self._held).Eval(context),
-        )
-
-    def known(self, context: Context) -> tuple[Any, ...]:
-        """Return the arguments of an update besides its inputs, see `flight_law.packed_update`.
-
-        Gains, shares, known constants, probes, estimate of acceleration, settings.
-        """
-        known: tuple[Any, ...] = self.get_cache_entry(self._held).Eval(context)[INPUTS:]
-        return known
-
     def _calc_held(self, context: Context, output: Any) -> None:
-        """Copy inputs and parameters, which seldom change; reading them costs more than the law."""
+        """Calculate `Held`."""
         has_path = self._feedforward.HasValue(context)
         gains, shares, known, probes, settings = (
-            context.get_numeric_parameter(number).CopyToVector()
+            context.get_numeric_parameter(number).value()
             for number in (
                 self.gains_index,
                 self.shares_index,
@@ -366,17 +315,20 @@ class FlightComputer(DiscreteSystem):
                 self.settings_index,
             )
         )
+        constants = unpacked(known[:BODY], known[BODY:].reshape(-1, ROTOR))
+        setpoint = Setpoint(
+            self._reference.Eval(context).tolist(),
+            self._guidance.Eval(context).tolist(),
+            self._feedforward.Eval(context).tolist() if has_path else _STRAIGHT,
+        )
         output.set_value(
-            (
-                np.array(self._reference.Eval(context)),
-                np.array(self._guidance.Eval(context)),
-                np.array(self._feedforward.Eval(context)) if has_path else _STRAIGHT,
-                gains,
-                shares,
-                known,
-                probes,
-                self._estimate,
-                settings,
+            Held(
+                setpoint,
+                gains.tolist(),
+                shares.tolist(),
+                plain(constants),
+                probes.tolist(),
+                settings.tolist(),
             )
         )
 

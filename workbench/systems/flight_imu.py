@@ -41,7 +41,7 @@ from workbench.estimation.imu import (
     drawn_bias,
     mean_rate,
     measured,
-    noisy_sample,
+    noise_rows,
     packed,
     step_drift,
 )
@@ -174,48 +174,45 @@ class FlightImu(DiscreteSystem):
         fault = context.get_numeric_parameter(self.fault_index)[0]
         if self._began(context) and fault in (FROZEN, SILENT):
             last = self._values(context, self._last)
-            exact = noisy = [tuple(last)] * (self._readout // self._sampled(context).steps)
-            turn: Sequence[float] = last[0:3]
-        else:
-            exact, turn = self._exact(context)
-            noisy = exact if self._imu is None else self._with_noise(context, exact, fault)
-        output.set_value(self._filtered(context, exact, noisy, turn))
+            samples = np.tile(last, (self._readout // self._sampled(context).steps, 1))
+            output.set_value(self._filtered(context, samples, last[0:3]))
+            return
+        samples, turn = self._exact(context)
+        if self._imu is not None:
+            noise = self._noise(context, len(samples), fault)
+            samples, turn = samples + noise, turn + noise[:, 0:3].mean(axis=0)
+        output.set_value(self._filtered(context, samples, turn))
 
-    def _exact(self, context: Context) -> tuple[list[tuple[float, ...]], Sequence[float]]:
-        """Return exact samples (6) each, and the mean angular velocity in B (3)."""
+    def _exact(self, context: Context) -> tuple[np.ndarray, np.ndarray]:
+        """Return exact samples (K, 6), and the mean angular velocity in B (3)."""
         state = self._state.Eval(context).tolist()
         if not self._began(context):
-            rates = body_rates(state)
-            if self._imu is None:
-                return [(*rates, 0.0, 0.0, 0.0)], rates
-            acceleration = self._acceleration.Eval(context).tolist()
-            return [measured(state, acceleration, self._p_BS)], rates
+            rates, force = body_rates(state), (0.0, 0.0, 0.0)
+            if self._imu is not None:
+                acceleration = self._acceleration.Eval(context).tolist()
+                force = measured(state, acceleration, self._p_BS)[3:6]
+            return np.array([[*rates, *force]]), np.array(rates)
         period, steps = self._readout * self._step, self._sampled(context).steps
         before, now = self._values(context, self._motion), point_motion(state, self._p_BS)
         motions = motions_between(before, now, period, self._readout // steps)
         ends, middles = motions.tolist()
-        if self._imu is None:
-            return [(*body_rate(end), 0.0, 0.0, 0.0) for end in ends], (0.0, 0.0, 0.0)
-        forces = [
-            mean_specific_force(*three, steps * self._step, GRAVITY)
-            for three in zip([before, *ends[:-1]], middles, ends, strict=True)
-        ]
-        exact = [(*body_rate(end), *force) for end, force in zip(ends, forces, strict=True)]
-        return exact, mean_rate(before[0:4], now[0:4], period)
-
-    def _with_noise(
-        self, context: Context, exact: Sequence[tuple[float, ...]], fault: float
-    ) -> list[tuple[float, ...]]:
-        """Return samples with bias and noise."""
-        seed = context.get_numeric_parameter(self._seed)[0]
-        both = [*self._begun_bias(context), *self._values(context, self._drift)]
-        steps = self._sampled(context).steps
-        first = round(context.get_time() / self._step) - steps * (len(exact) - 1)
-        with np.errstate(over="ignore"):  # integers of the noise wrap around
-            return [
-                noisy_sample(each, first + place * steps, steps, fault, both, self._imu, seed)
-                for place, each in enumerate(exact)
+        forces = [(0.0, 0.0, 0.0)] * len(ends)
+        if self._imu is not None:
+            forces = [
+                mean_specific_force(*three, steps * self._step, GRAVITY)
+                for three in zip([before, *ends[:-1]], middles, ends, strict=True)
             ]
+        samples = [(*body_rate(end), *force) for end, force in zip(ends, forces, strict=True)]
+        return np.array(samples), np.array(mean_rate(before[0:4], now[0:4], period))
+
+    def _noise(self, context: Context, count: int, fault: float) -> np.ndarray:
+        """Return bias and noise of some samples (K, 6), the last of them now."""
+        assert self._imu is not None  # who asks has one
+        steps, last = self._sampled(context).steps, round(context.get_time() / self._step)
+        bias = [*self._begun_bias(context), *self._values(context, self._drift)]
+        seed = context.get_numeric_parameter(self._seed)[0]
+        numbers = last - steps * np.arange(count - 1, -1, -1)
+        return noise_rows(numbers, steps, fault, bias, self._imu, seed)
 
     def _begun_bias(self, context: Context) -> Sequence[float]:
         """Return the biases of the flight (6), which are drawn at the first update."""
@@ -226,38 +223,31 @@ class FlightImu(DiscreteSystem):
         with np.errstate(over="ignore"):
             return drawn_bias(self._imu[MEAN:SPREAD], self._imu[SPREAD:], seed)
 
-    def _filtered(
-        self,
-        context: Context,
-        exact: Sequence[Sequence[float]],
-        noisy: Sequence[Sequence[float]],
-        turn: Sequence[float],
-    ) -> Samples:
-        """Return what samples lead to, given the exact mean angular velocity."""
+    def _filtered(self, context: Context, samples: np.ndarray, turn: Any) -> Samples:
+        """Return what samples (K, 6) lead to, given the mean of the angular velocity (3)."""
         settings, steps, _ = self._sampled(context)
-        begun = self._began(context)
-        gyro = gyro_filter(settings, steps * self._step)
-        filters: Sequence[float] = at_rest(noisy[0][0:3])
-        if begun:
+        rows: list[list[float]] = samples.tolist()
+        began, gyro = self._began(context), gyro_filter(settings, steps * self._step)
+        filters: Sequence[float] = at_rest(rows[0][0:3])
+        if began:
             filters = self._values(context, self._gyro_filters)
         rates: Sequence[float] = ()
-        for sample in noisy:
-            rates = filtered_rates(gyro, filters, sample[0:3])
-            filters = stepped_filters(gyro, filters, sample[0:3])
+        for row in rows:
+            rates = filtered_rates(gyro, filters, row[0:3])
+            filters = stepped_filters(gyro, filters, row[0:3])
         if self._imu is None:
-            return Samples(filters, rates, [0.0] * 6, noisy[-1], [0.0] * 6)
+            return Samples(filters, rates, [0.0] * 6, rows[-1], [0.0] * 6)
         section = lowpass(settings.accel_lowpass, settings.accel_lowpass_order, steps * self._step)
-        accel: list[float] = self._values(context, self._accel_filters)
-        if not begun:
-            accel = [0.0, noisy[0][3], 0.0, noisy[0][4], 0.0, noisy[0][5]]
-        reading = [0.0] * 6
-        for ideal, sample in zip(exact, noisy, strict=True):
+        accel = self._values(context, self._accel_filters)
+        if not began:
+            accel = [0.0, rows[0][3], 0.0, rows[0][4], 0.0, rows[0][5]]
+        force = [0.0] * 3
+        for row in rows:
             for i in range(3):
                 x_1, x_2 = accel[2 * i : 2 * i + 2]
-                reading[i] += (turn[i] + sample[i] - ideal[i]) / len(noisy)
-                reading[3 + i] += output(section, x_1, x_2, sample[3 + i]) / len(noisy)
-                accel[2 * i : 2 * i + 2] = after(section, x_1, x_2, sample[3 + i])
-        return Samples(filters, rates, accel, noisy[-1], reading)
+                force[i] += output(section, x_1, x_2, row[3 + i]) / len(rows)
+                accel[2 * i : 2 * i + 2] = after(section, x_1, x_2, row[3 + i])
+        return Samples(filters, rates, accel, rows[-1], [*turn, *force])
 
     def _update(self, context: Context, discrete_state: DiscreteValues) -> None:
         if self._imu is None and not self._sampled(context).filters:

@@ -43,19 +43,22 @@ from pydrake.systems.framework import BasicVector_, LeafSystem_, ValueProducer
 from pydrake.systems.scalar_conversion import TemplateSystem
 
 from workbench.dynamics.rigid_body import cross, into_body, into_world, rotation
+from workbench.dynamics.rotors import (
+    hub_velocity,
+    loaded_voltage,
+    moving_thrust,
+    speed_slope,
+    static_thrusts,
+    turning_shares,
+    within,
+)
 from workbench.plant.rotors import Rotor
 from workbench.systems.weak_callback import weakly
 
-BLEND = 3.0
-"""Less than half a percent of usual hover speeds [rad/s]."""
-MOST_GROUND_EFFECT = 4.0 / 15.0
-"""Largest share of thrust by ground effect."""
 LEAST_VOLTAGE = 0.1
 """Share of the full voltage below which sag is not compensated."""
 FULL = (1.0, 0.0, 0.0, 1.0)
 """A supply with the constant voltage of a full battery."""
-TINY = 1e-30
-"""Added to a radicand, because a root has no derivative at 0."""
 
 
 # A template is filled where it is first used: Drake looks through the stack for whose it is, which
@@ -101,6 +104,11 @@ def Rotors_(T: Any) -> Any:
             self._supply = self.DeclareVectorInputPort("supply", 4)
             self.DeclareContinuousState(n)
             own = {self.xc_ticket(), self.pn_ticket()}
+            self._held = self.DeclareCacheEntry(
+                "what changes at updates only",
+                ValueProducer(lambda: Value[object](()), weakly(self._calc_held)),
+                {self.pn_ticket(), self._commands.ticket(), self._supply.ticket()},
+            ).cache_index()
             self._turning = self.DeclareCacheEntry(
                 "speeds, their derivatives, shares of the thrust, and static thrusts",
                 ValueProducer(lambda: Value[object](()), weakly(self._calc_turning)),
@@ -130,43 +138,34 @@ def Rotors_(T: Any) -> Any:
         def _speeds(self, context: Any) -> list[Any]:
             return context.get_continuous_state_vector().CopyToVector().tolist()
 
+        def _calc_held(self, context: Any, output: Any) -> None:
+            """Calculate commands (n) [rad/s], given shares (n), and the supply or None (4)."""
+            given = context.get_numeric_parameter(0).value().tolist()
+            supplied = self._supply.HasValue(context)
+            supply = self._supply.Eval(context).tolist() if supplied else None
+            output.set_value((self._commands.Eval(context).tolist(), given, supply))
+
         def _calc_turning(self, context: Any, output: Any) -> None:
             """Calculate w (n) [rad/s], dw/dt (n) [rad/s²], shares (n), static thrusts (n) [N]."""
-            commands, speeds = self._commands.Eval(context).tolist(), self._speeds(context)
-            given = context.get_numeric_parameter(0).value().tolist()
-            shares = [share if share > 0.0 else 1.0 for share in given]
-            statics = self._static_thrusts(shares, speeds)
+            commands, given, supply = self.get_cache_entry(self._held).Eval(context)
+            speeds, shares = self._speeds(context), turning_shares(given)
+            statics, slopes = static_thrusts(self._rotors, shares, speeds), []
             voltage, compensated = 1.0, 1.0
-            if self._supply.HasValue(context):
-                open_circuit, _, compensation, known = self._supply.Eval(context).tolist()
-                voltage = self._voltage(context, statics)
+            if supply:
+                open_circuit, _, compensation, known = supply
+                voltage = loaded_voltage(supply, statics)
                 compensated = 1.0 + compensation * (voltage + (known - open_circuit) - 1.0)
                 compensated = max(compensated, LEAST_VOLTAGE)
-            slopes = []
             for rotor, share, u, w in zip(self._rotors, given, commands, speeds, strict=True):
                 command = voltage * within(u / compensated, rotor) if share > 0.0 else 0.0
                 slopes.append(speed_slope(rotor, command, w))
             output.set_value((speeds, slopes, shares, statics))
 
-        def _voltage(self, context: Any, statics: Sequence[Any]) -> Any:
-            """Return the voltage under load, over that of the full battery."""
-            if not self._supply.HasValue(context):
-                return 1.0
-            open_circuit, drop, *_ = self._supply.Eval(context).tolist()
-            voltage = open_circuit - drop * sum(T * (T + TINY) ** 0.5 for T in statics)
-            return voltage if voltage > 0.0 else 0.0 * voltage
-
-        def _shares(self, context: Any) -> list[Any]:
-            """Return the shares of their thrust that the rotors give while they turn."""
-            shares = context.get_numeric_parameter(0).value().tolist()
-            return [share if share > 0.0 else 1.0 for share in shares]
-
-        def _static_thrusts(self, shares: Sequence[Any], speeds: Sequence[Any]) -> list[Any]:
-            turning = zip(self._rotors, shares, speeds, strict=True)
-            return [
-                share * rotor.motor_constant * w * (w + rotor.linear_speed)
-                for rotor, share, w in turning
-            ]
+        def _statics(self, context: Any) -> tuple[list[Any], list[Any], list[Any]]:
+            """Return speeds, shares and static thrusts, from state and parameters alone."""
+            shares = turning_shares(context.get_numeric_parameter(0).value().tolist())
+            speeds = self._speeds(context)
+            return speeds, shares, static_thrusts(self._rotors, shares, speeds)
 
         def _motion(self, context: Any) -> tuple[Any, Any, Any, Any]:
             """Return R_WB row by row (9), angular velocity and air velocity in B, and height."""
@@ -216,8 +215,8 @@ def Rotors_(T: Any) -> Any:
 
         def _calc_thrusts(self, context: Any, output: Any) -> None:
             R_WB, w_B, v_B, height = self._motion(context)
-            speeds, shares = self._speeds(context), self._shares(context)
-            statics, thrusts = self._static_thrusts(shares, speeds), []
+            speeds, shares, statics = self._statics(context)
+            thrusts = []
             for rotor, w, share, T_0 in zip(self._rotors, speeds, shares, statics, strict=True):
                 v_R = hub_velocity(rotor, w_B, v_B)
                 u = sum(v * n for v, n in zip(v_R, rotor.axis_B, strict=True))
@@ -225,70 +224,17 @@ def Rotors_(T: Any) -> Any:
             output.SetFromVector(thrusts)
 
         def _calc_static_thrusts(self, context: Any, output: Any) -> None:
-            output.SetFromVector(self._static_thrusts(self._shares(context), self._speeds(context)))
+            output.SetFromVector(self._statics(context)[2])
 
         def _calc_voltage(self, context: Any, output: Any) -> None:
-            statics = self._static_thrusts(self._shares(context), self._speeds(context))
-            output.SetFromVector([self._voltage(context, statics)])
+            voltage = 1.0
+            if self._supply.HasValue(context):
+                supply = self._supply.Eval(context).tolist()
+                voltage = loaded_voltage(supply, self._statics(context)[2])
+            output.SetFromVector([voltage])
 
     return Impl
 
 
 Rotors: TypeAlias = Any
 """An instance of `Rotors_`; what fills a template has no type of its own."""
-
-
-def within(command: Any, rotor: Rotor) -> Any:
-    """Return a command limited to the speeds of a rotor [rad/s]."""
-    if command < 0.0:
-        return 0.0 * command
-    return command if command < rotor.max_rot_velocity else rotor.max_rot_velocity
-
-
-def speed_slope(rotor: Rotor, command: Any, speed: Any) -> Any:
-    """Return dw/dt of a rotor on its way to a command [rad/s²]."""
-    error = command - speed
-    side = error / (error * error + BLEND * BLEND) ** 0.5
-    up = 0.5 * error * (1.0 + side * side * side)
-    return up / rotor.time_constant_up + (error - up) / rotor.time_constant_down
-
-
-def hub_velocity(rotor: Rotor, w_B: Sequence[Any], v_B: Sequence[Any]) -> tuple[Any, Any, Any]:
-    """Return the velocity of a hub, in B, from the motion of the body in B."""
-    p_x, p_y, p_z = rotor.p_BR
-    w_x, w_y, w_z = w_B
-    v_x, v_y, v_z = v_B
-    return v_x + w_y * p_z - w_z * p_y, v_y + w_z * p_x - w_x * p_z, v_z + w_x * p_y - w_y * p_x
-
-
-def moving_thrust(
-    rotor: Rotor,
-    speed: Any,
-    share: Any,
-    static: Any,
-    along: Any,
-    R_WB: Sequence[Any],
-    height: Any,
-) -> Any:
-    """Return the thrust of a rotor near the ground and in moving air [N].
-
-    Args:
-        rotor: which.
-        speed: its speed [rad/s].
-        share: of its thrust that it gives.
-        static: its static thrust [N].
-        along: velocity of its hub in the air along its axis [m/s].
-        R_WB: attitude of the body, row by row (9).
-        height: of the body's origin above the ground [m].
-    """
-    thrust = static
-    if rotor.inflow_coefficient:
-        thrust = thrust - share * rotor.inflow_coefficient * speed * along
-    if rotor.ground_effect_coefficient > 0.0:
-        toward = R_WB[6:9]
-        if sum(z * n for z, n in zip(toward, rotor.axis_B, strict=True)) > 0.0:
-            hub = height + sum(z * p for z, p in zip(toward, rotor.p_BR, strict=True))
-            near = rotor.ground_effect_coefficient * (rotor.propeller_radius / 4.0) ** 2
-            least = near / MOST_GROUND_EFFECT
-            thrust = thrust + static * (near / hub**2 if hub**2 > least else MOST_GROUND_EFFECT)
-    return thrust

@@ -8,7 +8,7 @@ import pytest
 from scipy.stats import kstest
 
 from workbench.common.jitable import tell_numba
-from workbench.dynamics.air.normals import COUNT, STEP, draw_normals, mixed
+from workbench.dynamics.air.normals import COUNT, STEP, draw_normals, mixed, normal_rows
 
 BITS = 2**64 - 1
 
@@ -73,3 +73,8 @@ def test_seeds_near_each_other_have_nothing_in_common():
     one, other = _drawn(1.0, 20_000), _drawn(2.0, 20_000)
     assert np.abs(np.corrcoef(one.T, other.T)[:COUNT, COUNT:]).max() < 0.03
     assert not set(one.ravel().tolist()) & set(other.ravel().tolist())
+
+
+def test_rows_are_the_same_numbers():
+    numbers = np.array([0, 3, 4, 1999])
+    assert normal_rows(7.0, numbers) == pytest.approx(_drawn(7.0, 2000)[numbers], rel=1e-14)

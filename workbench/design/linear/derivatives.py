@@ -22,6 +22,7 @@ from workbench.control.guidance import Guidance, Setpoint
 from workbench.design.linear.seeds import STATE, gradient, state_seeds, whole
 from workbench.design.linear.vehicle import Step, VehicleDerivatives
 from workbench.diagram.core import full_supply, make_vehicle_core
+from workbench.dynamics.rotors import TINY
 from workbench.estimation.filters import lowpass
 from workbench.estimation.gyro import (
     STATES,
@@ -41,7 +42,6 @@ from workbench.plant.payload import Payload, payload_of
 from workbench.plant.vehicle import Vehicle
 from workbench.scenario.scenario import Rates
 from workbench.systems.acceleration_estimate import sampled_estimate
-from workbench.systems.rotors import TINY
 
 REFERENCE = 4
 HELD = 3

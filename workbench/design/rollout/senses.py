@@ -165,7 +165,8 @@ def make_senses(vehicle: Vehicle, scenario: Scenario) -> Senses | None:
             ),
             mounting=tuple(mounting.packed().tolist()),
             R_BM=tuple(magnetometer_turn(choices).ravel().tolist()),
-            every=tuple(round(each.period / step) if each else 0 for each in heard),
+            # compiled flights sample at physics steps, so not quite at these rates
+            every=tuple(max(1, round(each.period / step)) if each else 0 for each in heard),
             step=step,
             late=tuple(each.latency - LATE if each else 0.0 for each in heard),
             depth=max([1 + math.ceil(each.latency / each.period) for each in heard if each] or [1]),

@@ -7,6 +7,7 @@ Generators", OOPSLA 2014; with Stafford's variant 13 of the mixer).
 """
 
 import math
+from typing import Any
 
 import numpy as np
 
@@ -22,7 +23,7 @@ Normals = tuple[float, float, float, float, float, float]
 
 
 @register_jitable
-def mixed(z: np.uint64) -> np.uint64:
+def mixed(z: Any) -> Any:
     """Return 64 bits, each of which depends on all of z."""
     z = (z ^ (z >> SHIFTS[0])) * FIRST
     z = (z ^ (z >> SHIFTS[1])) * SECOND
@@ -51,6 +52,23 @@ def _pair(state: np.uint64) -> tuple[float, float]:
     turn = float(mixed(state) >> SHIFTS[3]) * FRACTION
     length = math.sqrt(-2.0 * math.log(radius))
     return length * math.cos(2.0 * math.pi * turn), length * math.sin(2.0 * math.pi * turn)
+
+
+def normal_rows(seed: float, numbers: np.ndarray) -> np.ndarray:
+    """Return what `drawn_normals` returns for each of some samples (K, `COUNT`), quicker in Python.
+
+    Args:
+        seed: a whole number.
+        numbers: of the samples (K), from 0.
+    """
+    with np.errstate(over="ignore"):  # the integers wrap around
+        first = mixed(np.uint64(seed) + STEP)
+        places = np.arange(1, COUNT + 1, dtype=np.uint64) * STEP
+        states = first + (numbers.astype(np.uint64) * np.uint64(COUNT) * STEP)[:, None] + places
+        shares = (mixed(states) >> SHIFTS[3]).astype(float)
+    length = np.sqrt(-2.0 * np.log((shares[:, 0::2] + 1.0) * FRACTION))
+    turn = 2.0 * math.pi * FRACTION * shares[:, 1::2]
+    return np.stack([length * np.cos(turn), length * np.sin(turn)], axis=2).reshape(-1, COUNT)
 
 
 @register_jitable

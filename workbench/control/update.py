@@ -1,0 +1,76 @@
+"""One update of a control law in plain Python, with its arguments by name."""
+
+from collections.abc import Callable
+from contextlib import nullcontext
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from workbench.common.own_file import at_most_seconds
+from workbench.control.controller import Controller
+from workbench.control.flight_law import LawConstants, flight_law
+from workbench.control.guidance import Setpoint
+
+
+class Held(NamedTuple):
+    """Arguments of an update that seldom change; reading them costs more than the law.
+
+    Attributes:
+        setpoint: see `guidance.Setpoint`.
+        gains: in the controller's order.
+        shares: of their thrust that the rotors give (n).
+        constants: what the law knows of the vehicle.
+        probes: gates and injections of the loop points.
+        settings: see `ComputerSettings`.
+    """
+
+    setpoint: Setpoint
+    gains: list[float]
+    shares: list[float]
+    constants: LawConstants
+    probes: list[float]
+    settings: list[float]
+
+
+class Arguments(NamedTuple):
+    """The arguments of an update, in its order; see `flight_law.update`.
+
+    Plain lists of numbers, as numpy's own numbers take three times as long. An update writes to
+    loops, filtered, memory and speeds.
+    """
+
+    state: list[float]
+    voltage: float
+    setpoint: Setpoint
+    gains: list[float]
+    shares: list[float]
+    constants: LawConstants
+    loops: list[float]
+    estimate: tuple[float, float]
+    settings: list[float]
+    filtered: list[float]
+    memory: list[float]
+    speeds: list[float]
+    count: float
+
+
+def make_update(controller: Controller) -> Callable[[Arguments], float]:
+    """Return the control update with a controller, see `flight_law.update_in_place`."""
+    function = flight_law(controller).update_in_place
+    watched = not controller.shipped and controller.program is None
+
+    def run(arguments: Arguments) -> float:
+        # as in compiled flights: a division by zero is an error, other non-finite numbers are not
+        with (
+            np.errstate(divide="raise", over="ignore", invalid="ignore"),
+            at_most_seconds(controller.file, "update") if watched else nullcontext(),
+        ):
+            total: float = function(*arguments)
+        return total
+
+    return run
+
+
+def plain(constants: Any) -> LawConstants:
+    """Return constants as plain numbers and lists."""
+    return LawConstants(*(np.asarray(each).tolist() for each in constants))
