@@ -172,6 +172,10 @@ def _turned(q: Numbers, v: Numbers) -> tuple[float, float, float]:
     )
 
 
+CLOSE = 1e-9
+"""Between times that are one but for their rounding [s], as 60 times 5 ms and 3 times 0.1 s."""
+
+
 class Telemetry(DiscreteSystem):
     """Publishes topics. It reads signals that exist anyway, and nothing depends on it.
 
@@ -254,7 +258,7 @@ class Telemetry(DiscreteSystem):
     def _publish_sensors(self, context: Context) -> None:
         """Publish new measurements of quick sensors alone, unless a sample is due."""
         now = context.get_time()
-        if not self._bridge.wanted or now <= self._last or _is_due(now, self._period):
+        if not self._bridge.wanted or now <= self._last + CLOSE or _is_due(now, self._period):
             return
         due = [kind for kind, period in self._quick.items() if _is_due(now, period)]
         payloads = [each for kind in due for each in self._measured(context, kind)]
