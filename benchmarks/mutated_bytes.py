@@ -118,15 +118,20 @@ def mutated_mcap(data: bytes, chance: random.Random) -> bytes:
                 records.insert(chance.randrange(len(records) + 1), (opcode, content))
             case 2:
                 records[place] = (chance.randrange(16), content)
-            case _ if opcode == Opcode.CHUNK:
-                records[place] = (opcode, _mutated_chunk(content, chance))
-            case _ if opcode == Opcode.ATTACHMENT:
-                records[place] = (opcode, _mutated_attachment(content, chance))
             case _:
-                records[place] = (opcode, mutated_bytes(content, chance))
+                records[place] = (opcode, _mutated_content(opcode, content, chance))
         if not records:
             break
     return MCAP0_MAGIC + b"".join(_HEAD.pack(op, len(each)) + each for op, each in records)
+
+
+def _mutated_content(opcode: int, content: bytes, chance: random.Random) -> bytes:
+    """Return another content of a record, which need not be what its opcode says."""
+    inner = {Opcode.CHUNK: _mutated_chunk, Opcode.ATTACHMENT: _mutated_attachment}
+    try:
+        return inner.get(opcode, mutated_bytes)(content, chance)
+    except (struct.error, ValueError, zstandard.ZstdError):  # its opcode was changed before
+        return mutated_bytes(content, chance)
 
 
 def _records(data: bytes) -> list[tuple[int, bytes]]:
