@@ -1,4 +1,4 @@
-"""A drone with a load on a string: its plant has a ball joint, and its session is like any other."""
+"""A drone with a load on a string: its plant has a ball joint; its session is like any other."""
 
 import math
 
