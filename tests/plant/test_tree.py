@@ -8,7 +8,7 @@ from pydrake.math import RigidTransform
 from workbench.common.errors import WorkbenchError
 from workbench.plant.model import Joint, Link, Model
 from workbench.plant.remarks import Remarks
-from workbench.plant.tree import find_base_link, links_below, one_body
+from workbench.plant.tree import find_base_link, flying_tree, links_below
 
 IDENTITY = RigidTransform()
 
@@ -57,7 +57,7 @@ def test_all_that_hangs_below_is_found_in_loops_too():
 def test_joints_that_turn_no_rotor_are_held_and_said():
     remarks = Remarks()
     drone = model("body r leg", "body-r:continuous", "body-leg:revolute")
-    one_body(drone, "body", {"body-r"}, remarks)
+    flying_tree(drone, "body", {"body-r"}, remarks)
     (remark,) = remarks.found
     assert (remark.kind, remark.element) == ("ignored", "joint 'body-leg'")
     assert "held at zero" in remark.text
@@ -65,7 +65,7 @@ def test_joints_that_turn_no_rotor_are_held_and_said():
 
 def test_what_does_not_hang_on_the_base_is_left_out_and_said():
     remarks = Remarks()
-    kept = one_body(model("body r stray far", "body-r", "stray-far"), "body", set(), remarks)
+    kept = flying_tree(model("body r stray far", "body-r", "stray-far"), "body", set(), remarks)
     assert [link.name for link in kept.links] == ["body", "r"]
     assert [joint.name for joint in kept.joints] == ["body-r"]
     assert {remark.element for remark in remarks.found} == {"link 'stray'", "link 'far'"}
@@ -73,6 +73,6 @@ def test_what_does_not_hang_on_the_base_is_left_out_and_said():
 
 def test_a_second_joint_on_a_link_is_left_out_and_said():
     remarks = Remarks()
-    kept = one_body(model("a b c", "a-b", "a-c", "b-c"), "a", set(), remarks)
+    kept = flying_tree(model("a b c", "a-b", "a-c", "b-c"), "a", set(), remarks)
     assert [joint.name for joint in kept.joints] == ["a-b", "a-c"]
     assert remarks.found[0].element == "joint 'b-c'"

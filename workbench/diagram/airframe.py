@@ -8,6 +8,7 @@ from pydrake.geometry import SceneGraph
 from pydrake.multibody.plant import ExternallyAppliedSpatialForceMultiplexer, MultibodyPlant
 from pydrake.multibody.tree import RigidBody, RotationalInertia, SpatialInertia
 from pydrake.systems.framework import Context, DiagramBuilder, InputPort, OutputPort
+from pydrake.systems.primitives import MatrixGain
 
 from workbench.dynamics.rigid_body import into_world, rotation
 from workbench.estimation.gyro import GyroSettings
@@ -38,9 +39,14 @@ class Airframe:
     """The vehicle in its world.
 
     Attributes:
-        plant: owns the state of the body.
+        plant: owns the state of all bodies.
         scene_graph: scene graph with all shapes.
-        body: of the vehicle in the plant.
+        body: of the base link in the plant.
+        places: of its state (13) in that of the plant.
+        state: port of its state (13): q_WB, p_WB [m], w_WB_W [rad/s], v_WB_W [m/s].
+        acceleration: port of its angular acceleration [rad/s²] and the acceleration of its origin
+            [m/s²] in W (6).
+        joints: port of the positions and velocities of all joints, None without any.
         vehicle: as it flies, without its payload.
         rotors: their lag and forces.
         body_forces: drag, and the push.
@@ -55,6 +61,10 @@ class Airframe:
     plant: MultibodyPlant
     scene_graph: SceneGraph
     body: RigidBody
+    places: np.ndarray
+    state: OutputPort
+    acceleration: OutputPort
+    joints: OutputPort | None
     vehicle: Vehicle
     rotors: Rotors
     body_forces: BodyForces
@@ -71,23 +81,14 @@ class Airframe:
         return self.rotors.GetInputPort("commands")
 
     @property
-    def state(self) -> OutputPort:
-        """State of the body (13): q_WB, p_WB, w_WB_W, v_WB_W."""
-        return self.plant.get_state_output_port()
-
-    @property
-    def acceleration(self) -> OutputPort:
-        """Angular acceleration, and acceleration of the origin, in W (6) [rad/s², m/s²]."""
-        return self.plant.get_generalized_acceleration_output_port()
-
-    @property
     def sensed(self) -> OutputPort:
         """The state with the angular velocity of the gyro (13)."""
         return self.imu.GetOutputPort("sensed")
 
     def signals(self, commands: OutputPort) -> dict[str, OutputPort]:
         """Return the signals that every flight records, with the rotor commands."""
-        return {
+        joints = {"joints": self.joints} if self.joints else {}
+        return joints | {
             "state": self.state,
             "acceleration": self.acceleration,
             "thrusts": self.rotors.GetOutputPort("thrusts"),
@@ -117,7 +118,10 @@ class Airframe:
 
     def place(self, root: Context, state: np.ndarray, speeds: np.ndarray) -> None:
         """Begin at a state of the body (13), with the rotors at speeds (n) [rad/s]."""
-        self.plant.SetPositionsAndVelocities(self.plant.GetMyMutableContextFromRoot(root), state)
+        context = self.plant.GetMyMutableContextFromRoot(root)
+        whole = self.plant.GetPositionsAndVelocities(context).copy()
+        whole[self.places] = state
+        self.plant.SetPositionsAndVelocities(context, whole)
         self.rotors.GetMyMutableContextFromRoot(root).SetContinuousState(speeds)
         self.imu.begin(self.imu.GetMyMutableContextFromRoot(root), state)
 
@@ -131,7 +135,11 @@ class Airframe:
         query = self.scene_graph.get_query_output_port().Eval(
             self.scene_graph.GetMyContextFromRoot(root)
         )
-        own = self.plant.GetCollisionGeometriesForBody(self.body)
+        own = [
+            geometry
+            for body in self.plant.GetBodyIndices(self.body.model_instance())
+            for geometry in self.plant.GetCollisionGeometriesForBody(self.plant.get_body(body))
+        ]
         return any(
             each.distance < self.around.radius + way and each.id_G not in own
             for each in query.ComputeSignedDistanceToPoint(p_WC, self.around.radius + way)
@@ -139,7 +147,9 @@ class Airframe:
 
     def body_state(self, root: Context) -> np.ndarray:
         """Return a copy of the state of the body (13)."""
-        return self.plant.GetPositionsAndVelocities(self.plant.GetMyContextFromRoot(root)).copy()
+        context = self.plant.GetMyContextFromRoot(root)
+        whole: np.ndarray = self.plant.GetPositionsAndVelocities(context)
+        return whole[self.places]
 
 
 @dataclass(frozen=True)
@@ -211,7 +221,15 @@ def add_airframe(
         ),
     )
     forces = builder.AddNamedSystem("forces", ExternallyAppliedSpatialForceMultiplexer(2))
-    state = plant.get_state_output_port()
+    places = body_places(plant, body)
+    state = _chosen(builder, "body_state", plant.get_state_output_port(), places)
+    accelerations = plant.get_generalized_acceleration_output_port()
+    moving = places[7:] - plant.num_positions()
+    acceleration = _chosen(builder, "body_acceleration", accelerations, moving)
+    others = np.setdiff1d(np.arange(plant.num_multibody_states()), places)
+    joints = None
+    if len(others):
+        joints = _chosen(builder, "joints", plant.get_state_output_port(), others)
     for system in (rotors, body_forces, wind, flight_imu):
         builder.Connect(state, system.GetInputPort("state"))
     for number, system in enumerate((rotors, body_forces)):
@@ -220,12 +238,15 @@ def add_airframe(
     builder.Connect(push.get_output_port(), body_forces.GetInputPort("push"))
     builder.Connect(forces.get_output_port(), plant.get_applied_spatial_force_input_port())
     if imu:
-        acceleration = plant.get_generalized_acceleration_output_port()
         builder.Connect(acceleration, flight_imu.GetInputPort("acceleration"))
     return Airframe(
         plant=plant,
         scene_graph=scene_graph,
         body=body,
+        places=places,
+        state=state,
+        acceleration=acceleration,
+        joints=joints,
         vehicle=vehicle,
         rotors=rotors,
         body_forces=body_forces,
@@ -236,6 +257,22 @@ def add_airframe(
         ground=world.ground,
         obstacles=bool(world.names),
     )
+
+
+def body_places(plant: MultibodyPlant, body: RigidBody) -> np.ndarray:
+    """Return the places of a free body's state (13) in that of the plant."""
+    positions = body.floating_positions_start() + np.arange(7)
+    velocities = body.floating_velocities_start_in_v() + np.arange(6)
+    return np.concatenate([positions, plant.num_positions() + velocities])
+
+
+def _chosen(builder: DiagramBuilder, name: str, port: OutputPort, places: np.ndarray) -> OutputPort:
+    """Return the values of a port at some places."""
+    if len(places) == port.size():
+        return port
+    gain = builder.AddNamedSystem(name, MatrixGain(np.eye(port.size())[places]))
+    builder.Connect(port, gain.get_input_port())
+    return gain.get_output_port()
 
 
 def add_battery(

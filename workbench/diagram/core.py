@@ -108,7 +108,7 @@ def _add_continuous_vehicle(
 ) -> tuple[MultibodyPlant, Rotors]:
     """Add Drake's plant with rotors, drag, and the port for the wind; that of commands is open."""
     payload = payload_of(gains)
-    whole = laden_description(description.undrawn(), payload)
+    whole = laden_description(description.undrawn().held(), payload)
     plant, _ = add_plant(builder, whole, time_step=0.0)
     body = plant.GetBodyByName(description.base_link).index()
     rotors = builder.AddNamedSystem("rotors", Rotors_[float](rotors=description.rotors, body=body))

@@ -297,7 +297,7 @@ def _caster(airframe: Airframe, base_link: str) -> "Caster":
     from workbench.systems.casting.scene import anchored_frames, collect_scene
 
     plant = airframe.plant
-    bodies = plant.GetBodiesWeldedTo(plant.GetBodyByName(base_link))
-    own = [plant.GetBodyFrameIdOrThrow(body.index()) for body in bodies]
+    drone = plant.GetBodyByName(base_link).model_instance()
+    own = [plant.GetBodyFrameIdOrThrow(body) for body in plant.GetBodyIndices(drone)]
     inspector = airframe.scene_graph.model_inspector()
     return Caster(collect_scene(inspector, leave_out=own, anchored=anchored_frames(plant)))

@@ -17,9 +17,6 @@ from workbench.plant.sensors import Imu
 Six = tuple[Scalar, Scalar, Scalar, Scalar, Scalar, Scalar]
 """Angular velocity [rad/s], then specific force [m/s²]."""
 
-ON, PLACE, TURN, DEVIATION, KEPT, DRIVEN, MEAN, SPREAD = 0, 1, 4, 13, 19, 25, 31, 37
-CONSTANTS = SPREAD + 6
-"""Layout of the constants of an IMU, see `packed`, and their number."""
 NOISE_FACTOR = 10.0
 """Factor on the standard deviation of a noisy one."""
 FROZEN, NOISY, SILENT = 1.0, 2.0, 3.0
@@ -66,13 +63,6 @@ def imu_noise(sensor: Imu, step: float, period: float) -> ImuNoise:
         mean=tuple(noise.mean + noise.bias_mean for noise in noises),
         spread=tuple(noise.bias_stddev for noise in noises),
     )
-
-
-def packed(sensor: Imu, step: float, period: float) -> np.ndarray:
-    """Return the constants of an IMU for the functions below (43); arguments as for `imu_noise`."""
-    turn = np.array(sensor.R_BS).ravel()
-    parts = ([1.0], sensor.p_BS, turn, *imu_noise(sensor, step, period))
-    return np.concatenate([np.asarray(part, dtype=float) for part in parts])
 
 
 @register_jitable
@@ -185,52 +175,22 @@ def mean_rate(before: Vector, now: Vector, period: float) -> tuple[float, float,
     return share * x, share * y, share * z
 
 
-@register_jitable
-def noisy_sample(
-    exact: Vector, number: int, every: int, fault: float, bias: Vector, imu: Vector, seed: float
-) -> Six:
-    """Return the measurement of an IMU, in the axes of B.
-
-    Args:
-        exact: angular velocity, and specific force, see `mean_force` (6).
-        number: of the physics step.
-        every: number of steps between its samples.
-        fault: see `faults.Fault`.
-        bias: biases and their drift, in the axes of the sensor (12).
-        imu: see `packed`.
-        seed: of the flight's noise.
-    """
-    drawn = drawn_normals(seed, 2 * number)
-    scale = (NOISE_FACTOR if fault == NOISY else 1.0) / math.sqrt(every)
-    n = (
-        bias[0] + bias[6] + scale * imu[DEVIATION] * drawn[0],
-        bias[1] + bias[7] + scale * imu[DEVIATION + 1] * drawn[1],
-        bias[2] + bias[8] + scale * imu[DEVIATION + 2] * drawn[2],
-        bias[3] + bias[9] + scale * imu[DEVIATION + 3] * drawn[3],
-        bias[4] + bias[10] + scale * imu[DEVIATION + 4] * drawn[4],
-        bias[5] + bias[11] + scale * imu[DEVIATION + 5] * drawn[5],
-    )
-    return with_noise(exact, n, imu[TURN : TURN + 9])
-
-
 def noise_rows(
-    numbers: np.ndarray, every: int, fault: float, bias: Vector, imu: np.ndarray, seed: float
+    noise: ImuNoise, numbers: np.ndarray, every: int, fault: float, bias: Vector, seed: float
 ) -> np.ndarray:
-    """Return bias and noise in the axes of B of some samples (K, 6), as `noisy_sample` adds them.
+    """Return bias and noise of some samples, in the axes of the sensor (K, 6).
 
     Args:
-        numbers: of their physics steps (K).
+        noise: of the sensor.
+        numbers: of the physics steps of the samples (K).
         every: number of steps between samples.
         fault: see `faults.Fault`.
-        bias: biases and their drift, in the axes of the sensor (12).
-        imu: see `packed`.
+        bias: biases and drift together (6).
         seed: of the flight's noise.
     """
     scale = (NOISE_FACTOR if fault == NOISY else 1.0) / math.sqrt(every)
-    deviation = scale * imu[DEVIATION:KEPT]
-    n = np.add(bias[0:6], bias[6:12]) + deviation * normal_rows(seed, 2 * numbers)
-    R_BS = imu[TURN:DEVIATION].reshape(3, 3)
-    rows: np.ndarray = (n.reshape(-1, 2, 3) @ R_BS.T).reshape(-1, 6)
+    deviation = scale * np.array(noise.deviation)
+    rows: np.ndarray = np.asarray(bias) + deviation * normal_rows(seed, 2 * numbers)
     return rows
 
 
@@ -247,9 +207,7 @@ def with_noise(exact: Vector, n: Vector, R_BS: Vector) -> Six:
     )
 
 
-@register_jitable
-def step_drift(drift: Vector, number: int, imu: Vector, seed: float) -> None:
-    """Advance the drift of the biases (6) from a reading to the next, in place."""
-    drawn = drawn_normals(seed, 2 * number + 1)
-    for i in range(6):
-        drift[i] = imu[KEPT + i] * drift[i] + imu[DRIVEN + i] * drawn[i]
+def next_drift(noise: ImuNoise, drift: Vector, number: int, seed: float) -> np.ndarray:
+    """Return the drift of the biases (6) at the reading after one with a number."""
+    (drawn,) = normal_rows(seed, np.array([2 * number + 1]))
+    return np.array(noise.kept) * drift + np.array(noise.driven) * drawn

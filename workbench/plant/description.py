@@ -42,7 +42,7 @@ from workbench.plant.rotor_sources.sidecar import (
 from workbench.plant.rotors import Rotor
 from workbench.plant.sensor_reader import read_sensors
 from workbench.plant.sensors import Sensor
-from workbench.plant.tree import find_base_link, one_body
+from workbench.plant.tree import find_base_link, flying_tree
 from workbench.plant.vehicle import BatteryPack
 
 _ROUNDING = 1e-6
@@ -91,6 +91,11 @@ class Description:
         links = tuple(dataclasses.replace(link, visuals=()) for link in self.model.links)
         return dataclasses.replace(self, model=dataclasses.replace(self.model, links=links))
 
+    def held(self) -> "Description":
+        """Return the description with all joints held at zero, as one rigid body."""
+        joints = tuple(dataclasses.replace(joint, kind="fixed") for joint in self.model.joints)
+        return dataclasses.replace(self, model=dataclasses.replace(self.model, joints=joints))
+
 
 def read_description(
     path: Path | str,
@@ -122,7 +127,7 @@ def read_description(
     # before links without mass become frames
     read = read_rotors(model, base_link, remarks, Path(rotors) if rotors else None)
     found = tuple(_lifting(path, rotor, remarks) for rotor in read)
-    model = one_body(model, base_link, {rotor.joint for rotor in found}, remarks)
+    model = flying_tree(model, base_link, {rotor.joint for rotor in found}, remarks)
     model = repair_inertias(model, remarks)
     model = with_stated_body(model, base_link, Path(rotors) if rotors else None, remarks)
     battery = read_battery(model, Path(rotors) if rotors else None, remarks)

@@ -10,7 +10,7 @@ from pydrake.math import RigidTransform, RollPitchYaw, RotationMatrix
 
 from workbench.common.errors import WorkbenchError, unknown_name
 from workbench.common.plain_text import plain_name
-from workbench.plant.model import Model
+from workbench.plant.model import MOVING, Model
 from workbench.plant.sensors import free_name, sensor_frames
 from workbench.plant.vehicle import Vehicle
 from workbench.plant.worlds.world import World
@@ -250,7 +250,11 @@ def _add_links(
     todo = [base_link]
     while todo:
         parent = todo.pop(0)
-        children = [joint.child for joint in model.joints if joint.parent == parent]
+        children = [  # the pose of what hangs on a joint that moves is not known here
+            joint.child
+            for joint in model.joints
+            if joint.parent == parent and joint.kind not in MOVING
+        ]
         for child in children:
             X_PC = poses[parent].InvertAndCompose(poses[child])
             frames.append(TreeFrame(child, parent, X_PC))

@@ -1,4 +1,4 @@
-"""Merge the links of a drone into one rigid body, as none of them moves relative to another.
+"""Merge links of a drone that do not move relative to each other into one rigid body.
 
 In Drake every body, moving or welded, costs about a microsecond per step, and most drones have five
 to a dozen links.
@@ -10,17 +10,28 @@ from collections.abc import Sequence
 import numpy as np
 from pydrake.math import RigidTransform
 
-from workbench.plant.model import Inertial, Link, LinkShape, Model, NamedFrame, inertial_of
+from workbench.plant.model import (
+    MOVING,
+    Inertial,
+    Joint,
+    Link,
+    LinkShape,
+    Model,
+    NamedFrame,
+    inertial_of,
+)
 
 _BETWEEN = "::"
 """Separator between the names of link and shape; Meshcat makes a folder of the first."""
 
 
 def gathered(model: Model, base_link: str) -> Model:
-    """Return the model with all mass and all shapes of its links in the base link.
+    """Return the model with mass and shapes of links that fly as one body in one link.
 
-    The other links become frames on it, its only frames, and there are no joints. The names of
-    shapes are those that `link_of` reads.
+    The body of the base link has its name and frame. That of others, which hang on a joint that
+    moves, is `body_name` of the joint, and its frame is that of the joint. The links become frames
+    on their bodies, the model's only frames; joints that do not move are gone. The names of shapes
+    are those that `link_of` reads.
 
     Args:
         model: one tree of links.
@@ -28,25 +39,64 @@ def gathered(model: Model, base_link: str) -> Model:
     """
     base = model.link(base_link)
     assert base
-    X_BL = {link.name: base.X_ML.InvertAndCompose(link.X_ML) for link in model.links}
-
-    def moved(link: Link, shape: LinkShape) -> LinkShape:
-        X_BS = X_BL[link.name] @ shape.X_LS
-        return dataclasses.replace(shape, name=_named(link, shape.name), X_LS=X_BS)
-
-    body = Link(
-        name=base_link,
-        X_ML=base.X_ML,
-        inertial=whole_inertial([(X_BL[link.name], link.inertial) for link in model.links]),
-        visuals=tuple(moved(link, each) for link in model.links for each in link.visuals),
-        collisions=tuple(moved(link, each) for link in model.links for each in link.collisions),
-    )
-    frames = tuple(
-        NamedFrame(link.name, base_link, X_BL[link.name])
+    moving = [joint for joint in model.joints if joint.kind in MOVING]
+    names = {base_link: base_link} | {joint.child: body_name(joint) for joint in moving}
+    roots = body_roots(model, base_link)
+    parts: dict[str, list[Link]] = {root: [] for root in names}
+    for link in model.links:
+        parts[roots[link.name]].append(link)
+    bodies = [_body(base_link, base.X_ML, parts[base_link])]
+    bodies += [_body(names[joint.child], joint.X_MJ, parts[joint.child]) for joint in moving]
+    joints = [
+        dataclasses.replace(joint, parent=names[roots[joint.parent]], child=names[joint.child])
+        for joint in moving
+    ]
+    X_MB = {body.name: body.X_ML for body in bodies}
+    on = {link.name: names[roots[link.name]] for link in model.links}
+    frames = [
+        NamedFrame(link.name, on[link.name], X_MB[on[link.name]].InvertAndCompose(link.X_ML))
         for link in model.links
         if link.name != base_link
+    ]
+    return dataclasses.replace(
+        model, links=tuple(bodies), joints=tuple(joints), frames=tuple(frames)
     )
-    return dataclasses.replace(model, links=(body,), joints=(), frames=frames)
+
+
+def body_name(joint: Joint) -> str:
+    """Return the name of the body that hangs on a joint that moves."""
+    return f"{joint.child}{_BETWEEN}{joint.name}"
+
+
+def body_roots(model: Model, base_link: str) -> dict[str, str]:
+    """Return, for each link, the first of those that fly as one body with it."""
+    joints = {joint.child: joint for joint in model.joints}
+    found = {joint.child: joint.child for joint in model.joints if joint.kind in MOVING}
+    found[base_link] = base_link
+    for link in model.links:
+        way = [link.name]
+        while way[-1] not in found and way[-1] in joints:
+            way.append(joints[way[-1]].parent)
+        found |= dict.fromkeys(way, found.get(way[-1], base_link))
+    return found
+
+
+def _body(name: str, X_MB: RigidTransform, links: Sequence[Link]) -> Link:
+    """Return links that fly as one body as one link with the frame B."""
+    parts = [(X_MB.InvertAndCompose(link.X_ML), link) for link in links]
+    return Link(
+        name=name,
+        X_ML=X_MB,
+        inertial=whole_inertial([(X_BL, link.inertial) for X_BL, link in parts]),
+        visuals=tuple(_moved(link, each, X_BL) for X_BL, link in parts for each in link.visuals),
+        collisions=tuple(
+            _moved(link, each, X_BL) for X_BL, link in parts for each in link.collisions
+        ),
+    )
+
+
+def _moved(link: Link, shape: LinkShape, X_BL: RigidTransform) -> LinkShape:
+    return dataclasses.replace(shape, name=_named(link, shape.name), X_LS=X_BL @ shape.X_LS)
 
 
 def link_of(geometry: str, drone: str) -> str:

@@ -35,7 +35,8 @@ def load_vehicle(
 def make_vehicle(description: Description) -> Vehicle:
     """Return the `Vehicle` record of a description that was read.
 
-    Mass, centre of mass and inertia are those of the single body in Drake, with rotors at rest.
+    Mass, centre of mass and inertia are those of all bodies in Drake as the description has them,
+    with rotors at rest.
 
     Raises:
         WorkbenchError: if it has fewer than four rotors or they cannot control it.
@@ -47,7 +48,8 @@ def make_vehicle(description: Description) -> Vehicle:
     root_context = diagram.CreateDefaultContext()
     context = plant.GetMyContextFromRoot(root_context)
     base = plant.GetBodyByName(description.base_link)
-    inertia = plant.CalcSpatialInertia(context, base.body_frame(), [base.index()])
+    whole = plant.GetBodyIndices(base.model_instance())
+    inertia = plant.CalcSpatialInertia(context, base.body_frame(), whole)
     p_BoBcm_B = inertia.get_com()
     I_BBcm_B = inertia.Shift(p_BoBcm_B).CalcRotationalInertia().CopyToFullMatrix3()
     _check_inertia(description, I_BBcm_B)

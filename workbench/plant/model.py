@@ -131,6 +131,10 @@ class Joint:
     axis_J: tuple[float, float, float]
 
 
+MOVING = ("ball",)
+"""Kinds of joints that move in flight; the links of all others fly as if welded."""
+
+
 @dataclass(frozen=True)
 class NamedFrame:
     """An SDF `<frame>`, or a URDF link that Gazebo keeps as a frame: F fixed to a link."""

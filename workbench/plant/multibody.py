@@ -55,10 +55,10 @@ def add_plant(
 ) -> tuple[MultibodyPlant, SceneGraph]:
     """Add a finalised plant with the world around it and its scene graph.
 
-    The drone is one body, that of its base link; its other links are frames on it. Rotors are part
-    of that body at any speed: the effect of their spin is a force on it, see
-    `dynamics.vehicle_step`, and they turn only in the picture. Static obstacles are shapes of the
-    world body; `systems.moving_obstacles` adds moving ones.
+    The drone is the body of its base link, and one for each joint that moves, see `gathered`; its
+    other links are frames on these. Rotors are part of their body at any speed: the effect of their
+    spin is a force on it, see `systems.rotors`, and they turn only in the picture. Static obstacles
+    are shapes of the world body; `systems.moving_obstacles` adds moving ones.
 
     Args:
         builder: the diagram being built.
@@ -121,7 +121,9 @@ def _fill(
     with _sentences(world.source):
         if world.ground:
             ground = add_ground(plant, scene_graph)
-            _touch_at_corners(plant, scene_graph, description.base_link, ground)
+            drone = plant.GetBodyByName(description.base_link).model_instance()
+            for body in plant.GetBodyIndices(drone):
+                _touch_at_corners(plant, scene_graph, plant.get_body(body), ground)
         add_obstacles(plant, world)
     with _sentences(description.source):
         plant.Finalize()
@@ -131,20 +133,20 @@ def _add_drone(plant: MultibodyPlant, description: Description) -> None:
     """Add the drone's body, with frames named as its links."""
     model = gathered(description.model, description.base_link)
     Parser(plant).AddModelsFromString(ET.tostring(write_urdf(model), encoding="unicode"), "urdf")
-    base = plant.GetBodyByName(description.base_link)
     for frame in model.frames:
-        plant.AddFrame(FixedOffsetFrame(frame.name, base.body_frame(), frame.X_LF))
+        body = plant.GetBodyByName(frame.link)
+        plant.AddFrame(FixedOffsetFrame(frame.name, body.body_frame(), frame.X_LF))
 
 
 def _touch_at_corners(
-    plant: MultibodyPlant, scene_graph: SceneGraph, base_link: str, ground: GeometryId
+    plant: MultibodyPlant, scene_graph: SceneGraph, body: RigidBody, ground: GeometryId
 ) -> None:
-    """Let the drone's boxes and cylinders touch the ground by spheres at their corners.
+    """Let boxes and cylinders of a body of the drone touch the ground by spheres at their corners.
 
     In Drake such a shape and a half space have one point of contact, the deepest. It jumps from
     corner to corner, so a drone never rests, and trips where it slides.
     """
-    inspector, body = scene_graph.model_inspector(), plant.GetBodyByName(base_link)
+    inspector = scene_graph.model_inspector()
     frame = plant.GetBodyFrameIdOrThrow(body.index())
     touching = inspector.GetGeometries(frame, Role.kProximity)
     flat = [each for each in touching if len(_corners(inspector.GetShape(each)))]

@@ -3,13 +3,13 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import product
+from itertools import pairwise, product
 
 import numpy as np
 import pydrake.geometry
 from pydrake.math import RigidTransform
 
-from workbench.plant.model import Link, Model
+from workbench.plant.model import MOVING, Joint, Link, Model
 from workbench.plant.rotors import Rotor
 from workbench.plant.shapes import Box, Capsule, Cylinder, Ellipsoid, Mesh, Shape, Sphere
 
@@ -36,7 +36,8 @@ def reach(model: Model, base_link: str, rotors: Sequence[Rotor]) -> Reach:
     All visual and collision shapes count: most descriptions draw their propellers, but few give
     them a collision shape. If propellers have no shape at all, only their hubs count, as
     descriptions do not state the size of a propeller otherwise. The sphere is exact except for
-    cylinders (0.12 % of their radius too wide) and ellipsoids (replaced by the sphere around them).
+    cylinders (0.12 % of their radius too wide), ellipsoids (replaced by the sphere around them),
+    and what hangs on joints that move (as if stretched out).
 
     Args:
         model: with meshes that Drake can draw.
@@ -56,11 +57,24 @@ def reach(model: Model, base_link: str, rotors: Sequence[Rotor]) -> Reach:
     farthest = float(np.max(_distance(hubs, p_BC), initial=0.0))
     for link, (centre, radius) in zip(model.links, balls, strict=True):
         if len(centre):
-            rotor = turning.get(link.name)
-            distance = _swept(centre, p_BC, rotor) if rotor else _distance(centre, p_BC)
+            rotor, joints = turning.get(link.name), _joints_above(model, link.name)
+            ways = [p_BC, *(base.X_ML.InvertAndCompose(each.X_MJ).translation() for each in joints)]
+            distance = _swept(centre, p_BC, rotor) if rotor else _distance(centre, ways[-1])
+            distance = distance + sum(float(np.linalg.norm(b - a)) for a, b in pairwise(ways))
             farthest = max(farthest, float(np.max(distance + radius)))
     x, y, z = p_BC.tolist()
     return Reach((x, y, z), farthest)
+
+
+def _joints_above(model: Model, link: str) -> list[Joint]:
+    """Return the joints that move between the base link and a link, from the base on."""
+    found: list[Joint] = []
+    joint = model.joint_of(link)
+    while joint:
+        if joint.kind in MOVING:
+            found.insert(0, joint)
+        joint = model.joint_of(joint.parent)
+    return found
 
 
 def _distance(points: np.ndarray, p_BC: np.ndarray) -> np.ndarray:

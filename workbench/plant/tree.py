@@ -4,7 +4,7 @@ import dataclasses
 
 from workbench.common.errors import WorkbenchError
 from workbench.plant.formats.values import shortened
-from workbench.plant.model import Joint, Model
+from workbench.plant.model import MOVING, Joint, Model
 from workbench.plant.remarks import Remarks
 
 
@@ -37,10 +37,11 @@ def find_base_link(model: Model) -> str:
     return base
 
 
-def one_body(model: Model, base_link: str, rotor_joints: set[str], remarks: Remarks) -> Model:
+def flying_tree(model: Model, base_link: str, rotor_joints: set[str], remarks: Remarks) -> Model:
     """Return the model as the tree below its base link, with remarks on changes.
 
-    Every joint is fixed at zero, as the dynamics have one rigid body with rotors.
+    Ball joints move, unless a rotor or a sensor is below one, or no mass. Other joints are held at
+    zero.
 
     Args:
         model: as read.
@@ -48,6 +49,9 @@ def one_body(model: Model, base_link: str, rotor_joints: set[str], remarks: Rema
         rotor_joints: names of the joints that turn with rotors, which need no remark.
         remarks: receives a remark for each other joint.
     """
+    rotor_links = {joint.child for joint in model.joints if joint.name in rotor_joints}
+    bound = rotor_links | {sensor.link for sensor in model.sensors}
+    heavy = {link.name for link in model.links if link.inertial and link.inertial.mass > 0.0}
     kept = links_below(model, base_link)
     for link in model.links:
         if link.name not in kept:
@@ -68,7 +72,16 @@ def one_body(model: Model, base_link: str, rotor_joints: set[str], remarks: Rema
             )
             remarks.add("ignored", model.source, f"joint '{shortened(joint.name)}'", text)
             continue
-        if joint.kind != "fixed" and joint.name not in rotor_joints:
+        if joint.kind in MOVING:
+            below = links_below(model, joint.child)
+            if below & bound or not below & heavy:
+                joint = dataclasses.replace(joint, kind="fixed")
+                why = "a rotor or sensor is below it" if below & bound else "nothing below has mass"
+                text = f"{why}; held at zero"
+            else:
+                text = "it moves freely in flight; linear models and sweeps hold it at zero"
+            remarks.add("assumed", model.source, f"joint '{shortened(joint.name)}'", text)
+        elif joint.kind != "fixed" and joint.name not in rotor_joints:
             text = f"its motion ({shortened(joint.kind)}) does not turn a rotor; held at zero"
             remarks.add("ignored", model.source, f"joint '{shortened(joint.name)}'", text)
         joints.append(joint)

@@ -34,16 +34,14 @@ from workbench.estimation.gyro import (
 )
 from workbench.estimation.imu import (
     FROZEN,
-    MEAN,
     SILENT,
     SOURCE,
-    SPREAD,
     drawn_bias,
+    imu_noise,
     mean_rate,
     measured,
+    next_drift,
     noise_rows,
-    packed,
-    step_drift,
 )
 from workbench.plant.gravity import GRAVITY
 from workbench.plant.sensors import Imu
@@ -100,8 +98,8 @@ class FlightImu(DiscreteSystem):
     ) -> None:
         super().__init__()
         self._step, self._readout = step, readout
-        self._imu = packed(imu, step, readout * step) if imu else None
-        self._p_BS = imu.p_BS if imu else (0.0, 0.0, 0.0)
+        self._imu, self._p_BS = imu, imu.p_BS if imu else (0.0, 0.0, 0.0)
+        self._noise = imu_noise(imu, step, readout * step) if imu else None
         self.settings_index = int(self.DeclareNumericParameter(BasicVector(list(settings))))
         self.fault_index = int(self.DeclareNumericParameter(BasicVector([0.0])))
         self._seed = self.DeclareNumericParameter(BasicVector([0.0]))
@@ -179,7 +177,7 @@ class FlightImu(DiscreteSystem):
             return
         samples, turn = self._exact(context)
         if self._imu is not None:
-            noise = self._noise(context, len(samples), fault)
+            noise = self._drawn(context, len(samples), fault)
             samples, turn = samples + noise, turn + noise[:, 0:3].mean(axis=0)
         output.set_value(self._filtered(context, samples, turn))
 
@@ -205,23 +203,25 @@ class FlightImu(DiscreteSystem):
         samples = [(*body_rate(end), *force) for end, force in zip(ends, forces, strict=True)]
         return np.array(samples), np.array(mean_rate(before[0:4], now[0:4], period))
 
-    def _noise(self, context: Context, count: int, fault: float) -> np.ndarray:
-        """Return bias and noise of some samples (K, 6), the last of them now."""
-        assert self._imu is not None  # who asks has one
+    def _drawn(self, context: Context, count: int, fault: float) -> np.ndarray:
+        """Return bias and noise of some samples in B (K, 6), the last of them now."""
+        assert self._imu and self._noise  # who asks has them
         steps, last = self._sampled(context).steps, round(context.get_time() / self._step)
-        bias = [*self._begun_bias(context), *self._values(context, self._drift)]
+        bias = np.add(self._begun_bias(context), self._values(context, self._drift))
         seed = context.get_numeric_parameter(self._seed)[0]
         numbers = last - steps * np.arange(count - 1, -1, -1)
-        return noise_rows(numbers, steps, fault, bias, self._imu, seed)
+        rows = noise_rows(self._noise, numbers, steps, fault, bias, seed)
+        in_body: np.ndarray = rows.reshape(-1, 2, 3) @ np.array(self._imu.R_BS).T
+        return in_body.reshape(-1, 6)
 
     def _begun_bias(self, context: Context) -> Sequence[float]:
         """Return the biases of the flight (6), which are drawn at the first update."""
         if self._began(context):
             return self._values(context, self._bias)
+        assert self._noise
         seed = context.get_numeric_parameter(self._seed)[0]
-        assert self._imu is not None  # who asks has one
-        with np.errstate(over="ignore"):
-            return drawn_bias(self._imu[MEAN:SPREAD], self._imu[SPREAD:], seed)
+        with np.errstate(over="ignore"):  # integers of the noise wrap around
+            return drawn_bias(self._noise.mean, self._noise.spread, seed)
 
     def _filtered(self, context: Context, samples: np.ndarray, turn: Any) -> Samples:
         """Return what samples (K, 6) lead to, given the mean of the angular velocity (3)."""
@@ -262,13 +262,11 @@ class FlightImu(DiscreteSystem):
         motion = point_motion(self._state.Eval(context).tolist(), self._p_BS)
         discrete_state.set_value(self._motion, motion)
         discrete_state.set_value(self._number, [number])
-        if self._imu is None:
+        if self._noise is None:
             return
         discrete_state.set_value(self._bias, self._begun_bias(context))
         drift, seed = self._values(context, self._drift), context.get_numeric_parameter(self._seed)
-        with np.errstate(over="ignore"):
-            step_drift(drift, number, self._imu, seed[0])
-        discrete_state.set_value(self._drift, drift)
+        discrete_state.set_value(self._drift, next_drift(self._noise, drift, number, seed[0]))
 
     def _calc_sensed(self, context: Context, output_vector: BasicVector) -> None:
         state = self._state.Eval(context)

@@ -15,7 +15,7 @@ import numpy as np
 from pydrake.math import RigidTransform, RollPitchYaw, RotationMatrix
 
 from workbench.plant.description import Description
-from workbench.plant.model import DeclaredSensor, Inertial, Joint, Link, LinkShape, Model
+from workbench.plant.model import MOVING, DeclaredSensor, Inertial, Joint, Link, LinkShape, Model
 from workbench.plant.rotors import Rotor
 from workbench.plant.shapes import Box, Capsule, Cylinder, Ellipsoid, Mesh, Shape, Sphere
 from workbench.plant.vehicle import BatteryPack
@@ -28,9 +28,10 @@ def write_urdf(model: Model, turning: Iterable[str] = ()) -> ET.Element:
 
     Args:
         model: one tree of links, with meshes that Drake can read.
-        turning: names of joints to write as continuous; all others are written as fixed.
+        turning: names of joints to write as continuous; those of `MOVING` kinds are written as they
+            are, and all others as fixed.
     """
-    names = set(turning)
+    names = {*turning, *(joint.name for joint in model.joints if joint.kind in MOVING)}
     robot = ET.Element("robot", name=model.name)
     # If a joint turns about another point than the origin of its link, move the link frame there.
     frames = {
@@ -43,8 +44,15 @@ def write_urdf(model: Model, turning: Iterable[str] = ()) -> ET.Element:
         _add_link(robot, link, frames[link.name].inverse() @ link.X_ML)
     for joint in model.joints:
         X_PC = frames[joint.parent].inverse() @ frames[joint.child]
-        _add_joint(robot, joint, X_PC, "continuous" if joint.name in names else "fixed")
+        _add_joint(robot, joint, X_PC, _written_kind(joint, names))
     return robot
+
+
+def _written_kind(joint: Joint, free: set[str]) -> str:
+    """Return the kind of a joint in the file, given the names of those that move or turn."""
+    if joint.kind in MOVING:
+        return joint.kind
+    return "continuous" if joint.name in free else "fixed"
 
 
 def _add_link(robot: ET.Element, link: Link, X_FL: RigidTransform) -> None:
@@ -106,11 +114,12 @@ def _geometry(shape: Shape) -> ET.Element:
 
 
 def _add_joint(robot: ET.Element, joint: Joint, X_PC: RigidTransform, kind: str) -> None:
-    element = ET.SubElement(robot, "joint", name=joint.name, type=kind)
+    tag = "drake:joint" if kind in MOVING else "joint"  # which URDF does not have
+    element = ET.SubElement(robot, tag, name=joint.name, type=kind)
     _add_origin(element, X_PC)
     ET.SubElement(element, "parent", link=joint.parent)
     ET.SubElement(element, "child", link=joint.child)
-    if kind != "fixed":
+    if kind not in ("fixed", *MOVING):
         ET.SubElement(element, "axis", xyz=_text(joint.axis_J))
 
 
