@@ -43,7 +43,7 @@ def point_motion(state: Sequence[float], p_BS: Sequence[float]) -> list[float]:
 
 
 def motions_between(
-    before: Sequence[float], now: Sequence[float], period: float, number: int
+    before: Sequence[float], now: Sequence[float], period: float, count: int, share: float
 ) -> np.ndarray:
     """Return the motion at the end and in the middle of each of some equal parts of a period.
 
@@ -51,18 +51,18 @@ def motions_between(
         before: at the beginning of the period, see `point_motion` (14).
         now: at its end (14).
         period: its length [s].
-        number: of parts.
+        count: of the parts, from the beginning on.
+        share: of the period that each takes.
 
     Returns:
-        At the ends of the parts (number, 14), then in their middles (number, 14), as (2, number,
-        14).
+        At the ends of the parts (count, 14), then in their middles (count, 14), as (2, count, 14).
     """
     ends = np.array([before, now])
     ends[:, 7:] *= period
-    weights, slopes = _weights(number)
+    weights, slopes = _weights(count, share)
     known = ends.reshape(4, 7)  # x_0, h v_0, x_1, h v_1
     found = np.concatenate([weights @ known, slopes @ known / period], axis=1)
-    return found.reshape(2, number, 14)
+    return found.reshape(2, count, 14)
 
 
 def body_rate(motion: Sequence[float]) -> tuple[float, float, float]:
@@ -102,10 +102,10 @@ def mean_specific_force(
 
 
 @lru_cache(maxsize=64)
-def _weights(number: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the weights of x_0, h v_0, x_1, h v_1 in x and in h v (2 number, 4)."""
-    ends = np.arange(1, number + 1) / number
-    s = np.concatenate([ends, ends - 0.5 / number])
+def _weights(count: int, share: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return the weights of x_0, h v_0, x_1, h v_1 in x and in h v (2 count, 4)."""
+    ends = share * np.arange(1, count + 1)
+    s = np.concatenate([ends, ends - 0.5 * share])
     r = 1.0 - s
     x = [(1.0 + 2.0 * s) * r * r, s * r * r, s * s * (3.0 - 2.0 * s), -s * s * r]
     v = [-6.0 * s * r, r * (1.0 - 3.0 * s), 6.0 * s * r, s * (3.0 * s - 2.0)]

@@ -7,6 +7,7 @@ each sample. A reading is the mean of both in the period: of the angular velocit
 body, and the mean noise. Without an IMU there is an exact gyro alone, and its filters.
 """
 
+import math
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
@@ -78,10 +79,11 @@ class FlightImu(DiscreteSystem):
         state (13): of the body: q_WB (w, x, y, z), p_WB [m], w_WB_W [rad/s], v_WB_W [m/s].
         acceleration (6): angular, and of the origin, in W [rad/s², m/s²]; for the first sample,
             which has none before it; only with an IMU.
-    Output ports, which are those of the last update between updates:
+    Output ports:
         sensed (13): the state with the gyro's filtered angular velocity.
         imu (9): mean angular velocity [rad/s] and specific force [m/s²] since the last reading, and
-            filtered angular velocity, in B; only with an IMU.
+            filtered angular velocity, in B; between updates those of the last one; only with an
+            IMU.
     Discrete state: see `Samples`; the biases (6) and their drift (6); of the last update the motion
     of the IMU (14), see `point_motion`, and the number in physics steps (1), -1 without a sample.
     Numeric parameters: `GyroSettings`, the fault of the IMU, and the seed of its noise.
@@ -162,22 +164,32 @@ class FlightImu(DiscreteSystem):
 
     def _is_due(self, context: Context) -> bool:
         """Return whether an update is due now that has not been done."""
-        number = context.get_time() / self._step
-        if abs(number - self._readout * round(number / self._readout)) > ON_TIME:
-            return False
-        return abs(number - self._values(context, self._number)[0]) > ON_TIME
+        updates = context.get_time() / (self._readout * self._step)
+        passed = self._passed(context)
+        return abs(updates - round(updates)) < ON_TIME and (passed < 0.0 or passed > ON_TIME)
+
+    def _passed(self, context: Context) -> float:
+        """Return the physics steps since the last update, negative if it took no sample."""
+        if not self._began(context):
+            return -1.0
+        return context.get_time() / self._step - self._values(context, self._number)[0]
+
+    def _count(self, context: Context) -> int:
+        """Return the number of samples since the last update, up to now."""
+        passed = self._passed(context)
+        return math.floor(passed / self._sampled(context).steps + ON_TIME) if passed >= 0.0 else 1
 
     def _calc_samples(self, context: Context, output: Any) -> None:
-        """Calculate `Samples` of the period that ends now."""
+        """Calculate `Samples` since the last update."""
         fault = context.get_numeric_parameter(self.fault_index)[0]
         if self._began(context) and fault in (FROZEN, SILENT):
             last = self._values(context, self._last)
-            samples = np.tile(last, (self._readout // self._sampled(context).steps, 1))
+            samples = np.tile(last, (self._count(context), 1))
             output.set_value(self._filtered(context, samples, last[0:3]))
             return
         samples, turn = self._exact(context)
         if self._imu is not None:
-            noise = self._drawn(context, len(samples), fault)
+            noise = self._drawn(context, fault)
             samples, turn = samples + noise, turn + noise[:, 0:3].mean(axis=0)
         output.set_value(self._filtered(context, samples, turn))
 
@@ -190,10 +202,10 @@ class FlightImu(DiscreteSystem):
                 acceleration = self._acceleration.Eval(context).tolist()
                 force = measured(state, acceleration, self._p_BS)[3:6]
             return np.array([[*rates, *force]]), np.array(rates)
-        period, steps = self._readout * self._step, self._sampled(context).steps
+        passed, steps = self._passed(context), self._sampled(context).steps
         before, now = self._values(context, self._motion), point_motion(state, self._p_BS)
-        motions = motions_between(before, now, period, self._readout // steps)
-        ends, middles = motions.tolist()
+        count, period = self._count(context), passed * self._step
+        ends, middles = motions_between(before, now, period, count, steps / passed).tolist()
         forces = [(0.0, 0.0, 0.0)] * len(ends)
         if self._imu is not None:
             forces = [
@@ -203,13 +215,18 @@ class FlightImu(DiscreteSystem):
         samples = [(*body_rate(end), *force) for end, force in zip(ends, forces, strict=True)]
         return np.array(samples), np.array(mean_rate(before[0:4], now[0:4], period))
 
-    def _drawn(self, context: Context, count: int, fault: float) -> np.ndarray:
-        """Return bias and noise of some samples in B (K, 6), the last of them now."""
+    def _drawn(self, context: Context, fault: float) -> np.ndarray:
+        """Return bias and noise of the samples since the last update, in B (K, 6)."""
         assert self._imu and self._noise  # who asks has them
-        steps, last = self._sampled(context).steps, round(context.get_time() / self._step)
+        steps, numbers = (
+            self._sampled(context).steps,
+            np.array([round(context.get_time() / self._step)]),
+        )
+        if self._began(context):
+            number = round(self._values(context, self._number)[0])
+            numbers = number + steps * np.arange(1, self._count(context) + 1)
         bias = np.add(self._begun_bias(context), self._values(context, self._drift))
         seed = context.get_numeric_parameter(self._seed)[0]
-        numbers = last - steps * np.arange(count - 1, -1, -1)
         rows = noise_rows(self._noise, numbers, steps, fault, bias, seed)
         in_body: np.ndarray = rows.reshape(-1, 2, 3) @ np.array(self._imu.R_BS).T
         return in_body.reshape(-1, 6)
@@ -274,7 +291,7 @@ class FlightImu(DiscreteSystem):
             output_vector.SetFromVector(state)
             return
         rates: Sequence[float] = self._values(context, self._rates)
-        if self._is_due(context):
+        if self._count(context):
             rates = self.get_cache_entry(self._samples).Eval(context).rates
         output_vector.SetFromVector(sensed(state.tolist(), rates))
 

@@ -67,12 +67,12 @@ def test_variances_of_sensors_add_up():
 
 
 def test_a_slow_sensor_counts_as_a_fast_one_with_as_much_noise_over_time():
-    """GPS at 10 Hz every 102 steps of 1/1024 s, range finder at 50 Hz every 20, updates every 8."""
+    """GPS at 10 Hz, range finder at 50 Hz, updates at 128 Hz."""
     study = LinearStudy(Scenario(estimator="ekf", vehicle=NOISY_GPS))
     found = input_deviations(study, study.noisy(HOLDING))
-    assert found["gps_p_x_noise"] == pytest.approx(0.3 * np.sqrt(102 / 8))
-    assert found["gps_p_z_noise"] == pytest.approx(0.6 * np.sqrt(102 / 8))
-    assert found["range_finder_distance_noise"] == pytest.approx(0.01 * np.sqrt(20 / 8))
+    assert found["gps_p_x_noise"] == pytest.approx(0.3 * np.sqrt(128 / 10))
+    assert found["gps_p_z_noise"] == pytest.approx(0.6 * np.sqrt(128 / 10))
+    assert found["range_finder_distance_noise"] == pytest.approx(0.01 * np.sqrt(128 / 50))
 
 
 def test_the_gyros_variance_is_that_of_a_long_run_of_scipys():
