@@ -46,7 +46,14 @@ def make_flight(sigma, speed=2.0, samples=513) -> TrialFlight:
     upright = np.tile([1.0, 0.0, 0.0, 0.0], (len(time), 1))
     vehicle = SimpleNamespace(name="drone", span=0.5)
     flight = TrialFlight(
-        recording=SimpleNamespace(time=time, p_WB=place, q_WB=upright, vehicle=vehicle),
+        recording=SimpleNamespace(
+            time=time,
+            p_WB=place,
+            q_WB=upright,
+            v_WB=np.tile([speed, 0.0, 0.0], (len(time), 1)),
+            w_WB=np.zeros((len(time), 3)),
+            vehicle=vehicle,
+        ),
         lidar=dataclasses.replace(LIDAR, noise=Noise(stddev=sigma)),
         asked_rate=16.0,
         period=1 / 16,

@@ -1,9 +1,10 @@
 """How a flight is integrated: fixed steps in the air, error control where something may be touched.
 
-In the air `runge_kutta5` takes one step a control period, more where the body turns fast or a rotor
-is quick; where the control period is short `runge_kutta3` takes the steps, as exactly and in half
-the time. A step ends at each sample of a sensor. Near contact CENIC always converges (Kurtz and Castro,
-"CENIC: Convex Error-controlled Numerical Integration for Contact", 2025, arXiv 2511.08771).
+In the air `runge_kutta5` takes one step a control period, more where the body turns fast or a
+rotor is quick; where the control period is short `runge_kutta3` takes the steps, as exactly and in
+half the time. A step ends at each sample of a sensor. Near contact CENIC always converges (Kurtz
+and Castro, "CENIC: Convex Error-controlled Numerical Integration for Contact", 2025, arXiv
+2511.08771).
 The choice is made at the beginning of a control period from the Context alone.
 
 Other integrators of Drake were measured on the ground. `radau1` and `implicit_euler` reuse their

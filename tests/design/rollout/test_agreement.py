@@ -17,7 +17,13 @@ from workbench.design.rollout.senses import make_senses
 from workbench.gains.gains import flight_gains
 from workbench.plant.variation import Variation
 from workbench.scenario.configured import configured_vehicle
-from workbench.scenario.scenario import Scenario, Start, VehicleConfig, flown_controller
+from workbench.scenario.scenario import (
+    Scenario,
+    SensorsConfig,
+    Start,
+    VehicleConfig,
+    flown_controller,
+)
 
 TESTS = Path(__file__).resolve().parents[2]
 DRONES, SHARED = TESTS / "drones", TESTS.parent / "../shared/models"
@@ -120,7 +126,10 @@ def assert_flies_on(estimator, count, duration, alone) -> None:
         alone: so many are flown without the first three of them, too, and are the same.
     """
     config = VehicleConfig(variation=Variation(sensing_delay=0.003, mass=1.1))
-    scenario = Scenario(vehicle=config, estimator=estimator)
+    # rates at which compiled flights can sample as well, at whole physics steps
+    rates = {"gps": 8.0, "barometer": 64.0, "magnetometer": 64.0, "range_finder": 64.0}
+    sensors = SensorsConfig(rates=rates)
+    scenario = Scenario(vehicle=config, estimator=estimator, sensors=sensors)
     vehicle = configured_vehicle(config)
     around = {"gyro_lowpass": 60.0, "gyro_rate": 300.0, "accel_lowpass": 40.0}
     around["accel_lowpass_order"] = 1.0
