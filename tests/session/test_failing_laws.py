@@ -18,7 +18,7 @@ FAILURES = (
         "m_x = m_x + 1e400 * 0.0",
         "update makes m_x nan: let it be a finite number; the flight broke o",
     ),
-    ("m_x = m_x / (measured.p_WB[2] * 0.0)", "update fails: FloatingPointError: divide by zero"),
+    ("m_x = m_x / (measured.p_WB[2] * 0.0)", "update fails: ZeroDivisionError: "),
     ("while up < 1e9: up *= 1.0", "does not end: it has an endless loop"),
     ("for k in range(int(1e9 * v[2])): up += 0.0", "does not end: it has an endless loop"),
 )
