@@ -253,6 +253,8 @@ def test_what_is_not_built_is_said(town):
             "the latitude must be within ±90",
         ),
         (world(model("a") * 5001), ": has more than 5000 models"),
+        # Drake's geometries end the process at a name of 100,000 characters
+        (world(model("a", STATIC + LINK.replace('"c"', f'"{"x" * 100_000}"'))), "name of shape"),
     ],
 )
 def test_what_is_wrong_is_said_with_file_and_line(fault, text, said):

@@ -231,6 +231,7 @@ def obstacles_of(source: Path, links: Sequence[Link], remarks: Remarks) -> tuple
         remarks: receives remarks on meshes that are missing, unreadable, or replaced by hulls.
     """
     model = Model(source, source.stem, tuple(links), (), (), (), ())
+    model.refuse_long_names()
     converted = with_converted_meshes(model, remarks, "left out")
     hulls = sum(isinstance(each.shape, Mesh) for link in converted for each in link.collisions)
     if hulls:
