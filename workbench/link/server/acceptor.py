@@ -18,13 +18,15 @@ from workbench.common.errors import WorkbenchError
 from workbench.link.address import Address, network_of
 from workbench.link.codes import ErrorCode
 
-WAITING = 512
-"""Largest number of connections waiting in the system to be accepted."""
+WAITING = 4096
+"""Largest number of connections waiting in the system to be accepted, as many as Linux allows: who
+finds the queue full tries again only after a second."""
 MOST = 256
 """Largest number of connections that have begun."""
-MOST_WAITING = 64
-"""Largest number of accepted connections that wait to begin."""
-TAKEN_AT_ONCE = 16
+MOST_WAITING = 24
+"""Largest number of accepted connections that wait to begin. So one that is not chosen ends after
+some 50 ms, and its program tries again."""
+TAKEN_AT_ONCE = 48
 """Number of connections accepted in a turn of the loop; each takes 30 us. They are taken faster
 than a program can make them, as the system delays who finds its queue full by a second."""
 BEGUN_AT_ONCE = 2
