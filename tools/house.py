@@ -84,8 +84,11 @@ class Module:
 
     @property
     def room(self) -> str:
-        parts = self.path.with_suffix("").parts
-        return parts[1]
+        return self.folder(1)
+
+    def folder(self, depth: int) -> str:
+        """Return its folder, so many levels below the package, or itself if it is not so deep."""
+        return "/".join(self.path.with_suffix("").parts[1 : depth + 1])
 
     @cached_property
     def tree(self) -> ast.Module:
@@ -273,17 +276,17 @@ class House:
                             continue
                         yield Symbol(member, inner.get(type(part), "field"), module, part)
 
-    def rooms(self) -> dict[str, Counter[str]]:
-        """Return the figures of each room."""
+    def rooms(self, depth: int = 1) -> dict[str, Counter[str]]:
+        """Return the figures of each folder at a depth below the package."""
         found: dict[str, Counter[str]] = defaultdict(Counter)
         for module in self.modules.values():
-            room = found[module.room]
+            room = found[module.folder(depth)]
             room["code"] += len(module.code)
             room["classes"] += len(module.classes)
             room["files"] += 1
             room["lines"] += module.text.count("\n")
         for module, _ in self.single():
-            found[module.room]["single"] += 1
+            found[module.folder(depth)]["single"] += 1
         return dict(found)
 
     def largest(self, count: int) -> dict[str, list[tuple[str, int]]]:
@@ -438,11 +441,12 @@ def as_data(house: House, largest: int) -> dict:
 
 def print_tables(house: House, options: argparse.Namespace) -> None:
     """Print the table of rooms, and the lists that are asked for."""
-    rooms = sorted(house.rooms().items(), key=lambda each: -each[1]["code"])
+    rooms = sorted(house.rooms(options.depth).items(), key=lambda each: -each[1]["code"])
     total = sum((room for _, room in rooms), Counter())
-    print(f"{'room':20}" + "".join(f"{column:>9}" for column in COLUMNS))
+    width = max(20, *(len(name) + 1 for name, _ in rooms))
+    print(f"{'room':{width}}" + "".join(f"{column:>9}" for column in COLUMNS))
     for name, room in [*rooms, ("all", total)]:
-        print(f"{name:20}" + "".join(f"{room[column]:9,}" for column in COLUMNS))
+        print(f"{name:{width}}" + "".join(f"{room[column]:9,}" for column in COLUMNS))
     circles = house.circles()
     print(f"\n{len(circles)} circles of imports")
     for kind, names in circles:
@@ -473,6 +477,9 @@ def main() -> int:
     )
     parser.add_argument(
         "root", nargs="?", type=Path, default=ROOT, help="folder of the project (default: this one)"
+    )
+    parser.add_argument(
+        "--depth", type=int, default=1, help="of the counted folders below the package (default: 1)"
     )
     parser.add_argument(
         "--single", action="store_true", help="list modules with one importer or none"

@@ -173,7 +173,7 @@ def test_each_sensor_says_how_it_does(now):
         assert status[kind].fault is Fault.NONE
     assert status["barometer"].fault is Fault.SILENT
     assert 0.75 <= status["barometer"].age < 0.78
-    assert status["barometer"].rate == pytest.approx(0.4 * 51.2, rel=0.03)
+    assert status["barometer"].rate == pytest.approx(0.4 * 50.0, rel=0.03)
 
 
 def test_before_the_first_step_nothing_is_delivered():

@@ -25,7 +25,7 @@ from pydrake.systems.analysis import (
 from workbench.diagram.airframe import Airframe
 from workbench.scenario.scenario import Rates
 
-FAST = 20.0
+FAST = 5.0
 """Angular velocity above which steps are half as long [rad/s]."""
 LONGEST_STEP = 1 / 128
 """[s]"""
