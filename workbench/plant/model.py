@@ -211,13 +211,12 @@ class Model:
             WorkbenchError: naming the file and the part.
         """
         shapes = [shape for link in self.links for shape in link.shapes]
-        parts_by_kind = {
-            "link": self.links,
-            "joint": self.joints,
-            "frame": self.frames,
-            "shape": shapes,
-        }
-        for kind, parts in parts_by_kind.items():
+        for kind, parts in (
+            ("link", self.links),
+            ("joint", self.joints),
+            ("frame", self.frames),
+            ("shape", shapes),
+        ):
             for name in (part.name for part in parts):
                 if len(name) > LONGEST_NAME:
                     raise WorkbenchError(

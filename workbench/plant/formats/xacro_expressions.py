@@ -15,6 +15,21 @@ from typing import Any
 
 from xacro import NameSpace, XacroException, YamlDictWrapper, YamlListWrapper
 
+_MOST_BITS = 100_000
+"""Of a whole number that is a power: far beyond those of any description."""
+
+
+def _power(one: Any, other: Any) -> Any:
+    """Return a power.
+
+    Python computes one of whole numbers to the last digit, and cannot be interrupted meanwhile.
+    """
+    whole = isinstance(one, int) and isinstance(other, int)
+    if whole and one.bit_length() * other > _MOST_BITS:
+        raise OverflowError(f"a power of more than {_MOST_BITS:,} bits is too large")
+    return one**other
+
+
 _OPERATORS: Mapping[type[ast.AST], Callable[..., Any]] = {
     ast.Add: operator.add,
     ast.Sub: operator.sub,
@@ -22,7 +37,7 @@ _OPERATORS: Mapping[type[ast.AST], Callable[..., Any]] = {
     ast.Div: operator.truediv,
     ast.FloorDiv: operator.floordiv,
     ast.Mod: operator.mod,
-    ast.Pow: lambda one, other: _power(one, other),
+    ast.Pow: _power,
     ast.LShift: operator.lshift,
     ast.RShift: operator.rshift,
     ast.BitAnd: operator.and_,
@@ -49,8 +64,6 @@ _CONVERSIONS: Mapping[int, Callable[[Any], Any]] = {
     ord("r"): repr,
     ord("a"): ascii,
 }
-_MOST_BITS = 100_000
-"""Of a whole number that is a power: far beyond those of any description."""
 _DATA = (
     *(bool, int, float, complex, str, bytes),
     *(list, tuple, dict, set, frozenset, range, slice, type(None)),
@@ -126,17 +139,6 @@ def type_of(value: Any) -> type:
     if type(value) not in _DATA:
         raise TypeError(f"an expression cannot use the type {type(value).__name__}")
     return type(value)
-
-
-def _power(one: Any, other: Any) -> Any:
-    """Return a power.
-
-    Python computes one of whole numbers to the last digit, and cannot be interrupted meanwhile.
-    """
-    whole = isinstance(one, int) and isinstance(other, int)
-    if whole and one.bit_length() * other > _MOST_BITS:
-        raise OverflowError(f"a power of more than {_MOST_BITS:,} bits is too large")
-    return one**other
 
 
 def _format(text: str, /, *args: Any, **kwargs: Any) -> str:
