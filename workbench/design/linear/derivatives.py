@@ -1,7 +1,6 @@
 """Exact derivatives of one control update, of the gyro, and of the vehicle in between."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any, Generic, NamedTuple, TypeVar
 
 import numpy as np
@@ -10,6 +9,7 @@ from pydrake.autodiffutils import ExtractValue, InitializeAutoDiff
 from workbench.common.own_file import own_errors
 from workbench.control.controller import Controller
 from workbench.control.flight_law import (
+    ALL_PARTS,
     FILTERED,
     ComputerSettings,
     allocate,
@@ -20,6 +20,7 @@ from workbench.control.flight_law import (
 )
 from workbench.control.guidance import Guidance, Setpoint
 from workbench.design.linear.seeds import STATE, gradient, state_seeds, whole
+from workbench.design.linear.update import Update, averaged
 from workbench.design.linear.vehicle import Step, VehicleDerivatives
 from workbench.diagram.core import full_supply, make_vehicle_core
 from workbench.dynamics.rotors import TINY
@@ -48,24 +49,6 @@ HELD = 3
 """Commanded velocity and yaw rate, and the position held."""
 HOLD_X = Guidance._fields.index("p_x")
 Result = TypeVar("Result")
-
-
-@dataclass(frozen=True)
-class Update:
-    """A control update: commands of the rotors, and derivatives.
-
-    Columns are the state seen by the law (12), the states of the stages before the law (10), the
-    previous commands (n), commanded velocity and yaw rate (4), position held (3), injections (one
-    for each loop point), and the memory of the law (k). Rows of `filtered_by` are the states of
-    those stages after the update, and those of `memory_by` the memory of the law.
-    """
-
-    commands: np.ndarray
-    commands_by: np.ndarray
-    filtered_by: np.ndarray
-    memory: np.ndarray
-    memory_by: np.ndarray
-    signals_by: np.ndarray
 
 
 class Gyro(NamedTuple):
@@ -104,11 +87,11 @@ class Derivatives:
     """The vehicle and its law, as functions of numbers with derivatives.
 
     Its functions, which cache their last call: `update(state, filtered, before, reference,
-    guidance, memory) -> Update`; `settled_update`, the same for a law without spin-up torque, as
-    there is none in a steady flight; `slopes(state, speeds, commands)`, see `VehicleDerivatives`;
-    `step(state, speeds, commands, yaw_rate) -> Step`, over a physics step; and
-    `steady_commands(speeds)`, which returns the commands that keep rotors at speeds (n), and their
-    derivatives. A battery is full.
+    guidance, memory) -> Update`, see `averaged` for laws with slow parts; `settled_update`, the
+    same with all parts, for a law without spin-up torque, as there is none in a steady flight;
+    `slopes(state, speeds, commands)`, see `VehicleDerivatives`; `step(state, speeds, commands,
+    yaw_rate) -> Step`, over a physics step; and `steady_commands(speeds)`, which returns the
+    commands that keep rotors at speeds (n), and their derivatives. A battery is full.
 
     Args:
         controller: with the law that flies.
@@ -138,6 +121,7 @@ class Derivatives:
         self._supply, self._voltage = full_supply(vehicle, gains), 1.0
         self._air: tuple[float, ...] = ()
         self.update = LastCall(self._update)
+        self._whole_update = LastCall(self._all_parts)
         self.settled_update = LastCall(self._settled_update)
         self.step = LastCall(self._step)
         self.slopes = LastCall(self._slopes)
@@ -169,6 +153,7 @@ class Derivatives:
         self._accel_filter = lowpass(gyro[5], gyro[6], self.gyro_every * self._physics_step)
         self.gyro.forget()
         self.update.forget()
+        self._whole_update.forget()
         self.settled_update.forget()
         supply = full_supply(self._vehicle, gains)
         air = (gains["drag_area"], gains["air_density"], *supply)
@@ -198,16 +183,23 @@ class Derivatives:
         return 1.0 - self._supply[1] * sum(T * (T + TINY) ** 0.5 for T in thrusts)
 
     def _update(self, *signals: np.ndarray) -> Update:
-        return self._updated(self._gains, *signals)
+        dividers = self.controller.dividers
+        if not dividers:
+            return self._whole_update(*signals)
+        return averaged(lambda count: self._updated(self._gains, count, *signals), dividers)
+
+    def _all_parts(self, *signals: np.ndarray) -> Update:
+        return self._updated(self._gains, ALL_PARTS, *signals)
 
     def _settled_update(self, *signals: np.ndarray) -> Update:
         if self._gains == self._settled:
-            return self.update(*signals)
-        return self._updated(self._settled, *signals)
+            return self._whole_update(*signals)
+        return self._updated(self._settled, ALL_PARTS, *signals)
 
     def _updated(
         self,
         gains: list[float],
+        count: float,
         state: np.ndarray,
         filtered: np.ndarray,
         before: np.ndarray,
@@ -219,6 +211,7 @@ class Derivatives:
 
         Args:
             gains: of the law.
+            count: number of previous updates, see `ALL_PARTS`.
             state: of the body (13).
             filtered: states of the stages before the law, see `flight_law.FILTERED`.
             before: commands of the previous update (n).
@@ -252,6 +245,7 @@ class Derivatives:
                 _seeded(filtered, seeds[1]),
                 _seeded(memory, seeds[6]) if memory.size else [],
                 commands,
+                count,
             )
         return Update(
             ExtractValue(whole(commands)).ravel(),

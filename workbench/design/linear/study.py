@@ -17,7 +17,6 @@ from workbench.design.linear.derivatives import (
     REFERENCE,
     Derivatives,
     LastCall,
-    Update,
 )
 from workbench.design.linear.estimation import EstimatorModel, estimator_model
 from workbench.design.linear.model import (
@@ -48,6 +47,7 @@ from workbench.design.linear.seeds import (
     turn_with_heading,
 )
 from workbench.design.linear.trim import find_trim, guidance_of, reference_of, update_inputs
+from workbench.design.linear.update import Update
 from workbench.design.linear.vehicle import Step, VehicleDerivatives
 from workbench.diagram.core import law_gains, make_flight_core, make_vehicle_core
 from workbench.diagram.mounting import find_imu, mounting_of
@@ -128,9 +128,9 @@ def sampled_model(
     waiting = max(1, age + 1 if since else age)  # the law remembers its last commands
     if late and trim.point.yaw_rate:
         raise WorkbenchError("a turn cannot be linearised with a delayed controller: leave one out")
-    n, k, axes = trim.speeds.size, trim.memory.size, len(injected)
-    count = len(derivatives.controller.points)
     update = derivatives.update(*update_inputs(trim, rate))
+    n, k, axes = trim.speeds.size, len(update.memory_by), len(injected)
+    count = len(derivatives.controller.points)
     e = len(estimator.names) if estimator else 0
     sizes = (STATE, n, GYRO, ACCEL, IMU, e, *[n] * waiting, FILTERED, *[STATE] * late, k)
     sizes += (axes,) * waiting
@@ -221,6 +221,7 @@ def sampled_model(
     turn = heading_turn(trim.point.yaw_rate * rates.control_period, 1)
     velocity = slice(before.start, before.start + 3)
     A[velocity], B[velocity] = turn @ A[velocity], turn @ B[velocity]
+    remembered = memory_of(derivatives.controller)
     thrusts = np.zeros((n, size))
     vehicle = _vehicle_step(derivatives, trim, update)
     thrusts[:, s], thrusts[:, speed] = (
@@ -238,7 +239,11 @@ def sampled_model(
         period=rates.control_period,
         states=(
             *_states(n, waiting, late, estimator),
-            *memory_of(derivatives.controller),
+            *remembered,
+            *(
+                Signal(f"{remembered[i].name}_{ago}_before", remembered[i].unit)
+                for i, ago in update.earlier
+            ),
             *(
                 Signal(f"{signal.name}_{ago + 1}_before", signal.unit)
                 for ago in range(waiting)
