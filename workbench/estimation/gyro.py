@@ -29,24 +29,9 @@ class GyroSettings(NamedTuple):
 
 
 UNFILTERED = GyroSettings()
-"""A sample at every physics step, and no filters."""
-
-
-@register_jitable
-def sample_steps(rate: float, step: float, steps: int) -> int:
-    """Return the number of physics steps between gyro samples: a divisor of the control period.
-
-    Args:
-        rate: smallest requested rate [1/s]; 0 for a sample every step.
-        step: of physics [s].
-        steps: of physics in a control period.
-    """
-    if rate == 0.0:
-        return 1
-    for each in range(steps, 1, -1):
-        if steps % each == 0 and each * step * rate <= 1.0 + 1e-9:
-            return each
-    return 1
+"""No filters, and no stated rate."""
+FEWEST = 2
+"""Samples of a period where neither rate nor filters ask for more."""
 
 
 @register_jitable
@@ -55,31 +40,28 @@ def filters_gyro(settings: Vector, period: float) -> bool:
     return works(settings[1], period) or works(settings[3], period)
 
 
-class Sampling(NamedTuple):
-    """How samples are taken: settings, physics steps between two, and whether the gyro filters."""
+@register_jitable
+def sample_steps(settings: Vector, step: float, readout: int) -> int:
+    """Return the number of physics steps between samples of the IMU: a divisor of the period.
 
-    settings: GyroSettings
-    steps: int
-    filters: bool
-
-
-def sampling(settings: GyroSettings, step: float, readout: int, fewest: int) -> Sampling:
-    """Return how samples are taken.
-
-    Without a stated rate, filters get a sample at each physics step.
+    A stated rate is the least. Without one, filters get a sample at each physics step, and where
+    nothing is filtered there are `FEWEST` in a period.
 
     Args:
-        settings: of gyro and accelerometer.
+        settings: see `GyroSettings`.
         step: of physics [s].
-        readout: steps between two readings.
-        fewest: samples of a reading where neither rate nor filters ask for more.
+        readout: physics steps between two readings.
     """
-    steps = max(1, readout // fewest)
-    if settings.gyro_rate > 0.0:
-        steps = sample_steps(settings.gyro_rate, step, readout)
-    elif filters_gyro(settings, step) or works(settings.accel_lowpass, step):
-        steps = 1
-    return Sampling(settings, steps, bool(filters_gyro(settings, steps * step)))
+    if settings[0] > 0.0:
+        longest = min(readout, int(1.0 / (settings[0] * step) + 1e-9))
+    elif filters_gyro(settings, step) or works(settings[5], step):
+        longest = 1
+    else:
+        longest = readout // FEWEST
+    for each in range(longest, 1, -1):
+        if readout % each == 0:
+            return each
+    return 1
 
 
 @register_jitable

@@ -24,12 +24,12 @@ from workbench.dynamics.motion_between import (
 from workbench.estimation.filters import after, lowpass, output
 from workbench.estimation.gyro import (
     GyroSettings,
-    Sampling,
     at_rest,
     body_rates,
     filtered_rates,
+    filters_gyro,
     gyro_filter,
-    sampling,
+    sample_steps,
     sensed,
     stepped_filters,
 )
@@ -52,6 +52,14 @@ from workbench.systems.weak_callback import weakly
 
 ON_TIME = 1e-6
 """Largest share of a physics step by which an update is off its time."""
+
+
+class _Sampling(NamedTuple):
+    """How samples are taken: settings, physics steps between two, and whether the gyro filters."""
+
+    settings: GyroSettings
+    steps: int
+    filters: bool
 
 
 class Samples(NamedTuple):
@@ -148,15 +156,15 @@ class FlightImu(DiscreteSystem):
         values: list[float] = context.get_discrete_state(group).value().tolist()
         return values
 
-    def _sampled(self, context: Context) -> Sampling:
-        found: Sampling = self.get_cache_entry(self._sampling).Eval(context)
+    def _sampled(self, context: Context) -> _Sampling:
+        found: _Sampling = self.get_cache_entry(self._sampling).Eval(context)
         return found
 
     def _calc_sampling(self, context: Context, output: Any) -> None:
         live = context.get_numeric_parameter(self.settings_index).value()
         settings = GyroSettings(*live.tolist())
-        fewest = 1 if self._imu is None else 2
-        output.set_value(sampling(settings, self._step, self._readout, fewest))
+        steps = sample_steps(settings, self._step, self._readout)
+        output.set_value(_Sampling(settings, steps, filters_gyro(settings, steps * self._step)))
 
     def _began(self, context: Context) -> bool:
         """Return whether the last update took a sample."""

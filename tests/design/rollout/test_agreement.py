@@ -35,8 +35,10 @@ PUBLISHED = {
 EFFECTS = [TESTS / "oracles" / name for name in ("uneven_quad.urdf", "effects.rotors.yaml")]
 VELOCITY, ANGULAR_VELOCITY = 1e-2, 5e-2
 """Asked of an engine whose winners are then flown on the diagram [m/s, rad/s]."""
-USUAL = 2e-3
+USUAL = 3e-3
 """Most of flights that saturate no rotor, and the largest median [m/s]."""
+THROWN = 6e-2
+"""Most of flights that saturate on an estimate, which differs then, too [m/s]."""
 DURATION = 1.5
 """Of a trial: what is thrown has come to rest by then [s]."""
 TILTED = str(DRONES / "tilted_quad.urdf.xacro")
@@ -140,7 +142,9 @@ def assert_flies_on(estimator, count, duration, alone) -> None:
         replace(trial, gains={**trial.gains, **(around if number % 4 < 2 else {})})
         for number, trial in enumerate(plain)
     ]
-    assert_agrees(agreement(scenario, trials, duration=duration))
+    found = agreement(scenario, trials, duration=duration)
+    assert found.velocity.max() < THROWN
+    assert found.velocity[~found.saturated].max(initial=0.0) < USUAL
     senses = make_senses(vehicle, scenario)
     law = flown_controller(scenario)
     one = RolloutEngine(vehicle, controller=law, senses=senses, threads=1)

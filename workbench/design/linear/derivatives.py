@@ -147,7 +147,7 @@ class Derivatives:
         self._settings = [gains[name] for name in ComputerSettings._fields]
         gyro = [gains[name] for name in GyroSettings._fields]
         steps = round(self._control_period / self._physics_step)
-        self.gyro_every = sample_steps(gyro[0], self._physics_step, steps)
+        self.gyro_every = sample_steps(gyro, self._physics_step, steps)
         self.gyro_filters = filters_gyro(gyro, self.gyro_every * self._physics_step)
         self._gyro_filter = gyro_filter(gyro, self.gyro_every * self._physics_step)
         self._accel_filter = lowpass(gyro[5], gyro[6], self.gyro_every * self._physics_step)

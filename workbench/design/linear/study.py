@@ -53,7 +53,7 @@ from workbench.diagram.core import law_gains, make_flight_core, make_vehicle_cor
 from workbench.diagram.mounting import find_imu, mounting_of
 from workbench.diagram.sensor_choice import choose_sensors
 from workbench.estimation.estimators import find_estimator
-from workbench.estimation.gyro import sample_steps
+from workbench.estimation.gyro import GyroSettings, sample_steps
 from workbench.estimation.samples import Mounting
 from workbench.estimation.settings import HEARD, TRUTH
 from workbench.gains.gains import flight_gains
@@ -533,7 +533,8 @@ class LinearStudy:
         """
         values, rates = self._values(gains), self.scenario.rates
         steps = round(rates.control_period / rates.physics_step)
-        every = sample_steps(values["gyro_rate"], rates.physics_step, steps)
+        settings = [values[name] for name in GyroSettings._fields]
+        every = sample_steps(settings, rates.physics_step, steps)
         return self._sampled(point, gains, steps // every).lean(REMOVABLE)
 
     def plant_input(
