@@ -6,7 +6,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from workbench.common.own_file import at_most_seconds
+from workbench.common.errors import FlightBrokenError, WorkbenchError
+from workbench.common.own_file import at_most_seconds, non_finite_named, own_errors
 from workbench.control.controller import Controller
 from workbench.control.flight_law import LawConstants, flight_law
 from workbench.control.guidance import Setpoint
@@ -69,6 +70,27 @@ def make_update(controller: Controller) -> Callable[[Arguments], float]:
         return total
 
     return run
+
+
+def check_update(controller: Controller, arguments: Arguments) -> None:
+    """Find out why an update gives numbers that are not finite.
+
+    Raises:
+        FlightBrokenError: naming the line in the law's file, unless the update is given such
+            numbers itself: the vehicle then breaks the flight off.
+    """
+    given = [*arguments.state, *arguments.filtered, *arguments.memory, *arguments.speeds]
+    if not np.isfinite(given).all():
+        return
+    file = controller.file
+    said = f"{file}: update returns a number that is not finite: check its divisions and roots"
+    if controller.program is None:
+        try:
+            with own_errors(file, "update"), non_finite_named(file, "update"):
+                make_update(controller)(arguments)
+        except WorkbenchError as error:
+            said = str(error)
+    raise FlightBrokenError(said)
 
 
 def plain(constants: Any) -> LawConstants:

@@ -13,10 +13,11 @@ from pydrake.common.value import Value
 from pydrake.multibody.math import SpatialForce_
 from pydrake.multibody.plant import ExternallyAppliedSpatialForce_
 from pydrake.multibody.tree import BodyIndex
-from pydrake.systems.framework import BasicVector_, LeafSystem_, ValueProducer
+from pydrake.systems.framework import BasicVector_, LeafSystem_
 from pydrake.systems.scalar_conversion import TemplateSystem
 
 from workbench.dynamics.rigid_body import cross, into_world, rotation
+from workbench.systems.cached import cached
 from workbench.systems.weak_callback import weakly
 
 STILL = 1e-12
@@ -64,11 +65,11 @@ def BodyForces_(T: Any) -> Any:
             self._state = self.DeclareVectorInputPort("state", 13)
             self._wind = self.DeclareVectorInputPort("wind", 3)
             self._push = self.DeclareVectorInputPort("push", 9)
-            self._held = self.DeclareCacheEntry(
+            self._held = cached(
+                self._calc_held,
                 "what changes at updates only",
-                ValueProducer(lambda: Value[object](()), weakly(self._calc_held)),
                 {self.pn_ticket(), self._wind.ticket(), self._push.ticket()},
-            ).cache_index()
+            )
             self.DeclareAbstractOutputPort(
                 "spatial_forces",
                 lambda: Value[list[Force]]([Force()]),
@@ -90,20 +91,17 @@ def BodyForces_(T: Any) -> Any:
         def DoCalcTimeDerivatives(self, context: Any, derivatives: Any) -> None:
             """Calculate nothing, quickly, see `DiscreteSystem`."""
 
-        def _calc_held(self, context: Any, output: Any) -> None:
-            """Calculate ρ A / 2 [kg/m], p_BoBcm_B [m], the wind in W [m/s], and the push if any."""
+        def _calc_held(self, context: Any) -> tuple[Any, ...]:
+            """Return ρ A / 2 [kg/m], p_BoBcm_B [m], the wind in W [m/s], and the push if any."""
             drag_area, air_density = context.get_numeric_parameter(0).value().tolist()
             center = context.get_numeric_parameter(1).value().tolist()
             blows, pushed = self._wind.HasValue(context), self._push.HasValue(context)
             wind = self._wind.Eval(context).tolist() if blows else (0.0, 0.0, 0.0)
             push = self._push.Eval(context).tolist() if pushed else ()
-            held = (0.5 * air_density * drag_area, center, wind, push if any(push) else ())
-            output.set_value(held)
+            return 0.5 * air_density * drag_area, center, wind, push if any(push) else ()
 
         def _calc_spatial_forces(self, context: Any, output: Any) -> None:
-            half_drag, center, (u_x, u_y, u_z), push = self.get_cache_entry(self._held).Eval(
-                context
-            )
+            half_drag, center, (u_x, u_y, u_z), push = self._held(context)
             state = self._state.Eval(context).tolist()
             R_WB, (v_x, v_y, v_z) = rotation(state[0:4]), state[10:13]
             arm = into_world(R_WB, center)

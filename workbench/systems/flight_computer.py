@@ -4,42 +4,36 @@ import math
 import weakref
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
-from pydrake.common.value import Value
 from pydrake.systems.framework import (
     BasicVector,
     Context,
     DiscreteValues,
-    ValueProducer,
+    NumericParameterIndex,
 )
 
-from workbench.common.errors import FlightBrokenError, WorkbenchError
-from workbench.common.own_file import non_finite_named, own_errors
+from workbench.common.errors import FlightBrokenError
+from workbench.common.own_file import own_errors
 from workbench.control.controller import Controller, Program
 from workbench.control.flight_law import (
     ALL_PARTS,
-    BODY,
     PLAIN,
-    ROTOR,
     SETPOINT,
     ComputerSettings,
     LawConstants,
     flight_law,
     known_vehicle,
     law_constants,
-    packed,
-    unpacked,
 )
 from workbench.control.flight_law import FILTERED as STAGES
 from workbench.control.guidance import Guidance, Reference, Setpoint
-from workbench.control.update import Arguments, Held, make_update, plain
+from workbench.control.update import Arguments, Held, check_update, make_update, plain
 from workbench.plant.payload import NO_PAYLOAD, Payload
 from workbench.plant.vehicle import Vehicle
 from workbench.systems.acceleration_estimate import sampled_estimate
+from workbench.systems.cached import cached
 from workbench.systems.discrete_system import DiscreteSystem
-from workbench.systems.weak_callback import weakly
 
 _STRAIGHT = (0.0, 0.0, 0.0)
 
@@ -60,10 +54,12 @@ class FlightComputer(DiscreteSystem):
     Numeric parameter 0: the controller's parameters, and the numbers that it designs.
     Numeric parameter 1: share of its thrust that each rotor gives (n), initially 1.
     Numeric parameter 2: gates and injections of the loop points, see `loop_points`.
-    Numeric parameter 3: `Payload`.
-    Numeric parameter 4: what the law knows of vehicle and payload, which follows from these, see
-    `set_payload`.
-    Numeric parameter 5: `ComputerSettings`.
+    Numeric parameter 3: `Payload`, as the law knows it.
+    Numeric parameter 4: `ComputerSettings`.
+
+    Attributes:
+        controller: whose law runs.
+        period: between updates [s].
 
     Args:
         controller: whose law runs.
@@ -89,11 +85,11 @@ class FlightComputer(DiscreteSystem):
     ) -> None:
         super().__init__()
         n = len(vehicle.rotors)
-        self._controller = controller
+        self.controller = controller
         self._program: Program | None = None
         self._run = make_update(controller)
         self._vehicle = vehicle
-        self._period = period
+        self.period = period
         self._divides = bool(controller.dividers)
         self._estimate = sampled_estimate(period)
         constants = law_constants(vehicle, payload)
@@ -102,7 +98,6 @@ class FlightComputer(DiscreteSystem):
         self.shares_index = int(self.DeclareNumericParameter(BasicVector([1.0] * n)))
         self.probes_index = int(self.DeclareNumericParameter(BasicVector(controller.closed)))
         self.payload_index = int(self.DeclareNumericParameter(BasicVector(list(payload))))
-        self.known_index = int(self.DeclareNumericParameter(BasicVector(_joined(constants))))
         self.settings_index = int(self.DeclareNumericParameter(BasicVector(list(settings))))
         self._state = self.DeclareVectorInputPort("state", 13)
         self._reference = self.DeclareVectorInputPort("reference", len(Reference._fields))
@@ -120,23 +115,18 @@ class FlightComputer(DiscreteSystem):
         if controller.program:
             self._ended_index = self.DeclareDiscreteState(1)
             self.DeclareStateOutputPort("ended", self._ended_index)
+        self._known = cached(
+            self._calc_known,
+            "what the law knows of the vehicle",
+            {self.numeric_parameter_ticket(NumericParameterIndex(self.payload_index))},
+        )
         inputs = (self._reference, self._guidance, self._feedforward)
-        self._held = self.DeclareCacheEntry(
+        self._held = cached(
+            self._calc_held,
             "setpoint and parameters",
-            ValueProducer(lambda: Value[object](()), weakly(self._calc_held)),
             {self.pn_ticket(), *(port.ticket() for port in inputs)},
-        ).cache_index()
+        )
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
-
-    @property
-    def period(self) -> float:
-        """Between updates [s]."""
-        return self._period
-
-    @property
-    def controller(self) -> Controller:
-        """Whose law runs."""
-        return self._controller
 
     @property
     def program(self) -> Program | None:
@@ -154,13 +144,12 @@ class FlightComputer(DiscreteSystem):
         Raises:
             WorkbenchError: if it cannot be started.
         """
-        law = self._controller
+        law = self.controller
         if law.program is None or self._program:
             return
-        payload = Payload(*context.get_numeric_parameter(self.payload_index).CopyToVector())
-        known = known_vehicle(law_constants(self._vehicle, payload))
+        known = known_vehicle(self._known(context))
         with own_errors(law.file, "program"):
-            self._program = law.program(known, self._period)
+            self._program = law.program(known, self.period)
         weakref.finalize(self, self._program.close)  # if nobody calls `end_program`
         self._run = make_update(replace(law, update=self._program.update))
 
@@ -168,7 +157,7 @@ class FlightComputer(DiscreteSystem):
         """End the program that runs the law, if there is one."""
         if self._program:
             self._program.close()
-            self._run = make_update(self._controller)
+            self._run = make_update(self.controller)
         self._program = None
 
     def try_update(self, context: Context) -> None:
@@ -182,18 +171,18 @@ class FlightComputer(DiscreteSystem):
     def signals(self, context: Context) -> np.ndarray:
         """Return the signals of the next update at the loop points (P), in their order."""
         arguments = self._arguments(context, context.get_discrete_state())
-        flight_law(self._controller).update(*arguments)
-        return np.array(arguments.loops[2 * len(self._controller.points) :])
+        flight_law(self.controller).update(*arguments)
+        return np.array(arguments.loops[2 * len(self.controller.points) :])
 
     def inject(self, context: Context, place: int, value: float) -> None:
         """Add a value to the signal of the loop point at a place, from the next update on."""
         probes = context.get_mutable_numeric_parameter(self.probes_index)
-        probes.SetAtIndex(len(self._controller.points) + place, value)
+        probes.SetAtIndex(len(self.controller.points) + place, value)
 
     def close_loops(self, context: Context) -> None:
         """Inject nothing, and let all gates be 1, as in a normal flight."""
         context.get_mutable_numeric_parameter(self.probes_index).SetFromVector(
-            self._controller.closed
+            self.controller.closed
         )
 
     def begin(self, context: Context, speeds: np.ndarray, velocity: np.ndarray) -> None:
@@ -210,9 +199,8 @@ class FlightComputer(DiscreteSystem):
         Raises:
             WorkbenchError: if it cannot hover with that; nothing changes then.
         """
-        constants = law_constants(self._vehicle, payload)
+        law_constants(self._vehicle, payload)
         context.get_mutable_numeric_parameter(self.payload_index).SetFromVector(list(payload))
-        context.get_mutable_numeric_parameter(self.known_index).SetFromVector(_joined(constants))
         self.design(context)
 
     def design(self, context: Context) -> None:
@@ -221,13 +209,12 @@ class FlightComputer(DiscreteSystem):
         Raises:
             WorkbenchError: if it cannot design with them.
         """
-        if not self._controller.designed:
+        if not self.controller.designed:
             return
         gains = context.get_mutable_numeric_parameter(self.gains_index)
-        payload = Payload(*context.get_numeric_parameter(self.payload_index).CopyToVector())
-        known = known_vehicle(law_constants(self._vehicle, payload))
-        own = gains.CopyToVector()[: len(self._controller.parameters)].tolist()
-        designed = self._controller.design_with(own, known, self._period)
+        known = known_vehicle(self._known(context))
+        own = gains.CopyToVector()[: len(self.controller.parameters)].tolist()
+        designed = self.controller.design_with(own, known, self.period)
         gains.SetFromVector([*own, *designed])
 
     def _update(self, context: Context, discrete_state: DiscreteValues) -> None:
@@ -246,35 +233,15 @@ class FlightComputer(DiscreteSystem):
             discrete_state.set_value(self._ended_index, [1.0])
             discrete_state.get_mutable_value(self._commands_state)[:] = 0.0
         except Exception as error:
-            with own_errors(self._controller.file, "update"):
+            with own_errors(self.controller.file, "update"):
                 raise error
         else:
             if not math.isfinite(total):
-                self._break_off(context)
+                check_update(self.controller, self._arguments(context, self._old(context)))
             discrete_state.set_value(self._filtered, arguments.filtered)
             if arguments.memory:
                 discrete_state.set_value(self.memory_index, arguments.memory)
             discrete_state.set_value(self._commands_state, arguments.speeds)
-
-    def _break_off(self, context: Context) -> None:
-        """Break the flight off at an update that gives numbers that are not finite.
-
-        Raises:
-            FlightBrokenError: naming the line in the law's file, unless the update was given such
-                numbers itself: the vehicle then breaks the flight off.
-        """
-        file, old = self._controller.file, self._old(context)
-        given = [self._state.Eval(context), *(old.value(k) for k in range(old.num_groups()))]
-        if not np.isfinite(np.concatenate(given)).all():
-            return
-        said = f"{file}: update returns a number that is not finite: check its divisions and roots"
-        if self._program is None:
-            try:
-                with own_errors(file, "update"), non_finite_named(file, "update"):
-                    make_update(self._controller)(self._arguments(context, old))
-            except WorkbenchError as error:
-                said = str(error)
-        raise FlightBrokenError(said)
 
     def _old(self, context: Context) -> DiscreteValues:
         """Return a copy of the state before an update."""
@@ -284,8 +251,8 @@ class FlightComputer(DiscreteSystem):
 
     def _arguments(self, context: Context, state: DiscreteValues) -> Arguments:
         """Return the arguments of an update from a discrete state."""
-        held: Held = self.get_cache_entry(self._held).Eval(context)
-        has_voltage, controller = self._voltage.HasValue(context), self._controller
+        held = self._held(context)
+        has_voltage, controller = self._voltage.HasValue(context), self.controller
         return Arguments(
             self._state.Eval(context).tolist(),
             self._voltage.Eval(context)[0] if has_voltage else 1.0,
@@ -302,42 +269,28 @@ class FlightComputer(DiscreteSystem):
             self._count(context),
         )
 
-    def _calc_held(self, context: Context, output: Any) -> None:
-        """Calculate `Held`."""
+    def _calc_held(self, context: Context) -> Held:
         has_path = self._feedforward.HasValue(context)
-        gains, shares, known, probes, settings = (
-            context.get_numeric_parameter(number).value()
+        gains, shares, probes, settings = (
+            context.get_numeric_parameter(number).value().tolist()
             for number in (
                 self.gains_index,
                 self.shares_index,
-                self.known_index,
                 self.probes_index,
                 self.settings_index,
             )
         )
-        constants = unpacked(known[:BODY], known[BODY:].reshape(-1, ROTOR))
         setpoint = Setpoint(
             self._reference.Eval(context).tolist(),
             self._guidance.Eval(context).tolist(),
             self._feedforward.Eval(context).tolist() if has_path else _STRAIGHT,
         )
-        output.set_value(
-            Held(
-                setpoint,
-                gains.tolist(),
-                shares.tolist(),
-                plain(constants),
-                probes.tolist(),
-                settings.tolist(),
-            )
-        )
+        return Held(setpoint, gains, shares, self._known(context), probes, settings)
+
+    def _calc_known(self, context: Context) -> LawConstants:
+        payload = Payload(*context.get_numeric_parameter(self.payload_index).CopyToVector())
+        return plain(law_constants(self._vehicle, payload))
 
     def _count(self, context: Context) -> float:
         """Return the number of updates before the next one, see `ALL_PARTS`."""
-        return float(round(context.get_time() / self._period)) if self._divides else ALL_PARTS
-
-
-def _joined(constants: LawConstants) -> np.ndarray:
-    """Return what the law knows, as `flight_law.packed_update` takes it."""
-    body, rotors = packed(constants)
-    return np.concatenate([body, rotors.ravel()])
+        return float(round(context.get_time() / self.period)) if self._divides else ALL_PARTS

@@ -12,8 +12,7 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from pydrake.common.value import Value
-from pydrake.systems.framework import BasicVector, Context, DiscreteValues, ValueProducer
+from pydrake.systems.framework import BasicVector, Context, DiscreteValues
 
 from workbench.dynamics.motion_between import (
     body_rate,
@@ -46,9 +45,9 @@ from workbench.estimation.imu import (
 )
 from workbench.plant.gravity import GRAVITY
 from workbench.plant.sensors import Imu
+from workbench.systems.cached import cached
 from workbench.systems.discrete_system import DiscreteSystem
 from workbench.systems.noise import noise_seed
-from workbench.systems.weak_callback import weakly
 
 ON_TIME = 1e-6
 """Largest share of a physics step by which an update is off its time."""
@@ -130,12 +129,8 @@ class FlightImu(DiscreteSystem):
         self.DeclareVectorOutputPort("sensed", 13, self._calc_sensed, needs)
         if imu:
             self.DeclareVectorOutputPort("imu", 9, self._calc_imu, needs)
-        self._sampling = self.DeclareCacheEntry(
-            "sampling", ValueProducer(_nothing, weakly(self._calc_sampling)), {self.pn_ticket()}
-        ).cache_index()
-        self._samples = self.DeclareCacheEntry(
-            "samples", ValueProducer(_nothing, weakly(self._calc_samples)), needs
-        ).cache_index()
+        self._sampled = cached(self._calc_sampled, "sampling", {self.pn_ticket()})
+        self._samples = cached(self._calc_samples, "samples", needs)
         self.DeclarePeriodicDiscreteUpdateEvent(readout * step, 0.0, self._update)
 
     def set_seed(self, context: Context, seed: int) -> None:
@@ -156,15 +151,11 @@ class FlightImu(DiscreteSystem):
         values: list[float] = context.get_discrete_state(group).value().tolist()
         return values
 
-    def _sampled(self, context: Context) -> _Sampling:
-        found: _Sampling = self.get_cache_entry(self._sampling).Eval(context)
-        return found
-
-    def _calc_sampling(self, context: Context, output: Any) -> None:
+    def _calc_sampled(self, context: Context) -> _Sampling:
         live = context.get_numeric_parameter(self.settings_index).value()
         settings = GyroSettings(*live.tolist())
         steps = sample_steps(settings, self._step, self._readout)
-        output.set_value(_Sampling(settings, steps, filters_gyro(settings, steps * self._step)))
+        return _Sampling(settings, steps, filters_gyro(settings, steps * self._step))
 
     def _began(self, context: Context) -> bool:
         """Return whether the last update took a sample."""
@@ -187,19 +178,18 @@ class FlightImu(DiscreteSystem):
         passed = self._passed(context)
         return math.floor(passed / self._sampled(context).steps + ON_TIME) if passed >= 0.0 else 1
 
-    def _calc_samples(self, context: Context, output: Any) -> None:
-        """Calculate `Samples` since the last update."""
+    def _calc_samples(self, context: Context) -> Samples:
+        """Return what the samples since the last update lead to."""
         fault = context.get_numeric_parameter(self.fault_index)[0]
         if self._began(context) and fault in (FROZEN, SILENT):
             last = self._values(context, self._last)
             samples = np.tile(last, (self._count(context), 1))
-            output.set_value(self._filtered(context, samples, last[0:3]))
-            return
+            return self._filtered(context, samples, last[0:3])
         samples, turn = self._exact(context)
         if self._imu is not None:
             noise = self._drawn(context, fault)
             samples, turn = samples + noise, turn + noise[:, 0:3].mean(axis=0)
-        output.set_value(self._filtered(context, samples, turn))
+        return self._filtered(context, samples, turn)
 
     def _exact(self, context: Context) -> tuple[np.ndarray, np.ndarray]:
         """Return exact samples (K, 6), and the mean angular velocity in B (3)."""
@@ -226,10 +216,8 @@ class FlightImu(DiscreteSystem):
     def _drawn(self, context: Context, fault: float) -> np.ndarray:
         """Return bias and noise of the samples since the last update, in B (K, 6)."""
         assert self._imu and self._noise  # who asks has them
-        steps, numbers = (
-            self._sampled(context).steps,
-            np.array([round(context.get_time() / self._step)]),
-        )
+        steps = self._sampled(context).steps
+        numbers = np.array([round(context.get_time() / self._step)])
         if self._began(context):
             number = round(self._values(context, self._number)[0])
             numbers = number + steps * np.arange(1, self._count(context) + 1)
@@ -279,7 +267,7 @@ class FlightImu(DiscreteSystem):
             if self._began(context):
                 discrete_state.set_value(self._number, [-1.0])
             return
-        samples: Samples = self.get_cache_entry(self._samples).Eval(context)
+        samples = self._samples(context)
         groups = (self._gyro_filters, self._rates, self._accel_filters, self._last, self._reading)
         for group, values in zip(groups, samples, strict=True):
             discrete_state.set_value(group, values)
@@ -300,18 +288,13 @@ class FlightImu(DiscreteSystem):
             return
         rates: Sequence[float] = self._values(context, self._rates)
         if self._count(context):
-            rates = self.get_cache_entry(self._samples).Eval(context).rates
+            rates = self._samples(context).rates
         output_vector.SetFromVector(sensed(state.tolist(), rates))
 
     def _calc_imu(self, context: Context, output_vector: BasicVector) -> None:
         if self._is_due(context):
-            samples: Samples = self.get_cache_entry(self._samples).Eval(context)
+            samples = self._samples(context)
             output_vector.SetFromVector([*samples.reading, *samples.rates])
             return
         reading, rates = self._values(context, self._reading), self._values(context, self._rates)
         output_vector.SetFromVector([*reading, *rates])
-
-
-def _nothing() -> Value:
-    """Return the first value of a cache entry."""
-    return Value[object](())

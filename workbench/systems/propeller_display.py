@@ -25,12 +25,12 @@ from pydrake.systems.framework import (
     DiagramBuilder,
     DiscreteValues,
     OutputPort,
-    ValueProducer,
 )
 
 from workbench.plant.gathered import link_of
 from workbench.plant.rotors import Rotor
 from workbench.plant.vehicle import Vehicle
+from workbench.systems.cached import cached
 from workbench.systems.discrete_system import DiscreteSystem
 from workbench.systems.weak_callback import weakly
 
@@ -78,11 +78,7 @@ class PropellerDisplay(DiscreteSystem):
         self._speeds = self.DeclareVectorInputPort("speeds", size)
         self.DeclareDiscreteState(len(rotors))
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
-        self._turned = self.DeclareCacheEntry(
-            "X_BL",
-            ValueProducer(lambda: Value[object](()), weakly(self._calc_turned)),
-            {self.xd_ticket()},
-        ).cache_index()
+        self._turned = cached(self._calc_turned, "X_BL", {self.xd_ticket()})
         self.DeclareAbstractOutputPort(
             "poses",
             lambda: Value(FramePoseVector()),
@@ -97,11 +93,11 @@ class PropellerDisplay(DiscreteSystem):
         turned = angles + self._period * self._turns * speeds
         discrete_state.set_value(np.fmod(turned, 2.0 * math.pi))
 
-    def _calc_turned(self, context: Context, output: Any) -> None:
+    def _calc_turned(self, context: Context) -> tuple[RigidTransform, ...]:
         angles = context.get_discrete_state(0).CopyToVector()
         turns = (RigidTransform(RotationMatrix.MakeZRotation(angle)) for angle in angles)
         places = zip(self._places, turns, strict=True)
-        output.set_value(tuple(X_BR @ turn @ X_RL for (X_BR, X_RL), turn in places))
+        return tuple(X_BR @ turn @ X_RL for (X_BR, X_RL), turn in places)
 
     def _calc_poses(self, context: Context, output: Any) -> None:
         state = self._state.Eval(context)
@@ -110,7 +106,7 @@ class PropellerDisplay(DiscreteSystem):
         # By keyword: by position, pydrake tries every other constructor first, for 60 µs.
         X_WB = RigidTransform(quaternion=Quaternion(wxyz=q_WB), p=state[4:7])
         poses.set_value(self._body, X_WB)
-        turned = self.get_cache_entry(self._turned).Eval(context)
+        turned = self._turned(context)
         for frame, X_BL in zip(self._frames, turned, strict=True):
             poses.set_value(frame, X_BL)
 

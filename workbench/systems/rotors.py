@@ -39,7 +39,7 @@ from pydrake.common.value import Value
 from pydrake.multibody.math import SpatialForce_
 from pydrake.multibody.plant import ExternallyAppliedSpatialForce_
 from pydrake.multibody.tree import BodyIndex
-from pydrake.systems.framework import BasicVector_, LeafSystem_, ValueProducer
+from pydrake.systems.framework import BasicVector_, LeafSystem_
 from pydrake.systems.scalar_conversion import TemplateSystem
 
 from workbench.dynamics.rigid_body import cross, into_body, into_world, rotation
@@ -53,6 +53,7 @@ from workbench.dynamics.rotors import (
     within,
 )
 from workbench.plant.rotors import Rotor
+from workbench.systems.cached import cached
 from workbench.systems.weak_callback import weakly
 
 LEAST_VOLTAGE = 0.1
@@ -104,16 +105,16 @@ def Rotors_(T: Any) -> Any:
             self._supply = self.DeclareVectorInputPort("supply", 4)
             self.DeclareContinuousState(n)
             own = {self.xc_ticket(), self.pn_ticket()}
-            self._held = self.DeclareCacheEntry(
+            self._held = cached(
+                self._calc_held,
                 "what changes at updates only",
-                ValueProducer(lambda: Value[object](()), weakly(self._calc_held)),
                 {self.pn_ticket(), self._commands.ticket(), self._supply.ticket()},
-            ).cache_index()
-            self._turning = self.DeclareCacheEntry(
+            )
+            self._turning = cached(
+                self._calc_turning,
                 "speeds, their derivatives, shares of the thrust, and static thrusts",
-                ValueProducer(lambda: Value[object](()), weakly(self._calc_turning)),
                 own | {self._commands.ticket(), self._supply.ticket()},
-            ).cache_index()
+            )
             moving = own | {self._state.ticket(), self._wind.ticket()}
             self.DeclareAbstractOutputPort(
                 "spatial_forces",
@@ -132,22 +133,22 @@ def Rotors_(T: Any) -> Any:
             Impl._construct(self, rotors=other._rotors, body=other._body, converter=converter)
 
         def DoCalcTimeDerivatives(self, context: Any, derivatives: Any) -> None:
-            _, slopes, _, _ = self.get_cache_entry(self._turning).Eval(context)
+            _, slopes, _, _ = self._turning(context)
             derivatives.get_mutable_vector().SetFromVector(np.array(slopes))
 
         def _speeds(self, context: Any) -> list[Any]:
             return context.get_continuous_state_vector().CopyToVector().tolist()
 
-        def _calc_held(self, context: Any, output: Any) -> None:
-            """Calculate commands (n) [rad/s], given shares (n), and the supply or None (4)."""
+        def _calc_held(self, context: Any) -> tuple[Any, ...]:
+            """Return commands (n) [rad/s], given shares (n), and the supply or None (4)."""
             given = context.get_numeric_parameter(0).value().tolist()
             supplied = self._supply.HasValue(context)
             supply = self._supply.Eval(context).tolist() if supplied else None
-            output.set_value((self._commands.Eval(context).tolist(), given, supply))
+            return self._commands.Eval(context).tolist(), given, supply
 
-        def _calc_turning(self, context: Any, output: Any) -> None:
-            """Calculate w (n) [rad/s], dw/dt (n) [rad/s²], shares (n), static thrusts (n) [N]."""
-            commands, given, supply = self.get_cache_entry(self._held).Eval(context)
+        def _calc_turning(self, context: Any) -> tuple[Any, ...]:
+            """Return w (n) [rad/s], dw/dt (n) [rad/s²], shares (n), static thrusts (n) [N]."""
+            commands, given, supply = self._held(context)
             speeds, shares = self._speeds(context), turning_shares(given)
             statics, slopes = static_thrusts(self._rotors, shares, speeds), []
             voltage, compensated = 1.0, 1.0
@@ -159,7 +160,7 @@ def Rotors_(T: Any) -> Any:
             for rotor, share, u, w in zip(self._rotors, given, commands, speeds, strict=True):
                 command = voltage * within(u / compensated, rotor) if share > 0.0 else 0.0
                 slopes.append(speed_slope(rotor, command, w))
-            output.set_value((speeds, slopes, shares, statics))
+            return speeds, slopes, shares, statics
 
         def _statics(self, context: Any) -> tuple[list[Any], list[Any], list[Any]]:
             """Return speeds, shares and static thrusts, from state and parameters alone."""
@@ -179,7 +180,7 @@ def Rotors_(T: Any) -> Any:
 
         def _calc_spatial_forces(self, context: Any, output: Any) -> None:
             R_WB, w_B, v_B, height = self._motion(context)
-            speeds, slopes, shares, statics = self.get_cache_entry(self._turning).Eval(context)
+            speeds, slopes, shares, statics = self._turning(context)
             f_x = f_y = f_z = m_x = m_y = m_z = h_x = h_y = h_z = 0.0
             turning = zip(self._rotors, speeds, slopes, shares, statics, strict=True)
             for rotor, w, slope, share, T_0 in turning:

@@ -1,0 +1,47 @@
+"""Values that a system calculates from its Context, once for each change of it."""
+
+from collections.abc import Callable
+from types import MethodType
+from typing import Any, TypeVar
+from weakref import ref
+
+from pydrake.common.value import Value
+from pydrake.systems.framework import Context, DependencyTicket, ValueProducer
+
+Calculated = TypeVar("Calculated")
+
+
+def cached(
+    calculate: Callable[[Context], Calculated], name: str, needs: set[DependencyTicket]
+) -> Callable[[Context], Calculated]:
+    """Declare a cache entry of a system, and return a function that evaluates it.
+
+    Drake 1.58 hides the callbacks of cache entries from Python's garbage collector, so neither
+    they nor the returned function keep the system alive, see `weakly`.
+
+    Args:
+        calculate: method of the system that returns the value.
+        name: of the entry.
+        needs: what it is calculated from.
+    """
+    assert isinstance(calculate, MethodType)
+    owner: Any = calculate.__self__
+    system, function = ref(owner), calculate.__func__
+
+    def store(context: Context, output: Any) -> None:
+        output.set_value(function(system(), context))
+
+    producer = ValueProducer(_nothing, store)
+    index = owner.DeclareCacheEntry(name, producer, needs).cache_index()
+
+    def evaluate(context: Context) -> Calculated:
+        alive: Any = system()
+        value: Calculated = alive.get_cache_entry(index).Eval(context)
+        return value
+
+    return evaluate
+
+
+def _nothing() -> Any:
+    """Return the first value of a cache entry."""
+    return Value[object](())
