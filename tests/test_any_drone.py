@@ -134,6 +134,7 @@ def test_it_is_understood_as_it_was_written(drone):
     assert {gain.origin for gain in choose_gains(vehicle).values()} == {"default", "rule"}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("drone", flown_drones(DRONES), ids=str)
 def test_it_hovers_and_answers_steps(drone):
     assert missed(drone.config) == []
@@ -193,6 +194,7 @@ def test_rotors_that_lean_forward_hover_leaning_back():
     assert np.abs(turned.p_WB - turned.p_WB[0]).max() < 1e-6
 
 
+@pytest.mark.slow
 def test_height_is_kept_at_full_speed_with_little_thrust_to_spare():
     drone = next(drone for drone in DRONES if drone.name == "sluggish_quad")
     flight = flown(

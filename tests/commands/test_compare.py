@@ -63,6 +63,7 @@ def test_gain_files_are_columns(run, refused, out, tmp_path, write):
     assert "the gains are of the controller pd" in refused("compare", f"lqi={soft}")
 
 
+@pytest.mark.slow
 def test_what_a_law_has_not_is_a_dash_and_a_reason(run, out):
     said = run("compare", "pd", "--parts", "path", "--no-plots", "--output", out, "--json")
     assert said.code == 0, said.err

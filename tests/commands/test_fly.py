@@ -77,6 +77,7 @@ def test_csv_takes_the_log_elsewhere(run, out, tmp_path):
     assert log["p_W.z [m]"] == pytest.approx(1.5, abs=1e-3)
 
 
+@pytest.mark.slow
 def test_a_take_off_and_landing_is_summed_up_as_one(run, out):
     said = run("fly", "take-off-and-land", "--output", out, "--no-plots")
     assert said.code == 0

@@ -64,6 +64,7 @@ def test_plot_and_log_are_written_and_nothing_else(said, folder):
     assert float(rows[-1][0]) == pytest.approx(10.0)
 
 
+@pytest.mark.slow
 def test_what_is_not_as_demanded_is_named_and_returns_1(bad):
     assert bad.code == 1
     assert "requirements not met: drift of the hover is " in bad.err

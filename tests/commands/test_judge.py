@@ -38,6 +38,7 @@ def test_json_has_every_loop_with_the_margins_of_the_python_call(judged):
     assert said.json["stable"] is True
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("law", ["pd", pytest.param("lqi", marks=pytest.mark.slow)])
 def test_the_apps_margin_at_the_plants_input_is_that_of_the_command(run, tmp_path, law):
     name, value = {"pd": ("kp_pitch", 300.0), "lqi": ("q_tilt", 9000.0)}[law]
@@ -90,6 +91,7 @@ def test_an_unstable_loop_is_named_and_ends_as_1(run, out):
     assert "Traceback" not in said.err
 
 
+@pytest.mark.slow
 def test_a_law_that_states_no_loops_is_judged_by_the_rest(run, out, write):
     law = write(
         "lifts.py",
@@ -106,6 +108,7 @@ def test_a_law_that_states_no_loops_is_judged_by_the_rest(run, out, write):
     assert "a mode grows through the law, which states no loops" in said.err
 
 
+@pytest.mark.slow
 def test_what_grows_or_is_lost_has_no_numbers(run, out):
     said = run("judge", "--set", "kp_pitch=2000", "--no-plots", "--output", out)
     assert said.code == 1
@@ -189,6 +192,7 @@ def test_it_says_where_the_phase_went_and_what_noise_does(run, out, at):
         assert "what the noise of sensors does" in told
 
 
+@pytest.mark.slow
 def test_a_law_without_loops_is_judged_at_the_plants_input(run, refused, tmp_path):
     law = tmp_path / "bare.py"
     law.write_text(f"{PD}\nLOOPS = []\n", encoding="utf-8")

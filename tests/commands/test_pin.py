@@ -49,6 +49,7 @@ def test_a_flight_on_an_estimate_behind_a_filter_is_held_so(tmp_path):
     assert [each.passed for each in found] == [False, True]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("load", "gain"),
     [

@@ -68,6 +68,7 @@ def test_figures_logs_and_summary_are_written(said, folder):
     assert set(said.json["files"]) == {str(path) for path in folder.iterdir()}
 
 
+@pytest.mark.slow
 def test_the_table_sets_ours_beside_the_papers(run, out):
     table = run("reproduce", "--no-plots", "--output", out).out
     assert table.split()[:4] == ["paper", "ours", "difference", "demanded"]
@@ -79,6 +80,7 @@ def test_the_table_sets_ours_beside_the_papers(run, out):
     assert not list(out.glob("*.png"))
 
 
+@pytest.mark.slow
 def test_what_is_not_as_demanded_is_named_and_returns_1(run, out):
     said = run("reproduce", "--set", "kp_velocity_z=2", "--no-plots", "--output", out)
     assert said.code == 1
@@ -87,6 +89,7 @@ def test_what_is_not_as_demanded_is_named_and_returns_1(run, out):
     assert (out / "reproduce.json").is_file()
 
 
+@pytest.mark.slow
 def test_a_step_that_never_arrives_is_null_in_json_and_not_as_demanded(run, out):
     said = run("reproduce", "--set", "kp_yaw_rate=0", "--no-plots", "--json", "--output", out)
     assert said.code == 1

@@ -63,6 +63,7 @@ def test_settings_and_variations_hold_for_all(run, out):
     assert said["present"]["peak_rotor_use"] > plain["present"]["peak_rotor_use"]
 
 
+@pytest.mark.slow
 def test_margins_are_of_the_axis_or_of_a_loop(run, out):
     words = (
         "sweep",

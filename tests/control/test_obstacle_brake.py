@@ -188,6 +188,7 @@ def test_in_a_corner_it_stops_at_both_walls(fly, radius):
         assert clearance[-1] < STOP + 0.1
 
 
+@pytest.mark.slow
 def test_a_post_in_the_way_is_passed_at_its_side(fly, radius):
     post = [(RigidTransform([5.0, 0.05, HEIGHT]), Cylinder(0.4, 60.0))]
     settings = FLOOR._replace(obstacle_brake=1.0, stop_distance=STOP)

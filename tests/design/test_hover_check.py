@@ -41,6 +41,7 @@ def demands(report) -> dict[tuple[str, str], Demand]:
     return {(demand.criterion, demand.quantity): demand for demand in report.demands}
 
 
+@pytest.mark.slow
 def test_the_shipped_drone_meets_everything(report):
     assert [demand.met for demand in report.demands] == [True] * 10
 
@@ -94,6 +95,7 @@ def test_a_demand_is_met_up_to_its_limit_and_never_by_nan(value, met):
     assert Demand("hover", "drift", "m", value, 1.0).met is met
 
 
+@pytest.mark.slow
 def test_a_step_that_is_not_answered_is_not_met(bad_report):
     assert not demands(bad_report)["yaw step", "steady_state_error"].met
 

@@ -114,6 +114,7 @@ def test_settings_of_gains_and_of_others_give_the_models_of_a_study():
         assert times.of("x", settings) == pytest.approx(wanted, abs=PERIOD)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("law", "settings", "least"),
     [

@@ -31,10 +31,12 @@ PAGES = {path.name: path for path in (ROOT / "README.md", *sorted((ROOT / "docs"
 
 SLOW = {
     "README.md",
+    "air.md",
     "autopilot-gains.md",
     "autopilots.md",
     "clusters.md",
     "controllers.md",
+    "descriptions.md",
     "estimation.md",
     "files.md",
     "first-drone.md",

@@ -162,6 +162,7 @@ def test_what_is_refused_renews_nothing(served, holder):
     assert hold_after(served) == 0.5
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "act", [pytest.param("turn", marks=pytest.mark.slow), "command", "take over"]
 )
@@ -263,6 +264,7 @@ def test_a_reset_while_somebody_flies_leaves_nobody_in_control(served, holder):
     assert served.velocities[-1][1] == [1.0, 0.0, 0.0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("speed", [0.2, 5.0])
 def test_the_ladder_counts_simulated_time(served, holder, speed):
     served.order(Order(Do.SET_SPEED, speed))
@@ -289,6 +291,7 @@ def landing(served, client) -> None:
     assert mode(served) is FlightMode.LANDING
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "how",
     [

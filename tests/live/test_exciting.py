@@ -439,6 +439,7 @@ def test_replays_are_saved_as_scenarios(tmp_path):
     assert_equal_to_the_bit(flown.recording, again.recording())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "excitation",
     [
@@ -510,6 +511,7 @@ def test_an_excitation_stops_before_what_comes_into_its_way(walled):
 SWINGING = {"of its attitude": {"kd_pitch": 1.0}, "of its velocity": {"kp_velocity_x": 18.0}}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("gains", SWINGING.values(), ids=SWINGING)
 def test_an_excitation_ends_when_the_drone_swings_at_a_step_that_no_pace_moves(gains):
     flown = []
@@ -526,6 +528,7 @@ def test_an_excitation_ends_when_the_drone_swings_at_a_step_that_no_pace_moves(g
     assert flown[0][-1].velocity == [0.0, 0.0, 0.0]
 
 
+@pytest.mark.slow
 def test_a_hard_hit_is_told_and_a_landing_is_none(walled):
     bench = Bench(walled)
     bench.obey(Action(velocity=[2.0, 0.0, 0.0]))
@@ -569,6 +572,7 @@ def test_a_live_flight_is_excited_shows_it_and_hands_out_instants():
     assert fork.recording().p_WB.tobytes() == same.p_WB.tobytes()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "amplitude", "most"),
     [("force_x", 1.0, 0.2), ("force_z", -1.0, 0.15), ("torque_pitch", 0.1, 0.05)],
@@ -624,6 +628,7 @@ def test_a_load_beyond_its_parameters_range_is_refused():
     assert "101 N·m" in refused.said and "±100 N·m" in refused.said
 
 
+@pytest.mark.slow
 def test_a_gust_blows_once_and_the_drone_has_time_to_come_back():
     bench = Bench()
     assert "the shape pulse" in bench.excite(Excitation("gust_y", Shape.STEP, 6.0, 1.0)).said
@@ -678,6 +683,7 @@ def measured(bench):
     return [each.values["measured"] for each in bench.messages.sent if isinstance(each, Changed)]
 
 
+@pytest.mark.slow
 def test_a_measurement_is_told_after_each_period_and_flies_again_from_what_was_done():
     bench = Bench()
     bench.fly(0.31)
@@ -699,6 +705,7 @@ def test_a_measurement_is_told_after_each_period_and_flies_again_from_what_was_d
     assert_equal_to_the_bit(again.recording(), flown.recording)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("order", "said"),
     [
@@ -790,6 +797,7 @@ def nudged(gains, seconds=6.0):
     return told, bench
 
 
+@pytest.mark.slow
 def test_a_swing_is_told_once_with_its_loop_and_frequency(case):
     """The loop is that whose gains are wrong, though both swing alike; the frequency is that of
     the flown motion, by its turns."""
@@ -810,6 +818,7 @@ def test_a_swing_is_told_once_with_its_loop_and_frequency(case):
             assert found == pytest.approx(1.0 / np.diff(flown.time[turns]).mean(), rel=0.1)
 
 
+@pytest.mark.slow
 def test_a_slow_swing_is_told_with_the_velocity_or_position_loop(case):
     """Below 1 Hz; the frequency is that of the flown velocity, by its turns."""
     for gains, loop in (
@@ -861,6 +870,7 @@ SCENARIOS = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "name",
     [
@@ -881,6 +891,7 @@ def test_moderate_turbulence_is_no_slow_swing(case):
             assert watched(Session(scenario, {"turbulence": 15.4}), 120.0) == []
 
 
+@pytest.mark.slow
 def test_a_pilot_who_swings_the_stick_and_air_that_shakes_are_no_swing():
     bench = Bench(HIGH)
     told = kept_events(bench)
@@ -893,6 +904,7 @@ def test_a_pilot_who_swings_the_stick_and_air_that_shakes_are_no_swing():
     assert told == []
 
 
+@pytest.mark.slow
 def test_nor_is_a_pilot_who_taps_unevenly():
     """What is asked for is uneven; the drone, which follows late, swings evenly."""
     bench = Bench(HIGH)

@@ -139,6 +139,7 @@ def test_it_is_what_the_textbooks_filter_makes_of_the_log(record):
     assert len(fixes) < len(speeds) - 25
 
 
+@pytest.mark.slow
 def test_errors_of_a_flight_on_the_truth_are_those_of_a_good_filter(flight, record):
     """GPS of 0.5 m and exact velocities; four times what a filter of its noise leaves, rounded."""
     good = flight.time < LOST

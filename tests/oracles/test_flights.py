@@ -26,6 +26,7 @@ def at(time, **what) -> Action:
     return Action(at=time, **what)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "heading",
     [
@@ -100,6 +101,7 @@ def test_take_off_and_landing():
     assert np.hypot(*flight.p_WB[-1, :2]) <= 0.02
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "spin",
     [
@@ -151,6 +153,7 @@ def test_a_square_of_waypoints_is_reached():
         assert there.p_WB[0] == pytest.approx(corner, abs=0.02)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "compensation", [0.6, *(pytest.param(share, marks=pytest.mark.slow) for share in (0.0, 1.0))]
 )
@@ -187,6 +190,7 @@ def test_hover_commands_follow_the_battery_over_a_whole_discharge(tmp_path, comp
         assert now.commanded_speeds[0] == pytest.approx(wanted, rel=0.01)
 
 
+@pytest.mark.slow
 def test_an_empty_battery_lands_in_time():
     """A battery of 30 s at a reserve of 60 %: 12 s of hover, 3.4 s down from 1.5 m, off."""
     session = Session(Scenario(duration=20.0), {"battery_duration": 30.0, "battery_reserve": 0.6})

@@ -48,8 +48,8 @@ OTHERS = {
     "betaflight": ("pitch_rate",),
 }
 """Loops that swing fast; flights of all others are slow tests, and of all other laws. Climb by LQI
-and by `mellinger` grows so fast that it is as large as rotors let it become before it can be seen to
-grow; that of laws with slow parts is in `tests/design/linear/test_slow_parts.py`."""
+and by `mellinger` is as large as rotors let it become before it can be seen to
+grow; that of laws with slow parts is in `design/linear/test_slow_parts.py`."""
 
 
 def each_loop(names=None, laws=SHIPPED, soon=()):

@@ -48,6 +48,7 @@ def tilt_by_hand(vehicle, area) -> float:
     return tilt
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("model", "area", "least"),
     [
@@ -203,6 +204,7 @@ def test_a_push_by_script_is_one_by_hand():
     assert np.abs(scripted.recording().p_WB[-1, 0]) > 0.1
 
 
+@pytest.mark.slow
 def test_a_push_long_ago_is_over():
     flown = session(duration=2.0)
     flown.push([5.0, 0.0, 0.0])
@@ -219,6 +221,7 @@ def turbulent(seed, turbulence=15.4):
     return flown
 
 
+@pytest.mark.slow
 def test_equal_seeds_give_equal_flights_to_the_bit():
     first = turbulent(1)
     again = first.recording().p_WB

@@ -210,6 +210,7 @@ def eventful_motion():
     return motion(eventful())
 
 
+@pytest.mark.slow
 def test_every_row_of_the_controller_is_of_effect(case, eventful_motion):
     """Limits at a value that cuts, gains at half."""
     for row in TABLE.of("controller"):

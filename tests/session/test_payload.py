@@ -64,6 +64,7 @@ def state(session) -> np.ndarray:
     return session.state().copy()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("known", [0.0, 0.2, 0.4])
 def test_the_error_of_height_is_the_weight_that_the_law_does_not_know(known):
     """Hover has no integral action: mass kp_position kp_velocity e = unknown mass g."""

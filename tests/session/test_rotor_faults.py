@@ -43,6 +43,7 @@ def flown_without(session: Session, *numbers: int, duration: float):
     return session.recording()
 
 
+@pytest.mark.slow
 def test_without_any_one_rotor_it_still_hovers(case, sessions):
     """The octocopter's and the X8's other rotors are these turned and mirrored."""
     for name, number in [
@@ -76,6 +77,7 @@ def test_a_stopped_rotor_runs_down_with_its_time_constant(sessions):
     assert flight.rotor_speeds[after, 2] == pytest.approx(speeds, abs=1.0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("v_x", "v_y"), [(3.0, 0.0), (0.0, -3.0)])
 def test_a_hexacopter_without_a_rotor_can_be_flown(v_x, v_y):
     script = [
@@ -94,6 +96,7 @@ def test_a_hexacopter_without_a_rotor_can_be_flown(v_x, v_y):
     assert flight.v_WB[-1] == pytest.approx(np.zeros(3), abs=0.02)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "numbers"),
     [
@@ -126,6 +129,7 @@ def test_where_yaw_must_go_it_turns_and_keeps_its_place(sessions):
     assert gained == pytest.approx(3.0 * least.fun / vehicle.inertia[2, 2], rel=0.01)
 
 
+@pytest.mark.slow
 def test_a_quadrotor_without_a_rotor_turns_ever_faster_before_it_falls():
     """By hand: the two beside the stopped one carry the weight, and turn the same way.
 
@@ -170,6 +174,7 @@ def test_a_rotor_that_works_again_is_used_again(sessions):
     assert abs(flight.w_WB[-1, 2]) < 1e-3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "shares",
     [[0.9] * 8, [0.9, 1.0] * 4, [0.95] + [1.0] * 7, [1.0, 0.8, 0.9, 1.0, 1.0, 1.0, 0.85, 1.0]],

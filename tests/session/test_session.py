@@ -292,6 +292,7 @@ def test_arming_and_taking_off_and_stopping():
     assert session.snapshot().v_WB[2] < -3.0  # it falls: 0.5 s less one update and the rotors' lag
 
 
+@pytest.mark.slow
 def test_a_figure_of_eight_is_flown():
     eight = FigureEight(center=[0.0, 0.0, 2.0], length=3.0, width=1.5, period=8.0, laps=1)
     scenario = Scenario(duration=16.0, start=Start(position=[0.0, 0.0, 2.0]), figure_eight=eight)

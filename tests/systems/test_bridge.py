@@ -120,6 +120,7 @@ def test_a_flood_leaves_the_neutral_command_and_the_newest():
     assert len(flight.bridge.refused()) == MOST_COMMANDS
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "rates",
     [

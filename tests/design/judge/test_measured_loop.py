@@ -78,6 +78,7 @@ def close(found, least):
     assert size <= 1.0 and math.degrees(phase) <= 5.0, (found.loop, size, math.degrees(phase))
 
 
+@pytest.mark.slow
 def test_a_flown_loop_is_that_of_the_model():
     close(fly_measurement("velocity_z", lowest=1.5, periods=3), least=2)
 

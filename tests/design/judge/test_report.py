@@ -21,6 +21,7 @@ def found():
     return judge()
 
 
+@pytest.mark.slow
 def test_every_loop_is_judged(found):
     assert [loop.loop for loop in found.loops] == [loop.name for loop in LOOPS]
     assert found.unstable == ()
@@ -89,6 +90,7 @@ def test_the_loop_through_which_a_mode_grows_is_named(study, settings, guilty):
     assert not any(loop.error.stable for loop in judge_loops(model))
 
 
+@pytest.mark.slow
 def test_a_set_that_cannot_fly_is_judged_all_the_same():
     found = judge(settings={"kp_velocity_y": 30.0})
     assert "velocity_y" in found.unstable

@@ -91,6 +91,7 @@ def test_so_it_is_the_other_way(engine, diagram, axis, amplitude):
     assert_agrees(rollouts, after, after.rotor_use.max())
 
 
+@pytest.mark.slow
 def test_so_it_is_with_any_gains(engine, diagram):
     rng = np.random.default_rng(3)
     tuned = [row.name for row in load_controller().parameters if row.name.startswith(("kp", "kd"))]

@@ -69,6 +69,7 @@ def test_before_and_after_are_told(found):
     assert flight.metrics.rise_time == pytest.approx(rise.after, abs=1 / 128)
 
 
+@pytest.mark.slow
 def test_what_was_wished_decides_and_a_default_that_is_not_met_is_named(monkeypatch):
     """As a default on another axis that no gains meet: a rise of the climb within 10 ms."""
     (impossible,) = parse_wish("z.rise_time<=0.01", origin=DEFAULT)
@@ -207,6 +208,7 @@ def test_what_cannot_be_met_is_refused_with_what_stands_against_it():
     assert conflict.nearest > 0.02
 
 
+@pytest.mark.slow
 def test_loops_that_nobody_asked_about_keep_their_margins():
     """Less noise alone is had most easily by giving up the damping of roll and pitch."""
     found = tuned("rotors.noise_amplification<=0.0008")
