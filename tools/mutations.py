@@ -504,8 +504,8 @@ MUTATIONS = (
     Mutation(
         "payload: the law is not designed anew when it becomes known",
         f"{SYSTEMS}/flight_computer.py",
-        "SetFromVector(_joined(constants))\n        self.design(context)",
-        "SetFromVector(_joined(constants))",
+        "SetFromVector(list(payload))\n        self.design(context)",
+        "SetFromVector(list(payload))",
         ("tests/systems/test_flight_computer.py",),
     ),
     Mutation(

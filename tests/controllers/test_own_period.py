@@ -8,8 +8,6 @@ import pytest
 from workbench import Scenario, Session
 from workbench.common.errors import WorkbenchError
 from workbench.control.controller import load_controller
-from workbench.design.linear.operating_point import HOVER
-from workbench.design.linear.study import LinearStudy
 from workbench.design.rollout.agreement import agreement, random_trials
 from workbench.gains.gains import flight_gains
 from workbench.scenario.scenario import Rates, Start
@@ -143,17 +141,6 @@ def differences(law, duration) -> np.ndarray:
     )
     calm = [replace(trial, gains={}) for trial in trials]
     return agreement(scenario, calm, duration=duration).velocity
-
-
-def test_a_linear_model_runs_each_part_in_each_update(tmp_path):
-    """What counts for ever has no steady state, so it is left out here."""
-    steady = LAW.replace("memory.clock + since, runs)", "memory.clock, memory.runs)")
-    found = []
-    for name, divider in (("slow", 5), ("quick", 1)):
-        path = tmp_path / f"{name}.py"
-        path.write_text(steady.replace("DIVIDERS = (5,)", f"DIVIDERS = ({divider},)"))
-        found.append(LinearStudy(Scenario(controller=str(path))).sampled(HOVER).A)
-    assert found[0] == pytest.approx(found[1], abs=1e-12)
 
 
 def test_a_design_knows_the_rotors(law):

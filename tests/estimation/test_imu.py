@@ -147,7 +147,7 @@ def test_noise_keeps_its_density_at_any_rate_of_samples(case, description, vehic
             sums = noise[:, :6].reshape(-1, 16, 2, 3).mean(axis=1)
             expected = densities / (16 * 8 * STEP) ** 0.5
             assert np.sqrt((sums**2).mean(axis=(0, 2))) == pytest.approx(expected, rel=0.15)
-            sampled = 0.02 * ((rate or 256.0) / 250.0) ** 0.5  # of no rate: twice a reading
+            sampled = 0.02 * ((rate or 1024.0) / 250.0) ** 0.5
             assert noise[:, 6:].std(axis=0) == pytest.approx(sampled, rel=0.06)
             assert np.abs(noise.mean(axis=0)).max() < 0.02
 

@@ -14,6 +14,7 @@ Cytomic, 2013; V. Zavalishin, The Art of VA Filter Design, 2.1, 2018, sections 3
 """
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 from workbench.common.jitable import Scalar, register_jitable
@@ -111,3 +112,22 @@ def _band(g: float, k: float) -> tuple[float, float, float]:
     a1 = 1.0 / (1.0 + g * (g + k))
     a2 = g * a1
     return a1, a2, g * a2
+
+
+def mean_smoothed(
+    section: Any, states: Sequence[float], rows: Sequence[Sequence[float]]
+) -> tuple[list[float], list[float]]:
+    """Return the mean output of a section for vectors in turn (3), and its states after them (6).
+
+    Args:
+        section: coefficients (9), the same for the three components.
+        states: of the section for each component, two a piece (6).
+        rows: the vectors (K, 3).
+    """
+    mean, states = [0.0] * 3, list(states)
+    for row in rows:
+        for i, value in enumerate(row):
+            x_1, x_2 = states[2 * i : 2 * i + 2]
+            mean[i] += output(section, x_1, x_2, value) / len(rows)
+            states[2 * i : 2 * i + 2] = after(section, x_1, x_2, value)
+    return mean, states

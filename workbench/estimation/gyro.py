@@ -29,39 +29,30 @@ class GyroSettings(NamedTuple):
 
 
 UNFILTERED = GyroSettings()
-"""No filters, and no stated rate."""
-FEWEST = 2
-"""Samples of a period where neither rate nor filters ask for more."""
+"""A sample at every physics step, and no filters."""
+
+
+@register_jitable
+def sample_steps(rate: float, step: float, steps: int) -> int:
+    """Return the number of physics steps between gyro samples: a divisor of the control period.
+
+    Args:
+        rate: smallest requested rate [1/s]; 0 for a sample every step.
+        step: of physics [s].
+        steps: of physics in a control period.
+    """
+    if rate == 0.0:
+        return 1
+    for each in range(steps, 1, -1):
+        if steps % each == 0 and each * step * rate <= 1.0 + 1e-9:
+            return each
+    return 1
 
 
 @register_jitable
 def filters_gyro(settings: Vector, period: float) -> bool:
     """Return whether any filter works at samples every `period` [s]; see `GyroSettings`."""
     return works(settings[1], period) or works(settings[3], period)
-
-
-@register_jitable
-def sample_steps(settings: Vector, step: float, readout: int) -> int:
-    """Return the number of physics steps between samples of the IMU: a divisor of the period.
-
-    A stated rate is the least. Without one, filters get a sample at each physics step, and where
-    nothing is filtered there are `FEWEST` in a period.
-
-    Args:
-        settings: see `GyroSettings`.
-        step: of physics [s].
-        readout: physics steps between two readings.
-    """
-    if settings[0] > 0.0:
-        longest = min(readout, int(1.0 / (settings[0] * step) + 1e-9))
-    elif filters_gyro(settings, step) or works(settings[5], step):
-        longest = 1
-    else:
-        longest = readout // FEWEST
-    for each in range(longest, 1, -1):
-        if readout % each == 0:
-            return each
-    return 1
 
 
 @register_jitable

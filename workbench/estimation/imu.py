@@ -4,6 +4,7 @@ It has its own random numbers, so equal seeds give equal samples in all diagrams
 """
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -176,9 +177,15 @@ def mean_rate(before: Vector, now: Vector, period: float) -> tuple[float, float,
 
 
 def noise_rows(
-    noise: ImuNoise, numbers: np.ndarray, every: int, fault: float, bias: Vector, seed: float
+    noise: ImuNoise,
+    numbers: np.ndarray,
+    every: int,
+    fault: float,
+    bias: Vector,
+    seed: float,
+    R_BS: Sequence[Sequence[float]] | np.ndarray,
 ) -> np.ndarray:
-    """Return bias and noise of some samples, in the axes of the sensor (K, 6).
+    """Return bias and noise of some samples, in B (K, 6).
 
     Args:
         noise: of the sensor.
@@ -187,11 +194,13 @@ def noise_rows(
         fault: see `faults.Fault`.
         bias: biases and drift together (6).
         seed: of the flight's noise.
+        R_BS: axes of the sensor in B (3, 3).
     """
     scale = (NOISE_FACTOR if fault == NOISY else 1.0) / math.sqrt(every)
     deviation = scale * np.array(noise.deviation)
     rows: np.ndarray = np.asarray(bias) + deviation * normal_rows(seed, 2 * numbers)
-    return rows
+    in_body: np.ndarray = rows.reshape(-1, 2, 3) @ np.array(R_BS).T
+    return in_body.reshape(-1, 6)
 
 
 @register_jitable(forceinline=True)

@@ -235,7 +235,7 @@ OTHERS: tuple[Parameter, ...] = (
         "gyro_rate",
         _FREQUENCY,
         0.0,
-        "sample rate of the gyro, at least; 0 for each physics step, or 256 Hz unfiltered",
+        "sample rate of the gyro, at least; 0 for one sample a physics step",
     ),
     _gyro("gyro_lowpass", _FREQUENCY, 0.0, "cut-off of the gyro's low-pass; 0 for none"),
     Parameter(

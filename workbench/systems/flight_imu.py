@@ -20,7 +20,7 @@ from workbench.dynamics.motion_between import (
     motions_between,
     point_motion,
 )
-from workbench.estimation.filters import after, lowpass, output
+from workbench.estimation.filters import lowpass, mean_smoothed, works
 from workbench.estimation.gyro import (
     GyroSettings,
     at_rest,
@@ -54,11 +54,12 @@ ON_TIME = 1e-6
 
 
 class _Sampling(NamedTuple):
-    """How samples are taken: settings, physics steps between two, and whether the gyro filters."""
+    """How samples are taken: settings, physics steps between two, and what of them is filtered."""
 
     settings: GyroSettings
     steps: int
-    filters: bool
+    filters_gyro: bool
+    filters_force: bool
 
 
 class Samples(NamedTuple):
@@ -148,14 +149,14 @@ class FlightImu(DiscreteSystem):
         context.SetDiscreteState(self._number, [-1.0])
 
     def _values(self, context: Context, group: int) -> list[float]:
-        values: list[float] = context.get_discrete_state(group).value().tolist()
-        return values
+        return context.get_discrete_state(group).value().tolist()
 
     def _calc_sampled(self, context: Context) -> _Sampling:
         live = context.get_numeric_parameter(self.settings_index).value()
         settings = GyroSettings(*live.tolist())
-        steps = sample_steps(settings, self._step, self._readout)
-        return _Sampling(settings, steps, filters_gyro(settings, steps * self._step))
+        steps = sample_steps(settings.gyro_rate, self._step, self._readout)
+        smooths = works(settings.accel_lowpass, steps * self._step)
+        return _Sampling(settings, steps, filters_gyro(settings, steps * self._step), smooths)
 
     def _began(self, context: Context) -> bool:
         """Return whether the last update took a sample."""
@@ -183,16 +184,21 @@ class FlightImu(DiscreteSystem):
         fault = context.get_numeric_parameter(self.fault_index)[0]
         if self._began(context) and fault in (FROZEN, SILENT):
             last = self._values(context, self._last)
-            samples = np.tile(last, (self._count(context), 1))
-            return self._filtered(context, samples, last[0:3])
+            return self._filtered(context, np.tile(last, (self._count(context), 1)), last[0:3])
         samples, turn = self._exact(context)
         if self._imu is not None:
             noise = self._drawn(context, fault)
-            samples, turn = samples + noise, turn + noise[:, 0:3].mean(axis=0)
+            turn = turn + noise[:, 0:3].mean(axis=0)
+            # of what one exact sample stands for: the last rate, and the mean force
+            each = noise.reshape(len(samples), -1, 6)
+            samples = samples + np.hstack([each[:, -1, 0:3], each[:, :, 3:6].mean(axis=1)])
         return self._filtered(context, samples, turn)
 
     def _exact(self, context: Context) -> tuple[np.ndarray, np.ndarray]:
-        """Return exact samples (K, 6), and the mean angular velocity in B (3)."""
+        """Return exact samples (K, 6), and the mean angular velocity in B (3).
+
+        Where nothing is filtered, two stand for all.
+        """
         state = self._state.Eval(context).tolist()
         if not self._began(context):
             rates, force = body_rates(state), (0.0, 0.0, 0.0)
@@ -200,10 +206,12 @@ class FlightImu(DiscreteSystem):
                 acceleration = self._acceleration.Eval(context).tolist()
                 force = measured(state, acceleration, self._p_BS)[3:6]
             return np.array([[*rates, *force]]), np.array(rates)
-        passed, steps = self._passed(context), self._sampled(context).steps
+        passed, count, found = self._passed(context), self._count(context), self._sampled(context)
         before, now = self._values(context, self._motion), point_motion(state, self._p_BS)
-        count, period = self._count(context), passed * self._step
-        ends, middles = motions_between(before, now, period, count, steps / passed).tolist()
+        filtered = found.filters_gyro or found.filters_force
+        parts = count if filtered else math.gcd(count, 2)
+        steps, period = found.steps * count / parts, passed * self._step
+        ends, middles = motions_between(before, now, period, parts, steps / passed).tolist()
         forces = [(0.0, 0.0, 0.0)] * len(ends)
         if self._imu is not None:
             forces = [
@@ -223,22 +231,20 @@ class FlightImu(DiscreteSystem):
             numbers = number + steps * np.arange(1, self._count(context) + 1)
         bias = np.add(self._begun_bias(context), self._values(context, self._drift))
         seed = context.get_numeric_parameter(self._seed)[0]
-        rows = noise_rows(self._noise, numbers, steps, fault, bias, seed)
-        in_body: np.ndarray = rows.reshape(-1, 2, 3) @ np.array(self._imu.R_BS).T
-        return in_body.reshape(-1, 6)
+        return noise_rows(self._noise, numbers, steps, fault, bias, seed, self._imu.R_BS)
 
     def _begun_bias(self, context: Context) -> Sequence[float]:
         """Return the biases of the flight (6), which are drawn at the first update."""
         if self._began(context):
             return self._values(context, self._bias)
         assert self._noise
-        seed = context.get_numeric_parameter(self._seed)[0]
         with np.errstate(over="ignore"):  # integers of the noise wrap around
+            seed = context.get_numeric_parameter(self._seed)[0]
             return drawn_bias(self._noise.mean, self._noise.spread, seed)
 
     def _filtered(self, context: Context, samples: np.ndarray, turn: Any) -> Samples:
         """Return what samples (K, 6) lead to, given the mean of the angular velocity (3)."""
-        settings, steps, _ = self._sampled(context)
+        settings, steps, *_ = self._sampled(context)
         rows: list[list[float]] = samples.tolist()
         began, gyro = self._began(context), gyro_filter(settings, steps * self._step)
         filters: Sequence[float] = at_rest(rows[0][0:3])
@@ -254,16 +260,11 @@ class FlightImu(DiscreteSystem):
         accel = self._values(context, self._accel_filters)
         if not began:
             accel = [0.0, rows[0][3], 0.0, rows[0][4], 0.0, rows[0][5]]
-        force = [0.0] * 3
-        for row in rows:
-            for i in range(3):
-                x_1, x_2 = accel[2 * i : 2 * i + 2]
-                force[i] += output(section, x_1, x_2, row[3 + i]) / len(rows)
-                accel[2 * i : 2 * i + 2] = after(section, x_1, x_2, row[3 + i])
+        force, accel = mean_smoothed(section, accel, [row[3:6] for row in rows])
         return Samples(filters, rates, accel, rows[-1], [*turn, *force])
 
     def _update(self, context: Context, discrete_state: DiscreteValues) -> None:
-        if self._imu is None and not self._sampled(context).filters:
+        if self._imu is None and not self._sampled(context).filters_gyro:
             if self._began(context):
                 discrete_state.set_value(self._number, [-1.0])
             return
@@ -283,7 +284,7 @@ class FlightImu(DiscreteSystem):
 
     def _calc_sensed(self, context: Context, output_vector: BasicVector) -> None:
         state = self._state.Eval(context)
-        if not self._sampled(context).filters:
+        if not self._sampled(context).filters_gyro:
             output_vector.SetFromVector(state)
             return
         rates: Sequence[float] = self._values(context, self._rates)
@@ -292,9 +293,8 @@ class FlightImu(DiscreteSystem):
         output_vector.SetFromVector(sensed(state.tolist(), rates))
 
     def _calc_imu(self, context: Context, output_vector: BasicVector) -> None:
+        groups = (self._reading, self._rates)
+        values = [number for group in groups for number in self._values(context, group)]
         if self._is_due(context):
-            samples = self._samples(context)
-            output_vector.SetFromVector([*samples.reading, *samples.rates])
-            return
-        reading, rates = self._values(context, self._reading), self._values(context, self._rates)
-        output_vector.SetFromVector([*reading, *rates])
+            values = [*self._samples(context).reading, *self._samples(context).rates]
+        output_vector.SetFromVector(values)

@@ -87,8 +87,9 @@ class Derivatives:
     """The vehicle and its law, as functions of numbers with derivatives.
 
     Its functions, which cache their last call: `update(state, filtered, before, reference,
-    guidance, memory) -> Update`, see `averaged` for laws with slow parts; `settled_update`, the
-    same with all parts, for a law without spin-up torque, as there is none in a steady flight;
+    guidance, memory) -> Update`, see `averaged` for laws with slow parts; `whole_update`, the
+    same with all parts; `settled_update`, that of a law without spin-up torque, as there is none in
+    a steady flight;
     `slopes(state, speeds, commands)`, see `VehicleDerivatives`; `step(state, speeds, commands,
     yaw_rate) -> Step`, over a physics step; and `steady_commands(speeds)`, which returns the
     commands that keep rotors at speeds (n), and their derivatives. A battery is full.
@@ -121,7 +122,7 @@ class Derivatives:
         self._supply, self._voltage = full_supply(vehicle, gains), 1.0
         self._air: tuple[float, ...] = ()
         self.update = LastCall(self._update)
-        self._whole_update = LastCall(self._all_parts)
+        self.whole_update = LastCall(self._whole_update)
         self.settled_update = LastCall(self._settled_update)
         self.step = LastCall(self._step)
         self.slopes = LastCall(self._slopes)
@@ -147,13 +148,13 @@ class Derivatives:
         self._settings = [gains[name] for name in ComputerSettings._fields]
         gyro = [gains[name] for name in GyroSettings._fields]
         steps = round(self._control_period / self._physics_step)
-        self.gyro_every = sample_steps(gyro, self._physics_step, steps)
+        self.gyro_every = sample_steps(gyro[0], self._physics_step, steps)
         self.gyro_filters = filters_gyro(gyro, self.gyro_every * self._physics_step)
         self._gyro_filter = gyro_filter(gyro, self.gyro_every * self._physics_step)
         self._accel_filter = lowpass(gyro[5], gyro[6], self.gyro_every * self._physics_step)
         self.gyro.forget()
         self.update.forget()
-        self._whole_update.forget()
+        self.whole_update.forget()
         self.settled_update.forget()
         supply = full_supply(self._vehicle, gains)
         air = (gains["drag_area"], gains["air_density"], *supply)
@@ -185,15 +186,15 @@ class Derivatives:
     def _update(self, *signals: np.ndarray) -> Update:
         dividers = self.controller.dividers
         if not dividers:
-            return self._whole_update(*signals)
+            return self.whole_update(*signals)
         return averaged(lambda count: self._updated(self._gains, count, *signals), dividers)
 
-    def _all_parts(self, *signals: np.ndarray) -> Update:
+    def _whole_update(self, *signals: np.ndarray) -> Update:
         return self._updated(self._gains, ALL_PARTS, *signals)
 
     def _settled_update(self, *signals: np.ndarray) -> Update:
         if self._gains == self._settled:
-            return self._whole_update(*signals)
+            return self.whole_update(*signals)
         return self._updated(self._settled, ALL_PARTS, *signals)
 
     def _updated(

@@ -53,7 +53,7 @@ from workbench.diagram.core import law_gains, make_flight_core, make_vehicle_cor
 from workbench.diagram.mounting import find_imu, mounting_of
 from workbench.diagram.sensor_choice import choose_sensors
 from workbench.estimation.estimators import find_estimator
-from workbench.estimation.gyro import GyroSettings, sample_steps
+from workbench.estimation.gyro import sample_steps
 from workbench.estimation.samples import Mounting
 from workbench.estimation.settings import HEARD, TRUTH
 from workbench.gains.gains import flight_gains
@@ -448,6 +448,7 @@ class LinearStudy:
         scenario: its vehicle, variation, gains and rates are used; the air is calm.
         description: of its vehicle, if already read.
         vehicle: of that description, if already made.
+        controller: in place of the scenario's.
 
     Raises:
         WorkbenchError: if the vehicle cannot be read.
@@ -458,13 +459,14 @@ class LinearStudy:
         scenario: Scenario | None = None,
         description: Description | None = None,
         vehicle: Vehicle | None = None,
+        controller: Controller | None = None,
     ) -> None:
         self.scenario = at_own_period(scenario or Scenario())
         check_scenario(self.scenario)
         config = self.scenario.vehicle
         self._description = description or read_configured(config)
         self.vehicle = vehicle or make_vehicle(self._description)
-        self.controller = flown_controller(self.scenario)
+        self.controller = controller or flown_controller(self.scenario)
         self.gains: Mapping[str, float] = flight_gains(
             self.vehicle, config.gains, controller=self.controller
         )
@@ -493,12 +495,12 @@ class LinearStudy:
         self._bare_vehicle = LastCall(self._vehicle_with)
         self._continuous = LastCall(self._flight_with)
 
-    def like(self, scenario: Scenario) -> "LinearStudy":
-        """Return a study of the same description with another variation, gains or rates.
+    def like(self, scenario: Scenario, controller: Controller | None = None) -> "LinearStudy":
+        """Return a study of the same description with another variation, gains, rates or law.
 
         Most of the time of a study is for reading the description.
         """
-        return LinearStudy(scenario, self._description, self.vehicle)
+        return LinearStudy(scenario, self._description, self.vehicle, controller)
 
     def trim(self, point: OperatingPoint = HOVER, gains: Mapping[str, float] | None = None) -> Trim:
         """Return the trim of an operating point.
@@ -533,8 +535,7 @@ class LinearStudy:
         """
         values, rates = self._values(gains), self.scenario.rates
         steps = round(rates.control_period / rates.physics_step)
-        settings = [values[name] for name in GyroSettings._fields]
-        every = sample_steps(settings, rates.physics_step, steps)
+        every = sample_steps(values["gyro_rate"], rates.physics_step, steps)
         return self._sampled(point, gains, steps // every).lean(REMOVABLE)
 
     def plant_input(
@@ -563,14 +564,19 @@ class LinearStudy:
     def wrench_by(
         self, points: Sequence[str], gains: Mapping[str, float] | None = None
     ) -> np.ndarray:
-        """Return the wrench commanded by an update in hover per injection at loop points (4, P).
+        """Return the wrench that an update of all parts commands in hover per injection (4, P).
 
         Args:
-            points: their names.
+            points: of the injections.
             gains: parameter values by name that differ from the scenario's.
         """
-        model = self._sampled(HOVER, gains)
-        return self._wrench(model, model.B(points))
+        trim, known = self.trim(HOVER, gains), list(self.controller.points)
+        update = self._derivatives.whole_update(*update_inputs(trim, self._rate))
+        first = update.commands_by.shape[1] - trim.memory.size - len(known)
+        by_commands, _ = self._derivatives.allocation_at(trim.commands)
+        columns = [first + known.index(point) for point in points]
+        found: np.ndarray = by_commands @ update.commands_by[:, columns]
+        return found
 
     def _wrench(self, model: LinearModel, rows: np.ndarray) -> np.ndarray:
         """Return rows (4, k) of the wrench that an update commands, by those of states (m, k)."""

@@ -140,7 +140,7 @@ def begin_imus(block, candidates, hearing, schedule):
     for i in range(LANES):
         c = min(i, len(candidates.gains) - 1)
         settings = candidates.gyros[c]
-        every = sample_steps(settings, schedule.step, schedule.steps)
+        every = sample_steps(settings[0], schedule.step, schedule.steps)
         period = every * schedule.step
         works = works or filters_gyro(settings, period) or settings[5] > 0.0
         for step in range(schedule.steps):

@@ -71,7 +71,7 @@ class Knowing(NamedTuple):
 @register_jitable
 def fill_gyro(block, i, settings, schedule):
     """Fill a candidate's rows, once its state is there."""
-    every = sample_steps(settings, schedule.step, schedule.steps)
+    every = sample_steps(settings[0], schedule.step, schedule.steps)
     works = filters_gyro(settings, every * schedule.step)
     put(block, GYRO_EVERY, i, 1.0 * every if works else 0.0)
     coefficients = gyro_filter(settings, every * schedule.step)

@@ -424,7 +424,7 @@ def gains_alone(
     values: Mapping[str, float],
     others: Mapping[str, float],
 ) -> tuple[Difference, ...]:
-    """Compare with both laws at the shorter of their periods, and without the laws' own filters.
+    """Compare with both laws at the shorter of their periods, without own filters and slower parts.
 
     Arguments are those of `differences`.
     """
@@ -438,9 +438,11 @@ def gains_alone(
 
 
 def _at_period(study: LinearStudy, period: float) -> LinearStudy:
-    """Return a study with the law at a period, if it has none of its own."""
-    scenario = study.scenario
-    if study.controller.period is not None or scenario.rates.control_period == period:
+    """Return a study with the law at a period, if it has none of its own, and all parts in each."""
+    scenario, law = study.scenario, study.controller
+    if law.period is None and scenario.rates.control_period != period:
+        rates = dataclasses.replace(scenario.rates, control_period=period)
+        scenario = dataclasses.replace(scenario, rates=rates)
+    elif not law.dividers:
         return study
-    rates = dataclasses.replace(scenario.rates, control_period=period)
-    return study.like(dataclasses.replace(scenario, rates=rates))
+    return study.like(scenario, dataclasses.replace(law, dividers=(1,) * len(law.dividers)))
