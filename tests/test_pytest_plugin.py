@@ -63,6 +63,7 @@ def test_collecting_specs_loads_no_drake(pytester, plugin):
     assert not {"pydrake", "matplotlib"} & set(done.stdout.split("loaded")[1].split())
 
 
+@pytest.mark.slow
 def test_cases_become_items_that_pass_once_recorded(pytester, plugin):
     pytester.makefile(".spec.yaml", one=GOOD)
     missing = pytester.runpytest_inprocess(*plugin, "-q")

@@ -12,6 +12,7 @@ from workbench.scenario.scenario import Scenario
 LQI = Scenario(controller="lqi")
 
 
+@pytest.mark.slow
 def test_another_controller_has_its_own_gains_and_the_margins_of_the_judge(answer):
     about = Subject(Scenario(), {"kp_pitch": 50.0, "max_tilt": 0.3})
     reply = answer(AskOther("lqi", Judge({})), about)

@@ -20,6 +20,7 @@ than on the diagram: up to 4.2 mm/s apart in the first control periods [m/s] or 
 OWN, FIRM = Branch("own", {}), Branch("firm", {"kp_velocity_x": 8.0})
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("axis", "amplitude"), [("x", 2.0), ("z", -1.0), ("yaw", 0.2)])
 def test_a_step_is_as_the_diagram_flies_it(answer, axis, amplitude):
     """Within 5 mm/s, or 5 mrad/s."""
@@ -34,6 +35,7 @@ def test_a_step_is_as_the_diagram_flies_it(answer, axis, amplitude):
     assert not predicted.lost
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("axis", "amplitude"), [("x", 1.0), ("y", -1.0), ("yaw", 0.2)])
 @pytest.mark.parametrize("heading", np.radians([-83.0, 30.0, 135.0]))
 def test_a_step_is_predicted_with_the_heading_that_the_drone_has(answer, axis, amplitude, heading):
@@ -155,6 +157,7 @@ def test_bad_gains_and_a_stop_are_sentences(flight, about, answer, caller):
         answer(Fork(checkpoint, (OWN,), 1.0), about)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("load", "amplitude", "acts"),
     [("force_x", 3.0, None), ("torque_roll", 0.2, 0.3), ("gust_y", -6.0, 1.0)],

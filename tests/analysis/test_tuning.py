@@ -145,6 +145,7 @@ def test_it_is_green_at_once_on_the_command_line(pinned):
     assert done.returncode == 0, done.stdout + done.stderr
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["kp_velocity_x", "kd_velocity_x", "kp_pitch", "kd_pitch"])
 def test_it_is_red_with_a_gain_of_its_loops_of_seven_tenths(pinned, name):
     value = load_gains(pinned.gains).gains[name]
@@ -182,6 +183,7 @@ def test_who_stops_it_at_the_last_moment_finds_no_file(tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.slow
 def test_a_gain_file_beside_the_model_may_change_later(tmp_path):
     """The model's own gains.yaml is edited after the pin: the pinned step still flies as it did."""
     model = tmp_path / "models" / "drone"
@@ -202,6 +204,7 @@ def test_a_gain_file_beside_the_model_may_change_later(tmp_path):
     moved.rename(tmp_path)
 
 
+@pytest.mark.slow
 def test_variation_and_rates_are_pinned_too_and_margins_may_be_left_out(tmp_path):
     scenario = Scenario(
         world="obstacle_field",
@@ -219,6 +222,7 @@ def test_variation_and_rates_are_pinned_too_and_margins_may_be_left_out(tmp_path
     assert all(passed(path))
 
 
+@pytest.mark.slow
 def test_other_parameters_than_the_controllers_are_set_in_the_case(tmp_path):
     path = tmp_path / "windy.spec.yaml"
     pin_step(path, Scenario(), {"wind_y": 4.0}, "x", 1.0, duration=1.5, margins=False)

@@ -79,6 +79,7 @@ SEARCHED = {"pd": {"kp_yaw_rate"}, "lqi": {"q_yaw_integral", "q_yaw_rate"}}
 """Gains that the yaw rate hangs on."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("laws", [["pd"], pytest.param(["pd", "lqi"], marks=pytest.mark.slow)])
 def test_each_is_tuned_for_the_same_wishes_first(run, out, write, laws):
     """The numbers are those of a flight with the gains that are told; a step meets the wish."""

@@ -62,6 +62,7 @@ def test_what_has_not_settled_has_no_numbers_and_says_why(run, out):
     assert found["withheld"].startswith("by the linear model, the step needs")
 
 
+@pytest.mark.slow
 def test_settings_gains_and_xacro_arguments_reach_the_flight(run, out, write):
     gains = write("slow.yaml", "gains: {kp_velocity_z: 1.0}\n")
     short = ("step", "--duration", "1", "--output", out, "--no-plots", "--json")
@@ -91,6 +92,7 @@ def test_a_response_that_says_nothing_is_null_in_json(run, out):
     assert said.json["settling_time"] is None
 
 
+@pytest.mark.slow
 def test_a_lost_flight_is_measured_and_said(run, out):
     words = ("step", "--axis", "x", "--set", "kp_pitch=2400", "--duration", "2", "--output", out)
     said = run(*words)
@@ -147,6 +149,7 @@ def test_a_place_where_nothing_can_be_written_is_refused_before_the_flight(refus
     assert list(tmp_path.iterdir()) == [blocker]
 
 
+@pytest.mark.slow
 def test_a_load_is_that_of_the_python_call_with_log_and_picture(run, out):
     words = ("step", "--load", "torque_yaw", "--amplitude", "0.02", "--duration", "2")
     found = run(*words, "--output", out, "--json").json

@@ -17,6 +17,7 @@ PNG = b"\x89PNG"
 SHORT = ("sweep", "kp_velocity_z=2..6:3")
 
 
+@pytest.mark.slow
 def test_json_is_the_table_of_the_python_call(run, out):
     said = run(*SHORT, "--output", out, "--json").json
     table = sweep(["kp_velocity_z=2..6:3"], axis="z", amplitude=1.0)

@@ -178,6 +178,7 @@ def test_along_a_wall_it_is_not_slowed(fly, radius):
     assert v_WB == pytest.approx(v_free, abs=2e-3)
 
 
+@pytest.mark.slow
 def test_in_a_corner_it_stops_at_both_walls(fly, radius):
     walls = [wall_ahead(4.0), (RigidTransform([0.0, 4.6, HEIGHT]), Box(60.0, 1.0, 60.0))]
     settings = FLOOR._replace(obstacle_brake=1.0, stop_distance=STOP)

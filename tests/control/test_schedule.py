@@ -112,6 +112,7 @@ def listed(law):
     return [*(row.name for row in law.parameters), *law.designed]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("quantity", [each.name for each in QUANTITIES])
 def test_equal_sets_fly_as_the_law_without_a_schedule_to_the_bit(quantity):
     flown = []

@@ -83,6 +83,7 @@ def tilts(name: str, starts, duration: float) -> list[float]:
     return found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SHIPPED)
 def test_a_law_turns_a_vehicle_upright(name):
     """From its side, and from exactly upside down, where a law may find no way that is shorter."""

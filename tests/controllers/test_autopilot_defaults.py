@@ -56,6 +56,7 @@ def stated(law):
     return re.findall(r"\d+\.?\d*", row)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("law", VEHICLES)
 def test_their_gains_are_the_firmware_s_and_hold_the_place(law):
     """Nudged and pushed."""

@@ -30,6 +30,7 @@ def in_the_air(controller: str, variation: Variation | None = None) -> Session:
     return Session(Scenario(controller=controller, vehicle=config, start=start, duration=1000.0))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("law", "within", "duration"),
     [
@@ -66,6 +67,7 @@ def take_off(law: str, wait: float, wish: float) -> np.ndarray:
     return np.column_stack([flown.p_WB[which, 2], flown.v_WB[which, 2]])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("law", ["pid", pytest.param("lqi", marks=pytest.mark.slow)])
 def test_nothing_winds_up_on_the_ground(law):
     """Armed for 4 s with a command up: the take-off is the one without that."""
@@ -78,6 +80,7 @@ def test_nothing_winds_up_on_the_ground(law):
     assert flown == pytest.approx(take_off(law, 0.5, 0.0), abs=1e-4)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("law", [pytest.param("pid", marks=pytest.mark.slow), "lqi"])
 def test_rotors_that_do_all_they_can_stop_the_integral_in_climb(law):
     """A payload too heavy to lift holds it down: after 6 s it is let go as after 3 s.
@@ -99,6 +102,7 @@ def test_rotors_that_do_all_they_can_stop_the_integral_in_climb(law):
     assert peaks[1] == pytest.approx(peaks[0], rel=0.05)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "steps",
     [

@@ -130,6 +130,7 @@ def farthest(controller: str, duration: float) -> tuple[float, float]:
     return off.max(), np.linalg.norm(flown.v_WB, axis=1).max()
 
 
+@pytest.mark.slow
 def test_a_figure_of_eight_at_4_m_s_is_flown_within_5_cm():
     """The PD cascade, which knows no acceleration of the path, flies it a tenth too large."""
     off, speed = farthest("geometric", 10.0)

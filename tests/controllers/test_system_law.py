@@ -151,6 +151,7 @@ def plain(tmp_path_factory):
     return written(tmp_path_factory.mktemp("laws"), "plain", UPDATE)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("text", "derivatives", "near"), [(DIAGRAM, "AutoDiff", 1e-11), (LEAF, "differences", 1e-6)]
 )

@@ -76,6 +76,7 @@ def assert_is(flown, recording) -> None:
     assert flown.tilt == pytest.approx(tilt, abs=1e-5)
 
 
+@pytest.mark.slow
 def test_a_branch_with_the_flights_own_gains_is_what_the_flight_then_does(forker, flight):
     checkpoint = pickle.loads(pickle.dumps(flight.checkpoint()))
     own = {name: flight.get(name) for name in ("kp_roll", "kp_velocity_x", "max_tilt")}
@@ -206,6 +207,7 @@ def test_a_script_that_sets_what_a_controller_has_not_ends_that_branch():
     assert_is(as_flown, flight.recording())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("axis", ["x", "y", "z", "yaw"])
 def test_a_step_goes_on_top_of_what_is_asked_for(forker, flight, axis):
     (branch,) = forker.fly(flight.checkpoint(), [Branch("", {})], 0.7, Step(axis, 0.25))

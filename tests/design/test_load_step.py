@@ -101,6 +101,7 @@ def study():
     return LinearStudy()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("load", PUSHES)
 def test_a_load_is_answered_as_predicted_and_as_the_linear_model_says(load, engine, study):
     amplitude = 0.2 * usual_load(find_load(load), study.vehicle)

@@ -60,6 +60,7 @@ def test_a_flight_is_not_lost(recording, values):
     assert find_loss(changed(recording, **values)) is None
 
 
+@pytest.mark.slow
 def test_up_and_down_again_is_a_flight():
     script = [Action(at=0.0, request="take_off", height=0.5), Action(at=4.0, request="land")]
     session = Session(Scenario(start=Start(mode="off"), duration=10.0, script=script))

@@ -64,6 +64,7 @@ def assert_readable(figure, tmp_path):
             assert not box.overlaps(its_box), f"'{text}' lies on '{other}'"
 
 
+@pytest.mark.slow
 def test_reproduced_figures_have_the_papers_three_panels(row, tmp_path):
     figure = plot_reproduced(row)
     assert_readable(figure, tmp_path)

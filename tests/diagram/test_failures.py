@@ -115,6 +115,7 @@ def test_a_position_that_is_lost_for_good_ends_in_a_landing_that_says_so(case):
             assert not flight.reference.any()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "estimator", ["ekf", pytest.param("complementary", marks=pytest.mark.slow)]
 )
@@ -140,6 +141,7 @@ def test_a_frozen_gps_is_flown_as_a_silent_one_and_comes_back_as_one(estimator):
     assert summarise(frozen).failsafes == summarise(silent).failsafes
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("estimator", "noise"),
     [
@@ -172,6 +174,7 @@ def test_an_exact_gps_that_stands_is_not_taken_for_frozen(estimator, noise):
     assert session.snapshot().mode is FlightMode.OFF
 
 
+@pytest.mark.slow
 def test_a_gyro_that_stands_still_stops_the_rotors_within_half_a_second(case):
     for estimator in ("ekf", "complementary"):
         for fault in (1.0, 3.0):
@@ -186,6 +189,7 @@ def test_a_gyro_that_stands_still_stops_the_rotors_within_half_a_second(case):
                 assert np.isfinite(flight.estimate).all()
 
 
+@pytest.mark.slow
 def test_a_noisy_gyro_flies_on_and_one_without_noise_is_not_taken_for_failed(case):
     for name, script, noise in (
         ("noisy", [failing(imu_fault=2.0)], True),

@@ -167,6 +167,7 @@ def test_each_fault_has_its_consequence():
     assert silent[5] > 1.3 * sigma_yaw and "magnetometer" not in silent[-1]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "estimator", ["ekf", pytest.param("complementary", marks=pytest.mark.slow)]
 )
@@ -180,6 +181,7 @@ def test_a_frozen_gyro_ends_the_flight_upside_down_and_not_in_a_traceback(estima
     assert off.max() > math.radians(45.0)
 
 
+@pytest.mark.slow
 def test_the_complementary_filter_follows_a_frozen_compass():
     """It has no gate: a compass that stands turns the heading away."""
     turn = [Action(6.0, yaw_rate=0.3), Action(9.0, yaw_rate=0.0)]

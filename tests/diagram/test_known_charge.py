@@ -50,6 +50,7 @@ def flown(drone, duration, estimator="ekf", **settings):
     return session
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "rows",
     [
@@ -104,6 +105,7 @@ def test_compensation_and_law_go_by_the_charge_that_is_known(drone, case):
             assert heard == pytest.approx([voltage / 12.6])
 
 
+@pytest.mark.slow
 def test_it_lands_by_the_charge_that_is_known_and_noise_is_that_of_the_seed(drone):
     flights = [
         flown(drone, 0.2 * DURATION, battery_reserve=0.85, voltage_noise=3.0).recording()

@@ -115,6 +115,7 @@ def test_a_mass_that_changes_in_the_context_changes_the_flight():
     assert vdot[5] == pytest.approx(GRAVITY / 1.25 - GRAVITY, rel=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("flat", [False, True])
 @pytest.mark.parametrize(("speed", "sink"), [(2.0, 0.0), (4.0, 0.0), (8.0, 0.0), (4.0, 0.5)])
 def test_a_sliding_touch_down_stops_where_friction_says(tmp_path, monkeypatch, speed, sink, flat):
@@ -130,6 +131,7 @@ def test_a_sliding_touch_down_stops_where_friction_says(tmp_path, monkeypatch, s
         assert states[:, 6].max() < HEIGHT + 1e-3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("flat", [False, True])
 def test_what_tumbles_over_the_ground_loses_energy_and_comes_to_rest(tmp_path, flat):
     flown = Dropped(sledge(tmp_path, flat))

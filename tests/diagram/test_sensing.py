@@ -243,6 +243,7 @@ def faulty() -> Session:
     return Session(scenario)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", SENSOR_KINDS)
 def test_faults_come_and_go_while_it_flies(faulty, kind, dump):
     """`dump` has the stamp first, and then what was measured."""

@@ -153,6 +153,7 @@ def moving(tmp_path_factory):
     return Session(Scenario(world=str(path), sensors=sensors))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("time", "ball", "under"),
     [

@@ -136,6 +136,7 @@ def added(description, vehicle, imu, steps, **how):
     return loud - quiet
 
 
+@pytest.mark.slow
 def test_noise_keeps_its_density_at_any_rate_of_samples(case, description, vehicle):
     imu = sensor(Noise(stddev=0.02), Noise(stddev=0.3), rate=250.0)
     densities = np.array([0.02, 0.3]) / 250**0.5
@@ -163,6 +164,7 @@ def test_biases_are_drawn_once_a_flight(description, vehicle):
     assert np.std(found) == pytest.approx(0.05, rel=0.15)
 
 
+@pytest.mark.slow
 def test_biases_drift_as_far_and_as_fast_as_described(description, vehicle):
     drift = Noise(dynamic_bias_stddev=0.2, dynamic_bias_correlation_time=0.0625)
     noise = added(description, vehicle, sensor(drift, drift), 16384)[50:, :6]

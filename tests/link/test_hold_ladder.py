@@ -103,6 +103,7 @@ def test_hold_comes_at_once_where_the_connection_or_the_lease_ends(served, holde
     assert landed == ([] if how == "release" else [5.0])
 
 
+@pytest.mark.slow
 def test_who_takes_what_was_lost_is_not_landed(served, holder):
     served.fly(2.5)
     other = rig.Client(served, "Bob")

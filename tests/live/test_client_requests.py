@@ -179,6 +179,7 @@ def test_a_flight_that_broke_answers_nothing_as_done(station):
     assert station.did == []
 
 
+@pytest.mark.slow
 def test_a_holder_that_goes_leaves_the_drone_where_its_take_off_was(station):
     """HOLD is no word alone: the height is kept, and after 5 s the drone lands."""
     lease = station.lease()

@@ -209,6 +209,7 @@ def test_a_chirp_changes_with_every_control_update():
     assert set(others) == {192}  # each of the sine is kept in a few numbers
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("excitation", [SQUARE, CHIRP], ids=lambda e: e.shape.name)
 def test_a_flight_with_it_is_the_same_again_as_a_scenario(excitation):
     """Its script acts at a step of the excitation, and beside it."""
@@ -494,6 +495,7 @@ def test_an_excitation_without_room_is_refused_and_nothing_moves(walled):
         assert isinstance(bench.excite(dataclasses.replace(towards, **change)), Answer)
 
 
+@pytest.mark.slow
 def test_an_excitation_stops_before_what_comes_into_its_way(walled):
     """There is room for it in still air; then a wind blows towards the wall."""
     bench = Bench(walled)
@@ -611,6 +613,7 @@ def test_a_load_ends_with_whoever_takes_over():
     assert bench.session.get("push_y") == 0.0
 
 
+@pytest.mark.slow
 def test_a_load_of_a_torque_about_yaw_is_turned_back():
     bench = Bench()
     bench.excite(Excitation("torque_yaw", Shape.STEP, 0.03, 1.0))

@@ -97,6 +97,7 @@ def step(tmp_path_factory) -> Path:
     return folder
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("file", "share"), [("flight.mcap", 1.0), ("flight.csv", 1e-6)])
 def test_a_log_gives_the_metrics_of_the_flight_that_it_is_of(case, step, file, share):
     """A CSV has the samples of the flight itself, so nothing differs but its last digits."""

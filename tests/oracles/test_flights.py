@@ -54,6 +54,7 @@ def test_full_speed_level_and_back_to_hover(heading):
     assert np.linalg.norm(flight.v_WB[-1]) < 0.01
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rate", [0.4, -0.4])
 def test_full_yaw_rate_is_held(rate):
     flight = flown(duration=6.0, script=[at(1.0, yaw_rate=rate)])
@@ -131,6 +132,7 @@ def test_thrown_upside_down_it_recovers(spin, rpy):
     assert np.linalg.norm(flight.w_WB[-1]) < 0.01
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("velocity", [2.0, -2.0])
 def test_a_step_along_x_leaves_height_and_y_alone(velocity):
     flight = flown(
@@ -143,6 +145,7 @@ def test_a_step_along_x_leaves_height_and_y_alone(velocity):
     assert np.abs(flight.p_WB[:, 1]).max() <= 0.01
 
 
+@pytest.mark.slow
 def test_a_square_of_waypoints_is_reached():
     corners = [[2.0, 0.0, 3.0], [2.0, 2.0, 3.0], [0.0, 2.0, 3.0], [0.0, 0.0, 3.0]]
     each = 6.0

@@ -216,6 +216,7 @@ def test_the_gain_margin_is_where_the_flight_begins_to_diverge(session, margins,
     assert check(session, loop, found, 1.01 * found.gain_margin, 0.0)
 
 
+@pytest.mark.slow
 @each_loop()
 def test_the_delay_margin_is_where_the_flight_begins_to_diverge(session, margins, loop):
     found = margins[loop.name]
@@ -223,6 +224,7 @@ def test_the_delay_margin_is_where_the_flight_begins_to_diverge(session, margins
     assert check(session, loop, found, 1.0, 1.05 * found.delay_margin)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("late", [False, pytest.param(True, marks=pytest.mark.slow)])
 @each_loop(SOON, laws=(DEFAULT,), soon=SOON[:1])
 def test_so_it_is_with_filters_on_the_way(session, margins, loop, late):

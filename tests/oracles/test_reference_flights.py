@@ -117,6 +117,7 @@ def check_same(recording, reference):
     assert angle < ANGLE
 
 
+@pytest.mark.slow
 @VEHICLES
 @pytest.mark.parametrize(
     ("seed", "w_WB"),
@@ -223,6 +224,7 @@ def test_random_tumbling_flights_under_a_law_are_the_references(printed, most):
     assert 0.8 * most < fastest < 1.2 * most
 
 
+@pytest.mark.slow
 @VEHICLES
 @pytest.mark.parametrize("axis", [(1.0, 0.2, 0.3), (0.3, 1.0, -0.2), (0.5, -0.4, 1.0)], ids=str)
 @pytest.mark.parametrize(

@@ -109,6 +109,7 @@ OFTEN = (
 """Instants at which flights go on in every run; the others are slow tests."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("scenario", "time"),
     [
@@ -130,6 +131,7 @@ def test_a_flight_goes_on_from_an_instant_to_the_bit(scenario, time):
     assert fork.checkpoint() != checkpoint
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ON_THE_GROUND)
 def test_on_the_ground_it_goes_on_to_a_tenth_of_a_millimetre(name):
     scenario, time = CASES[name]

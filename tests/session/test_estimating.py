@@ -24,6 +24,7 @@ def scenario(estimator="ekf", **changes):
     return Scenario(estimator=estimator, vehicle=vehicle, script=MOVES, duration=100.0, **changes)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("estimator", ["ekf", "complementary"])
 def test_slices_of_any_size_make_the_same_flight(estimator):
     one, other = Session(scenario(estimator)), Session(scenario(estimator))

@@ -49,6 +49,7 @@ def test_one_that_ends_leaves_nothing_behind():
     np.testing.assert_allclose(positions(session)[-1], positions(session)[0], atol=1e-3)
 
 
+@pytest.mark.slow
 def test_a_fork_goes_on_without_it():
     session = Session(scenario())
     session.act(Action(injection=ASKED))

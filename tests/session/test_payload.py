@@ -77,6 +77,7 @@ def test_the_error_of_height_is_the_weight_that_the_law_does_not_know(known):
     assert np.abs(state(session)[7:]).max() < 1e-3
 
 
+@pytest.mark.slow
 def test_a_place_beside_the_middle_tilts_a_drone_whose_law_does_not_know_it():
     """And one whose law knows it hovers level, where it was."""
     beside = {"payload_mass": 0.3, "payload_x": 0.05, "payload_size_z": 0.1}

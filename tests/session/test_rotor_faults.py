@@ -61,6 +61,7 @@ def test_without_any_one_rotor_it_still_hovers(case, sessions):
             assert flight.thrusts[-1, number - 1] == pytest.approx(0.0, abs=1e-12)
 
 
+@pytest.mark.slow
 def test_a_hexacopter_hovers_on_four_equal_rotors(sessions):
     flight = flown_without(sessions["hexacopter"], 2, duration=5.0)
     quarter = flight.vehicle.mass * 9.81 / 4.0
@@ -112,6 +113,7 @@ def test_without_some_pairs_it_still_hovers(sessions, name, numbers):
     assert np.abs(flight.w_WB[:, 2]).max() < 0.02
 
 
+@pytest.mark.slow
 def test_where_yaw_must_go_it_turns_and_keeps_its_place(sessions):
     """Rotors 1 and 3 turn alike. Of all thrusts of the others that hover, none turns it less."""
     flight = flown_without(sessions["octocopter"], 1, 3, duration=5.0)
@@ -156,6 +158,7 @@ def test_a_quadrotor_without_a_rotor_turns_ever_faster_before_it_falls():
     assert np.isfinite(flight.q_WB).all()
 
 
+@pytest.mark.slow
 def test_what_cannot_be_carried_falls_and_nothing_breaks_off():
     """By hand: two rotors of a drone that lifts 1.3 times its weight with four."""
     flight = flown_without(in_the_air("sluggish_quad"), 2, duration=6.0)

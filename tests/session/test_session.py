@@ -125,6 +125,7 @@ def test_run_and_reset_and_looking_change_nothing(busy_flight):
     assert_equal_to_the_bit(session.recording(), busy_flight)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("flown", [0.0, 0.4])
 def test_running_when_the_end_is_reached_or_past_flies_no_further(flown):
     """3.3 is no sum of thirteen equal slices, in binary."""

@@ -50,6 +50,7 @@ def test_a_command_acts_just_before_the_next_control_update():
     assert applied.what.velocity == (1.0, 0.0, 0.0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("phase", range(8))
 def test_silence_of_half_a_second_holds(phase):
     """From the step at which the last command came into force, whenever it was sent."""

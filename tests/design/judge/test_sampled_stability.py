@@ -25,6 +25,7 @@ def growth(steps) -> float:
     return float(np.ptp(flown[-quarter:]) / np.ptp(flown[quarter : 2 * quarter]))
 
 
+@pytest.mark.slow
 def test_the_border_is_where_a_flown_step_stops_settling():
     found = slowest_rate(settings=FAST)
     border = round(found.stable_period * 1024)

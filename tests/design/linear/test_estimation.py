@@ -62,6 +62,7 @@ def flown(scenario, axis, amplitude, duration=3.0):
     return found[1] - found[0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("estimator", "axis", "near"),
     [

@@ -97,6 +97,7 @@ def test_only_filters_that_are_on_have_states(study):
     assert len(first.states) == len(plain.states) + 3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("axis", "shown"), [("x", "v_x"), ("z", "v_z"), ("yaw", "w_z")])
 def test_small_steps_flown_through_filters_are_the_linear_ones(study, axis, shown):
     step = fly_step(axis, 0.01, duration=1.5, settings=ALL)

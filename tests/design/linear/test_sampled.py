@@ -102,6 +102,7 @@ def test_it_is_the_derivative_through_a_period_of_the_diagram(study, text):
     assert np.abs(model.A - wanted).max() < STEP_ERROR * np.abs(wanted).max()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("axis", "amplitude", "shown"),
     [("x", 0.02, "v_x"), ("y", -0.02, "v_y"), ("z", 0.01, "v_z"), ("yaw", 0.002, "w_z")],
@@ -122,6 +123,7 @@ def linear_step(model, asked, shown, count) -> np.ndarray:
     return np.array(found)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("variation", "axis"),
     [

@@ -59,6 +59,7 @@ def test_the_own_law_returns_the_log_and_a_push_is_found(simulate):
     assert told.mean(axis=0) == pytest.approx(push, abs=0.02)
 
 
+@pytest.mark.slow
 def test_other_gains_make_the_flight_that_the_diagram_makes(simulate):
     wind = {"wind_x": 1.5, "wind_y": -1.0}
     flown, truth = simulate(Scenario(), wind), simulate(Scenario(), {**wind, **SOFTER})
@@ -87,6 +88,7 @@ def test_predictions_are_compiled_as_python_makes_them(simulate, request):
     assert a.position.max() > 1e-6
 
 
+@pytest.mark.slow
 def test_another_law_of_another_period_makes_the_flight_that_the_diagram_makes(simulate):
     """A Crazyflie that pd flew at 128 Hz, and its own firmware's law would at 500 Hz; a push."""
     drone, push = VehicleConfig(model=str(DRONES / "nanobench.urdf")), (0.1, -0.08, 0.05)

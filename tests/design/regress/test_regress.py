@@ -184,6 +184,7 @@ def test_a_baseline_is_met_by_the_same_flight_and_by_no_other(spec):
     assert "longer than its baseline" in longer.failures[0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("changes", "name"),
     [
@@ -221,6 +222,7 @@ def test_the_shipped_specs_catch(case):
             assert not judged(name, part, **changes).passed
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("step", [1 / 512, pytest.param(1 / 2048, marks=pytest.mark.slow)])
 @pytest.mark.parametrize(
     "case",

@@ -68,6 +68,7 @@ def test_sets_of_gains_fly_as_on_the_diagram(count, seed):
     assert found.lost.sum() < 0.2 * count
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "args"),
     [
@@ -160,6 +161,7 @@ def assert_flies_on(estimator, count, duration, alone) -> None:
     assert np.abs(np.diff(whole, axis=0)).max(axis=(1, 2)).min() > 1e-5
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "known"),
     [
@@ -191,6 +193,7 @@ def test_so_do_drones_with_a_payload(name, known):
     assert_agrees(agreement(Scenario(vehicle=config), trials, duration=DURATION))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("compensation", [0.0, pytest.param(0.7, marks=pytest.mark.slow)])
 def test_so_does_a_drone_with_all_effects(tmp_path, compensation):
     """From 50 m, and near the ground; the battery empties, and what it supplies falls."""

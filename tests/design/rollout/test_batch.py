@@ -46,6 +46,7 @@ def test_each_flies_as_the_engine_flies_it_to_the_bit(engine, vehicle):
     assert "40 dh_drone with pd" in repr(batch)
 
 
+@pytest.mark.slow
 def test_each_flies_as_on_the_diagram(engine):
     """Commands that come and go, so that places are held, wind, gusts, pushes and a weak rotor.
 

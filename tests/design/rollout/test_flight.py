@@ -74,6 +74,7 @@ def diagram():
     return fly
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("axis", "amplitude"), [("x", 8.0), ("y", -8.0), ("z", -3.0), ("yaw", 0.4)]
 )
@@ -82,6 +83,7 @@ def test_a_step_is_that_of_the_diagram(axis, amplitude):
     compare(VehicleConfig(), axis, amplitude)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("axis", "amplitude"), [("x", -1.0), ("y", 1.0), ("z", 8.0), ("yaw", -0.3)]
 )
@@ -107,6 +109,7 @@ def test_so_it_is_with_any_gains(engine, diagram):
         assert_agrees(rollouts, after, after.rotor_use.max())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "variation",
     [
@@ -122,6 +125,7 @@ def test_so_it_is_with_what_the_law_does_not_know(variation):
     compare(VehicleConfig(variation=variation), "x", 8.0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "settings",
     [{"rotor_2": 0.9}, {"rotor_3": 0.0}, AIR, GUST, TORQUE],

@@ -146,6 +146,7 @@ def test_the_compiled_engine_goes_on_to_the_bit(lost_table, tmp_path, monkeypatc
     assert bytes_of(sweep(words, **step)) == bytes_of(lost_table)
 
 
+@pytest.mark.slow
 def test_the_full_diagram_goes_on_to_the_bit(tmp_path):
     fly = partial(fly_full, executor=InThisProcess())
     step = {"axis": "z", "duration": 0.3, "fly": fly}

@@ -208,6 +208,7 @@ def test_what_is_no_sweep_is_a_sentence_before_anything_flies(case):
             assert said in str(caught.value)
 
 
+@pytest.mark.slow
 def test_the_best_is_flown_on_the_full_diagram(lost_table):
     best = prove_best(lost_table, "rise_time")
     assert best.index == lost_table.ranking("rise_time")[0]

@@ -51,6 +51,7 @@ def found():
     return tuned(*YAW, settings={"kp_yaw_rate": 0.5})
 
 
+@pytest.mark.slow
 def test_the_gains_meet_the_wishes_on_the_full_diagram(found):
     assert found.met
     assert list(found.gains) == ["kp_yaw_rate"]
