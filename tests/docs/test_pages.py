@@ -104,6 +104,12 @@ NOT_RUN = {
         workbench gateway ros2 127.0.0.1:7733
         workbench gateway ros2 --allow-commands
     """,  # noqa: E501
+    "flies for minutes; tests/commands/test_compare.py": """
+        workbench compare pd pid lqi geometric indi
+        workbench compare pd pid
+        workbench compare pd mine.py
+        workbench compare pd pid --tune "level.rise_time<=0.5" "tilt.phase_margin>=45deg"
+    """,
     "flies beside a server; tests/docs/test_served_pages.py, tests/link/test_square.py": """
         with Client("127.0.0.1:7733") as client, client.control() as drone:
         with Client("127.0.0.1:7733", name="short") as client, client.control() as c:

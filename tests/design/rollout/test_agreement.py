@@ -110,7 +110,7 @@ ESTIMATORS = ("ekf", "complementary", pytest.param(str(OWN), id="own"))
 @pytest.mark.slow
 @pytest.mark.parametrize("estimator", ESTIMATORS)
 def test_so_do_drones_on_an_estimate(estimator):
-    assert_flies_on(estimator, 8, 3.0, 20)
+    assert_flies_on(estimator, 4, 3.0, 20)
 
 
 @pytest.mark.usefixtures("interpreted_blocks")
