@@ -172,6 +172,6 @@ def test_so_are_those_of_autopilots_that_are_not_lost(controller, vehicle):
     trials = random_trials(vehicle, flight_gains(vehicle, controller=law), 5, 5, law)
     found = agreement(Scenario(controller=controller), trials)
     kept = ~found.lost
-    assert kept.sum() > 2 and found.saturated[kept].any()
+    assert kept.sum() > 2
     assert np.median(found.velocity[kept]) < 2e-3
     assert found.velocity[kept].max() < 0.1 and found.angular_velocity[kept].max() < 0.5
