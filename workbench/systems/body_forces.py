@@ -93,8 +93,8 @@ def BodyForces_(T: Any) -> Any:
 
         def _calc_held(self, context: Any) -> tuple[Any, ...]:
             """Return ρ A / 2 [kg/m], p_BoBcm_B [m], the wind in W [m/s], and the push if any."""
-            drag_area, air_density = context.get_numeric_parameter(0).value().tolist()
-            center = context.get_numeric_parameter(1).value().tolist()
+            drag_area, air_density = context.get_numeric_parameter(0).CopyToVector().tolist()
+            center = context.get_numeric_parameter(1).CopyToVector().tolist()
             blows, pushed = self._wind.HasValue(context), self._push.HasValue(context)
             wind = self._wind.Eval(context).tolist() if blows else (0.0, 0.0, 0.0)
             push = self._push.Eval(context).tolist() if pushed else ()

@@ -141,7 +141,7 @@ def Rotors_(T: Any) -> Any:
 
         def _calc_held(self, context: Any) -> tuple[Any, ...]:
             """Return commands (n) [rad/s], given shares (n), and the supply or None (4)."""
-            given = context.get_numeric_parameter(0).value().tolist()
+            given = context.get_numeric_parameter(0).CopyToVector().tolist()
             supplied = self._supply.HasValue(context)
             supply = self._supply.Eval(context).tolist() if supplied else None
             return self._commands.Eval(context).tolist(), given, supply
@@ -164,7 +164,7 @@ def Rotors_(T: Any) -> Any:
 
         def _statics(self, context: Any) -> tuple[list[Any], list[Any], list[Any]]:
             """Return speeds, shares and static thrusts, from state and parameters alone."""
-            shares = turning_shares(context.get_numeric_parameter(0).value().tolist())
+            shares = turning_shares(context.get_numeric_parameter(0).CopyToVector().tolist())
             speeds = self._speeds(context)
             return speeds, shares, static_thrusts(self._rotors, shares, speeds)
 
