@@ -46,6 +46,7 @@ def BodyForces_(T: Any) -> Any:
         p_BoBcm_B: initial centre of mass (3) [m].
     """
     Force, SpatialForce = ExternallyAppliedSpatialForce_[T], SpatialForce_[T]
+    origin = np.array([T(0.0)] * 3)
 
     class Impl(LeafSystem_[T]):
         def _construct(
@@ -119,6 +120,7 @@ def BodyForces_(T: Any) -> Any:
                 forces = [a + b for a, b in zip(forces, [*moment, *f_W], strict=True)]
             found = Force()
             found.body_index = self._body
+            found.p_BoBq_B = origin  # without, it is not a number in Drake 1.51
             found.F_Bq_W = SpatialForce(np.array(forces))
             output.set_value([found])
 

@@ -90,6 +90,7 @@ def Rotors_(T: Any) -> Any:
         body: index of the body in the plant.
     """
     Force, SpatialForce = ExternallyAppliedSpatialForce_[T], SpatialForce_[T]
+    origin = np.array([T(0.0)] * 3)
 
     class Impl(LeafSystem_[T]):
         def _construct(
@@ -207,6 +208,7 @@ def Rotors_(T: Any) -> Any:
             moment = into_world(R_WB, (m_x - g_x, m_y - g_y, m_z - g_z))
             force = Force()
             force.body_index = self._body
+            force.p_BoBq_B = origin  # without, it is not a number in Drake 1.51
             # from an array: a tenth of the time that two tuples take
             force.F_Bq_W = SpatialForce(np.array([*moment, *into_world(R_WB, (f_x, f_y, f_z))]))
             output.set_value([force])
