@@ -29,7 +29,7 @@ run: setup ## open the app; without a screen, fly the published steps and write 
 test test-slow: export QT_QPA_PLATFORM = offscreen
 # the many processes that tests start load compiled modules, also where the shell asks for none
 test test-slow: export PYTHONDONTWRITEBYTECODE =
-test: setup ## lint, types, and the tests but the slow ones; 4 to 7 minutes on two cores
+test: setup ## lint, types, and the tests but the slow ones; 9 to 12 minutes on two cores
 	$(BIN)/ruff check . && $(BIN)/ruff format --check .
 	@$(MAKE) --no-print-directory --jobs 2 types quick
 
@@ -43,7 +43,7 @@ test-slow: WORKERS = 2
 test-slow: setup ## the slow tests: soaks, wheels, clusters, browsers, documents that fly
 	$(PYTEST) -m slow
 
-test-all: test test-slow ## both; half an hour on two cores
+test-all: test test-slow ## both; an hour on two cores
 
 format: setup ## lay out the source and mend what the linter can
 	$(BIN)/ruff check --fix .
