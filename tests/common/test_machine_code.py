@@ -20,7 +20,6 @@ from workbench.common.machine_code import (
     OtherKindError,
     _Code,
     code_file,
-    has_code,
     keep,
     kinds_of,
     load,
@@ -258,13 +257,11 @@ def test_code_of_another_machine_or_release_has_another_name(file, monkeypatch, 
     ]
     kinds, seen = kinds_of(ARGUMENTS), {file}
     assert code_file(file.parent, work, kinds) == file
-    assert has_code(file.parent)
     for name, *change in table:
         with monkeypatch.context() as changed, case(name):
             machine_code._here.cache_clear()
             changed.setattr(*change)
             assert code_file(file.parent, work, kinds) not in seen
-            assert not has_code(file.parent)
             seen.add(code_file(file.parent, work, kinds))
 
 

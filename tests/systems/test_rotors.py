@@ -9,9 +9,14 @@ from pydrake.multibody.tree import BodyIndex
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.primitives import Linearize
 
-from workbench.dynamics.rigid_body import rotation
+from workbench.dynamics.rigid_body import into_body, rotation
 from workbench.dynamics.rotor_response import rotor_constants, speed_slope
-from workbench.dynamics.vehicle_step import rotor_rows, rotor_thrusts, vehicle_wrench
+from workbench.dynamics.vehicle_step import (
+    rotor_rows,
+    static_thrust,
+    thrust_change,
+    vehicle_wrench,
+)
 from workbench.systems.rotors import Rotors_
 
 UP, DOWN = 0.0125, 0.025
@@ -139,7 +144,11 @@ def test_its_wrench_is_the_pure_one_turned(rotors, turning):
         R = np.array(R_WB).reshape(3, 3)
         wanted = [*(R @ pure[3:]), *(R @ pure[:3])]
         assert wrench(rotors, context) == pytest.approx(wanted, rel=1e-9, abs=1e-9)
-        thrusts = rotor_thrusts(state, speeds, [1.0] * 4, wind, rows)
+        moving = (into_body(R_WB, state[10:13] - wind), into_body(R_WB, state[7:10]), R_WB[6:9])
+        thrusts = [
+            static_thrust(speed, 1.0, row) + thrust_change(*moving, state[6], speed, 1.0, row)
+            for speed, row in zip(speeds, rows, strict=True)
+        ]
         assert rotors.GetOutputPort("thrusts").Eval(context) == pytest.approx(thrusts)
 
 

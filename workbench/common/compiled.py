@@ -23,7 +23,6 @@ from workbench.common.machine_code import (
     Kind,
     OtherKindError,
     code_file,
-    has_code,
     keep,
     kinds_of,
     load,
@@ -119,16 +118,6 @@ class Compiled:
     def signatures(self) -> list[Any]:
         """The kinds of arguments with machine code in this process."""
         return list(self._made)
-
-    @property
-    def is_made(self) -> bool:
-        """Whether machine code is in this process or on disk, so that the first call is fast."""
-        if self._made:
-            return True
-        try:
-            return has_code(self._folder())
-        except (WorkbenchError, OSError):
-            return False
 
     def _prepared(self, args: tuple[Any, ...]) -> Callable[..., Any]:
         """Return the machine code for arguments, compiled now if missing."""

@@ -237,11 +237,6 @@ def code_file(folder: Path, function: Callable[..., Any], kinds: tuple[Kind, ...
     return folder / f"{function.__name__}-{digest}.{_here()}{SUFFIX}"
 
 
-def has_code(folder: Path) -> bool:
-    """Return whether a folder has code for this machine, of any function and kinds of arguments."""
-    return any(folder.glob(f"*.{_here()}{SUFFIX}"))
-
-
 @lru_cache(maxsize=1)
 def _here() -> str:
     """Return a name for everything that code depends on besides its sources.

@@ -44,7 +44,6 @@ from workbench.dynamics.rigid_body import (
     into_body,
     middle,
     moved,
-    rotation,
 )
 from workbench.dynamics.rotor_response import CONSTANTS, rotor_constants, step_rotor, within
 from workbench.plant.rotors import Rotor
@@ -200,42 +199,6 @@ def with_thrust_change(wrench: Wrench, change: Scalar, rotor: Vector) -> Wrench:
     c_z = change * n_z
     t_x, t_y, t_z = cross(rotor[0:3], (c_x, c_y, c_z))
     return f_x + c_x, f_y + c_y, f_z + c_z, m_x + t_x, m_y + t_y, m_z + t_z
-
-
-def rotor_thrusts(
-    state: Vector, speeds: Vector, shares: Vector, wind_W: Vector, rotors: Vector
-) -> list[Scalar]:
-    """Return the thrusts of rotors (n) [N].
-
-    Args:
-        state: of the body (13), see `rigid_body.State`.
-        speeds: of the rotors (n) [rad/s].
-        shares: of their thrust that they give (n).
-        wind_W: velocity of the air in W (3) [m/s].
-        rotors: n rows, see `rotor_rows`.
-    """
-    R_WB = rotation(state[0:4])
-    w_B = into_body(R_WB, state[7:10])
-    v_B = into_body(R_WB, [v - air for v, air in zip(state[10:13], wind_W, strict=True)])
-    return [
-        rotor_thrust(v_B, w_B, R_WB[6:9], state[6], speed, share, row)
-        for speed, share, row in zip(speeds, shares, rotors, strict=True)
-    ]
-
-
-@register_jitable(forceinline=True)
-def rotor_thrust(
-    v_B: Vector,
-    w_B: Vector,
-    up_B: Vector,
-    height: Scalar,
-    speed: Scalar,
-    share: Scalar,
-    rotor: Vector,
-) -> Scalar:
-    """Return a rotor's thrust [N]; the arguments are those of `thrust_change`."""
-    change = thrust_change(v_B, w_B, up_B, height, speed, share, rotor)
-    return static_thrust(speed, share, rotor) + change
 
 
 @register_jitable(forceinline=True)
