@@ -127,8 +127,10 @@ def test_large_loads_are_answered_as_predicted(load, engine):
     flown = fly_load_step(load, amplitude, acts=0.75)
     time, response, _ = predict_load_step(engine, {}, load, amplitude, duration=5.0, acts=0.75)
     predicted = load_metrics(time, response)
-    assert predicted.peak == pytest.approx(flown.metrics.peak, rel=1e-6)
-    assert response == pytest.approx(flown.response, abs=1e-6 * flown.metrics.peak)
+    # two integrators; compiled wind changes at each physics step, the diagram's with the updates
+    close = 2e-3 if load.startswith("gust") else 1e-4
+    assert predicted.peak == pytest.approx(flown.metrics.peak, rel=1e-4)
+    assert response == pytest.approx(flown.response, abs=close * flown.metrics.peak)
 
 
 def test_the_usual_load_is_a_tenth_of_the_weight_at_the_centre_of_mass(study):
