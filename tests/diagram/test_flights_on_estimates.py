@@ -65,7 +65,7 @@ def test_without_gps_for_ten_seconds_it_drifts_no_more_than_it_says(seeds):
         assert away(recording)[-1] < 0.2, seed
         assert recording.tilt.max() < math.radians(15.0), seed
     assert max(drifts) < 1.5
-    assert max(drifts) > 0.1  # else the GPS was not missed
+    assert max(drifts) > 0.05  # else the GPS was not missed
 
 
 @pytest.mark.parametrize(
