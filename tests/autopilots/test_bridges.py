@@ -214,9 +214,9 @@ def test_ardupilot_flies_in_lockstep(case):
 
 
 @pytest.mark.slow
-def test_a_minute_in_lockstep_does_not_drift():
-    hover_px4(60.0)
-    hover_ardupilot(60.0, wide=False)
+def test_twenty_seconds_in_lockstep_do_not_drift():
+    hover_px4(20.0)
+    hover_ardupilot(20.0, wide=False)
 
 
 def test_frames_and_signs_are_those_of_section_0():

@@ -87,26 +87,32 @@ def test_a_5_inch_quad_whose_rotors_have_no_inertia_keeps_betaflights_roll_and_p
     assert ruled["p_yaw"] < 15.0 and ruled["i_yaw"] < 5.0
 
 
-@pytest.mark.slow
+def check_stated(law, first, found):
+    """Hold numbers against those of the page from a column on; the last digit may be rounded."""
+    for number, value in zip(stated(law)[first:], found, strict=False):
+        last = 10.0 ** -len(number.partition(".")[2])
+        assert float(number) == pytest.approx(value, abs=0.6 * last)
+
+
 @pytest.mark.parametrize("law", VEHICLES)
+def test_their_margins_are_those_of_the_page(law):
+    model = LinearStudy(scenario(law)).sampled()
+    margins = loop_margins(model, load_controller(law).loop("roll_rate").point("actuator"))
+    phase = math.degrees(margins.phase_margin)
+    check_stated(law, 5, [margins.gain_margin, phase, margins.crossover])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("law", ["px4", "ardupilot"])
 def test_they_hover_and_step_as_the_page_says(law):
-    flown = scenario(law)
-    report = check_hover(flown)
+    report = check_hover(scenario(law))
     assert report.drift.max() < DRIFT and report.tilt.max() < TILT
     steps = {step.axis: step.metrics for step in report.steps}
-    model = LinearStudy(flown).sampled()
-    margins = loop_margins(model, load_controller(law).loop("roll_rate").point("actuator"))
-    print(f"{law}: {margins}")
     for axis in "xyz":
         assert steps[axis].overshoot < OVERSHOOT
     assert steps["yaw"].overshoot < YAW_OVERSHOOT
     found = [
         *(each for axis in "xz" for each in (steps[axis].rise_time, steps[axis].overshoot)),
         steps["yaw"].overshoot,
-        margins.gain_margin,
-        math.degrees(margins.phase_margin),
-        margins.crossover,
     ]
-    for number, value in zip(stated(law), found, strict=True):
-        last = 10.0 ** -len(number.partition(".")[2])
-        assert float(number) == pytest.approx(value, abs=0.6 * last)
+    check_stated(law, 0, found)

@@ -99,8 +99,9 @@ def compared(row) -> Compared:
 
 @pytest.mark.parametrize(("controller", "wanted"), [("PID", 0.53), ("Mellinger", 0.59)])
 def test_it_flies_as_the_real_one_did(controller, wanted):
-    found = [compared(row) for row in flights(controller)]
-    assert len(found) == {"PID": 30, "Mellinger": 3}[controller]
+    rows = flights(controller)
+    assert len(rows) == {"PID": 30, "Mellinger": 3}[controller]
+    found = [compared(row) for row in rows[:: {"PID": 3, "Mellinger": 1}[controller]]]
     assert np.median(sum((each.lags for each in found), [])) == pytest.approx(wanted, abs=0.05)
     assert np.median(sum((each.real_lags for each in found), [])) == pytest.approx(wanted, abs=0.02)
     error = np.median([each.error for each in found])

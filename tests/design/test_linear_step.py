@@ -165,7 +165,7 @@ SHEETS = {
     "heavy": "--mass 6kg --diagonal 960mm --propeller 18x6 --motor-kv 320KV --battery 6S",
 }
 """Data sheets of two more vehicles, one with slow rotors."""
-LAWS = ("pd", "pid", "lqi", "geometric", "indi", "px4", "ardupilot", "betaflight", "crazyflie")
+LAWS = ("pd", "pid", "lqi", "geometric", "indi", "px4", "ardupilot", "betaflight")
 STEPS = (("x", 2.0), ("z", 1.0), ("yaw", 0.2))
 LONG = 10.0
 """Of a flight in which all but what creeps has come to rest [s]."""

@@ -15,7 +15,7 @@ from workbench.session.session import Session
 
 FROZEN, NOISY, SILENT = 1.0, 2.0, 3.0
 ONE_OR_MORE_SEEDS = pytest.mark.parametrize(
-    "seeds", [range(1), pytest.param(range(1, 5), marks=pytest.mark.slow)], ids=["one", "more"]
+    "seeds", [range(1), pytest.param(range(1, 3), marks=pytest.mark.slow)], ids=["one", "more"]
 )
 
 
@@ -70,7 +70,7 @@ def test_without_gps_for_ten_seconds_it_drifts_no_more_than_it_says(seeds):
 
 @pytest.mark.parametrize(
     ("seeds", "figures"),
-    [(range(1), PAPER[1:2]), pytest.param(range(3), PAPER, marks=pytest.mark.slow)],
+    [(range(1), PAPER[1:2]), pytest.param(range(1), PAPER, marks=pytest.mark.slow)],
     ids=["one", "more"],
 )
 def test_the_papers_steps_stay_within_their_limits(seeds, figures):
@@ -99,7 +99,7 @@ def test_samples_are_held_against_the_motion_of_their_own_time():
 
 
 @lru_cache
-def turned_climb(sensor, fault, end=20.0):
+def turned_climb(sensor, fault, end=15.0):
     """Return a climb of 1.5 m with a turn after the fault, without the range finder.
 
     Args:
@@ -127,19 +127,6 @@ def turned_climb(sensor, fault, end=20.0):
     heading = float(np.abs(errors.attitude_B[:, 2]).max())
     sigma = recording.deviations[-1]
     return level, height, heading, sigma[3], sigma[5], sigma[2], within
-
-
-@pytest.mark.slow
-def test_a_fault_of_each_sensor_has_its_consequence():
-    """One fault of each; the test below has all, for longer."""
-    _, height, heading, *_ = turned_climb("gps", 0.0, 15.0)
-    noisy = turned_climb("gps", NOISY, 15.0)
-    assert noisy[0] > 1.0 and noisy[-1]["gps_x"] < 0.3
-    noisy = turned_climb("barometer", NOISY, 15.0)
-    assert noisy[1] > 2.0 * height and noisy[-1]["barometer"] < 0.5
-    frozen = turned_climb("magnetometer", FROZEN, 15.0)
-    assert frozen[-1]["magnetometer"] < 0.1
-    assert frozen[2] > 2.0 * heading
 
 
 @pytest.mark.slow

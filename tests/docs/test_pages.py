@@ -110,6 +110,17 @@ NOT_RUN = {
         workbench compare pd mine.py
         workbench compare pd pid --tune "level.rise_time<=0.5" "tilt.phase_margin>=45deg"
     """,
+    "flies for minutes; tests/design/tune, tests/control/test_schedule.py": """
+        workbench tune --model f450.urdf.xacro --controller px4 --save px4.gains.yaml
+        workbench tune --controller pd@speed=0,6 --wish "x.rise_time<=0.6" --save scheduled.yaml
+        workbench tune --gains scheduled.yaml --at vx=6 --wish "x.rise_time<=0.8" --save scheduled.yaml
+        workbench tune --controller mine.py --wish "yaw.overshoot<=3"
+    """,  # noqa: E501
+    "flies for minutes; tests/controllers/test_flights.py": """
+        workbench step --model cf.urdf.xacro --controller crazyflie --axis x
+        workbench step --model racer.urdf.xacro --controller betaflight --axis x
+        workbench step --controller ardupilot --axis x --set ATC_RAT_RLL_P=0.1 --set ATC_RAT_PIT_P=0.1
+    """,  # noqa: E501
     "flies beside a server; tests/docs/test_served_pages.py, tests/link/test_square.py": """
         with Client("127.0.0.1:7733") as client, client.control() as drone:
         with Client("127.0.0.1:7733", name="short") as client, client.control() as c:
@@ -200,7 +211,15 @@ def write_log(path: Path) -> None:
     np.savetxt(path, made, "%.9g", ",", header=",".join(columns), comments="")
 
 
-OWN_FILES = {"logs-of-real-flights.md": {"flight.csv": write_log}}
+def write_gains(path: Path) -> None:
+    """Write a gain file of PX4's law, as a search saves one."""
+    path.write_text("controller: px4\ngains: {MC_ROLLRATE_P: 0.12}\n", encoding="utf-8")
+
+
+OWN_FILES = {
+    "autopilot-gains.md": {"px4.gains.yaml": write_gains},
+    "logs-of-real-flights.md": {"flight.csv": write_log},
+}
 """Files of the reader's own, by page and name, and what writes one here."""
 
 

@@ -88,7 +88,7 @@ def test_a_flown_loop_is_that_of_the_model():
     ("controller", "settings"), [("pd", {}), ("pid", LIGHT)], ids=["pd", "pid, light turbulence"]
 )
 def test_velocity_and_attitude_loops_are_those_of_the_model(controller, settings, case):
-    for name in ("velocity_x", "velocity_y", "velocity_z", "roll", "pitch", "yaw_rate"):
+    for name in ("velocity_x", "velocity_z", "roll", "yaw_rate"):
         with case(name):
             found = fly_measurement(
                 name, scenario=Scenario(controller=controller), settings=settings
@@ -145,14 +145,12 @@ def test_an_injection_is_held_over_the_updates_in_which_its_part_does_not_run():
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("controller", "settings"),
-    [("px4", LIGHT), ("crazyflie", {}), ("betaflight", LIGHT)],
-    ids=["px4, light turbulence", "crazyflie", "betaflight, light turbulence"],
+    ("controller", "settings"), [("px4", LIGHT)], ids=["px4, light turbulence"]
 )
 def test_loops_of_laws_with_parts_at_several_rates_are_those_of_the_model(
     controller, settings, case
 ):
-    for name in ("velocity_x", "velocity_z", "pitch"):
+    for name in ("velocity_z", "pitch"):
         with case(name):
             found = fly_measurement(
                 name, scenario=Scenario(controller=controller), settings=settings
