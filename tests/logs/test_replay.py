@@ -34,7 +34,7 @@ def test_twenty_replays_are_equal_to_the_bit(log_of):
     assert len(found) == 1
     only = found.pop()
     assert only.equal and only.first is None and only.changed == ()
-    assert only.states == len(record.states) > 70
+    assert only.states == len(record.states) > 50
 
 
 def test_a_flight_with_sensors_and_a_pilot_is_equal(log, flown):
