@@ -52,8 +52,8 @@ SKIPS = "echo 'NOT RUN [1] test_graph.py:64: install graphviz'; exit 2"
     ("program", "word", "script", "last"),
     [
         ("make", "test-slow", FAILS, "CI FAILED: the slow tests with Python 3.13: FAILED tests/"),
-        ("make", "test", FAILS, "CI FAILED: lint, types and quick tests with Python 3.11: FAILED"),
-        ("make", "quick", FAILS, "CI FAILED: quick tests of systems, scenarios, gain files, "),
+        ("make", "test", FAILS, "CI FAILED: lint, types and quick tests with Python 3.13, in the "),
+        ("make", "quick", FAILS, "CI FAILED: quick tests of plants, systems, diagrams, laws, "),
         ("make", "test-slow", SKIPS, "CI FAILED: the slow tests with Python 3.13: NOT RUN [1] tes"),
         ("make", "docs", "echo 'no such page'; exit 2", "CI FAILED: the site of the documentation"),
         ("python3", "3.11", "exit 1", "CI FAILED: Python 3.11: there is no Python 3.11 on PATH"),

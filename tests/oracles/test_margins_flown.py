@@ -217,7 +217,7 @@ def test_the_gain_margin_is_where_the_flight_begins_to_diverge(session, margins,
 
 
 @pytest.mark.slow
-@each_loop()
+@each_loop(laws=("pd", "px4", "crazyflie"))
 def test_the_delay_margin_is_where_the_flight_begins_to_diverge(session, margins, loop):
     found = margins[loop.name]
     assert not check(session, loop, found, 1.0, 0.95 * found.delay_margin)
