@@ -80,7 +80,7 @@ SEARCHED = {"pd": {"kp_yaw_rate"}, "lqi": {"q_yaw_integral", "q_yaw_rate"}}
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("laws", [["pd"], pytest.param(["pd", "lqi"], marks=pytest.mark.slow)])
+@pytest.mark.parametrize("laws", [["pd", "lqi"]])
 def test_each_is_tuned_for_the_same_wishes_first(run, out, write, laws):
     """The numbers are those of a flight with the gains that are told; a step meets the wish."""
     wish = write("wish.yaml", "wishes: [yaw.rise_time <= 0.35 s]\ndefaults: false\n")

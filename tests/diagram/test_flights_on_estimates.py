@@ -99,7 +99,7 @@ def test_samples_are_held_against_the_motion_of_their_own_time():
 
 
 @lru_cache
-def turned_climb(sensor, fault, end=15.0):
+def turned_climb(sensor, fault, end=20.0):
     """Return a climb of 1.5 m with a turn after the fault, without the range finder.
 
     Args:

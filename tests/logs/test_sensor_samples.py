@@ -261,7 +261,7 @@ def test_what_a_frozen_gps_repeats_in_the_air_is_left_out_of_an_estimate(tmp_pat
             )
             path = tmp_path / f"stands {noise}.mcap"
             LoggedFlight(path, scenario, {}).run(lambda share: None)
-            assert len(logged_sensors(read_log(path)).samples.gps.stamp) == 21
+            assert len(logged_sensors(read_log(path)).samples.gps.stamp) == 20
 
 
 def test_an_estimate_begins_at_the_last_state_that_is_not_after_its_first_sample():
