@@ -120,6 +120,8 @@ NOT_RUN = {
         workbench step --model cf.urdf.xacro --controller crazyflie --axis x
         workbench step --model racer.urdf.xacro --controller betaflight --axis x
         workbench step --controller ardupilot --axis x --set ATC_RAT_RLL_P=0.1 --set ATC_RAT_PIT_P=0.1
+        workbench judge --model cf.urdf.xacro --controller crazyflie --loop pitch_rate
+        workbench judge --model racer.urdf.xacro --controller betaflight --loop roll_rate
     """,  # noqa: E501
     "flies beside a server; tests/docs/test_served_pages.py, tests/link/test_square.py": """
         with Client("127.0.0.1:7733") as client, client.control() as drone:
