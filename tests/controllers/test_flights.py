@@ -19,7 +19,8 @@ from workbench.session.session import Session
 
 OWN = str(Path(__file__).with_name("cascade.py"))
 LAWS = ("pid", "lqi", "geometric", "indi")
-AUTOPILOTS = ("crazyflie", "mellinger", "px4", "ardupilot", "betaflight")
+AUTOPILOTS = ("crazyflie", "mellinger", "px4")
+"""Those that are not the slowest to fly."""
 TAKE_OFF, WAIT = 2.0, 4.0
 """Height [m], and time before it [s]."""
 
@@ -169,9 +170,9 @@ def test_compiled_flights_are_those_of_the_diagram(controller, vehicle):
 def test_so_are_those_of_autopilots_that_are_not_lost(controller, vehicle):
     """What is thrown upside down may fall 50 m, onto the ground that the diagram alone has."""
     law = load_controller(controller)
-    trials = random_trials(vehicle, flight_gains(vehicle, controller=law), 3, 5, law)
+    trials = random_trials(vehicle, flight_gains(vehicle, controller=law), 5, 5, law)
     found = agreement(Scenario(controller=controller), trials)
     kept = ~found.lost
-    assert kept.sum() > 1
+    assert kept.sum() > 2
     assert np.median(found.velocity[kept]) < 2e-3
     assert found.velocity[kept].max() < 0.1 and found.angular_velocity[kept].max() < 0.5
