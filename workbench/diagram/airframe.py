@@ -216,7 +216,7 @@ def add_airframe(
         FlightImu(
             settings=GyroSettings(**gyro),
             step=rates.physics_step,
-            readout=round(rates.control_period / rates.physics_step),
+            readout=rates.control_steps,
             imu=imu,
         ),
     )

@@ -162,8 +162,7 @@ class Alarms:
     def __init__(self, session: Session, told: Callable[[str], None]) -> None:
         self._session, self._told = session, told
         rates = session.scenario.rates
-        control = round(rates.control_period / rates.physics_step)
-        self._longest = control * max(1, round(PERIOD / rates.control_period))
+        self._longest = rates.control_steps * max(1, round(PERIOD / rates.control_period))
         self._axes = {
             "roll": Swing(LEAST_RATE),
             "pitch": Swing(LEAST_RATE),

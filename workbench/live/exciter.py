@@ -82,7 +82,7 @@ class StepPlan:
     def __init__(self, excitation: Excitation, rates: Rates) -> None:
         self._once = dataclasses.replace(excitation, repeats=False)
         self._step = rates.physics_step
-        control = round(rates.control_period / self._step)
+        control = rates.control_steps
         self.length = control * max(1, round(excitation.round_time / rates.control_period))
         edges = [acting_step(edge, rates) for edge in excitation.edges]
         self._changes = edges or range(0, self.length, control)
@@ -122,7 +122,7 @@ class ExcitationGuard:
         axis, size = self._excitation.axis, abs(self._excitation.amplitude)
         rates = self._session.scenario.rates
         plan = StepPlan(self._excitation, rates)
-        times = range(0, plan.length, round(rates.control_period / rates.physics_step))
+        times = range(0, plan.length, rates.control_steps)
         command = np.array([plan.value(step) for step in times])
         place = np.append(0.0, np.cumsum(command) * rates.control_period)
         for sign, where in zip((1.0, -1.0), DIRECTIONS[axis], strict=True):
@@ -280,7 +280,7 @@ class Exciter:
         self._session, self._operates, self._did = session, operates, did
         rates = session.scenario.rates
         self._step = rates.physics_step
-        self._control = round(rates.control_period / self._step)
+        self._control = rates.control_steps
         self._mode = round(rates.mode_period / self._step)
         self._scripted = [acting_step(action.at, rates) for action in session.scenario.script]
         self._watch = self._control * max(1, round(WATCH_PERIOD / rates.control_period))
@@ -490,7 +490,7 @@ class Measurer:
         self._session, self._operates, self._did, self._tell = session, operates, did, tell
         rates = session.scenario.rates
         self._step = rates.physics_step
-        control = round(rates.control_period / self._step)
+        control = rates.control_steps
         self._watch = control * max(1, round(WATCH_PERIOD / rates.control_period))
         self._guard: ExcitationGuard | None = None
         self._told = 0

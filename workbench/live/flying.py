@@ -240,7 +240,7 @@ class Flying:
         self._now = now
         rates = session.scenario.rates
         self._step = rates.control_period  # a session flies whole ones
-        self._physics = round(rates.control_period / rates.physics_step)
+        self._physics = rates.control_steps
         self._clock = FlightClock(self._step, now())
         log = LogKeeper(session, settings, session.parameters())
         self._stream = stream or Stream()

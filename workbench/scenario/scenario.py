@@ -94,6 +94,11 @@ class Rates:
     mode_period: float = 1 / 8
     record_period: float = 1 / 128
 
+    @property
+    def control_steps(self) -> int:
+        """Physics steps in a control period."""
+        return round(self.control_period / self.physics_step)
+
 
 @dataclass
 class Start:

@@ -44,17 +44,17 @@ class Integration:
     def __init__(self, simulator: Simulator, airframe: Airframe, rates: Rates) -> None:
         self._simulator, self._airframe = simulator, airframe
         self._step, self._period = rates.physics_step, rates.control_period
+        self._every = rates.control_steps
         rotors = airframe.vehicle.rotors
         self._lag = min(min(each.time_constant_up, each.time_constant_down) for each in rotors)
         self._scheme, self._size = "", 0.0
 
     def advance(self, step: int) -> None:
         """Advance to a step of the physics."""
-        every = round(self._period / self._step)
         now = round(self._simulator.get_context().get_time() / self._step)
         while now < step:
             self._choose()
-            now = min(step, (now // every + 1) * every)
+            now = min(step, (now // self._every + 1) * self._every)
             self._simulator.AdvanceTo(now * self._step)
 
     def _choose(self) -> None:

@@ -12,8 +12,7 @@ from workbench.systems.reference import figure_eight, path_acceleration
 
 def acting_step(at: float, rates: Rates) -> int:
     """Return the physics step of the first control update at or after a time [s]."""
-    every = round(rates.control_period / rates.physics_step)
-    return every * math.ceil(at / rates.control_period - 1e-6)
+    return rates.control_steps * math.ceil(at / rates.control_period - 1e-6)
 
 
 class Script:

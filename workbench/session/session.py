@@ -516,9 +516,8 @@ class Session:
         if self._runs_programs:
             self._live.start_program()
         rates = self.scenario.rates
-        every = round(rates.control_period / rates.physics_step)
         self._due += duration
-        target = every * math.floor(self._due / rates.control_period + 1e-6)
+        target = rates.control_steps * math.floor(self._due / rates.control_period + 1e-6)
         while self._steps < target:
             for action in self._script.due(self._steps):
                 if self._bridge and action.flies:  # it precedes clients, as an operator does

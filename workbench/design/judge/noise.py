@@ -121,7 +121,7 @@ def input_deviations(
     imu = imu_noise(inertial, rates.physics_step, rates.control_period)
     names = [signal.name for signal in model.inputs]
     samples = sum(name.startswith("gyro_noise_x_") for name in names)
-    every = round(rates.control_period / rates.physics_step) / samples
+    every = rates.control_steps / samples
     found = dict.fromkeys(names, 0.0)
     for sample in range(samples):
         for place, (kind, axis) in enumerate((k, a) for k in ("gyro", "accel") for a in "xyz"):

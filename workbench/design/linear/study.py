@@ -534,9 +534,8 @@ class LinearStudy:
         Arguments and exceptions are those of `trim`.
         """
         values, rates = self._values(gains), self.scenario.rates
-        steps = round(rates.control_period / rates.physics_step)
-        every = sample_steps(values["gyro_rate"], rates.physics_step, steps)
-        return self._sampled(point, gains, steps // every).lean(REMOVABLE)
+        every = sample_steps(values["gyro_rate"], rates.physics_step, rates.control_steps)
+        return self._sampled(point, gains, rates.control_steps // every).lean(REMOVABLE)
 
     def plant_input(
         self, point: OperatingPoint = HOVER, gains: Mapping[str, float] | None = None
