@@ -207,7 +207,7 @@ def test_what_knows_no_derivative_flies_and_says_so_to_linear_models(tmp_path):
     assert "write the function with those" in said
 
 
-def test_what_cannot_be_compiled_flies_and_is_told_where_it_is(tmp_path):
+def test_what_cannot_be_compiled_flies_and_its_line_is_in_the_message(tmp_path):
     """Python flies it; the sentence comes where machine code is made."""
     path = written(tmp_path, (BEGIN, BEGIN + '    e_x = float(f"{e_x:.6f}")\n'))
     session = Session(Scenario(controller=str(path), start=Start(position=[0.0, 0.0, 9.0])))

@@ -175,19 +175,17 @@ def test_packing_loses_nothing(vehicle):
 
 
 def packed_commands(signals, gains, constants, filtered, settings=PLAIN) -> np.ndarray:
-    """Return the commands of a packed update, which overwrites what is filtered."""
+    """Return the commands of an update in place with packed constants, as compiled code has it."""
     state, _, reference, guide = (np.array(signal) for signal in signals)
     found = np.zeros(4)
-    flight_law(LAW).packed_update(
+    flight_law(LAW).update_in_place(
         state,
-        np.ones(1),
-        reference,
-        guide,
-        np.array(STRAIGHT),
+        1.0,
+        Setpoint(reference, guide, STRAIGHT),
         np.array(gains),
         np.array(WHOLE),
-        np.concatenate([each.ravel() for each in packed(constants)]),
-        np.array(LAW.closed),
+        unpacked(*packed(constants)),
+        np.array([*LAW.closed, *[0.0] * len(LAW.points)]),
         sampled_estimate(PERIOD),
         np.array(settings),
         filtered,
@@ -198,7 +196,7 @@ def packed_commands(signals, gains, constants, filtered, settings=PLAIN) -> np.n
     return found
 
 
-def test_the_packed_update_is_the_update_in_place(vehicle, gains, random_signals):
+def test_an_update_in_place_with_packed_constants_is_the_update(vehicle, gains, random_signals):
     """Drake may hand over the same memory to read and to write."""
     rng = np.random.default_rng(12)
     constants = law_constants(vehicle)

@@ -52,8 +52,8 @@ SOURCES = (
     "plant/gravity.py",
 )
 """Sources of the compiled update below `workbench/`, besides its controller."""
-BODY, ROTOR = 20, 12
-"""Number of constants of the body, and of each rotor, see `packed`."""
+BODY = 20
+"""Number of constants of the body, see `packed`."""
 ALL_PARTS = -1.0
 """As the number of previous updates: every part of the law runs, as in linear models."""
 NEAR = 1e-3
@@ -367,7 +367,6 @@ class FlightLaw(NamedTuple):
         wrench: from the plant's state to the wrench that the law commands.
         update: one update.
         update_in_place: the same, which writes its results.
-        packed_update: that with packed constants; this is what gets compiled.
     """
 
     gains: Callable[..., Any]
@@ -375,7 +374,6 @@ class FlightLaw(NamedTuple):
     wrench: Callable[..., Any]
     update: Callable[..., Any]
     update_in_place: Callable[..., Any]
-    packed_update: Callable[..., Any]
 
 
 @lru_cache(maxsize=64)
@@ -387,7 +385,6 @@ def flight_law(controller: Controller) -> FlightLaw:
     plain_memory = reader(None, size, f"plain_{controller.key}", "1.0 * s[{}]")
     write_memory = writer(size, controller.key)
     initial = tuple(controller.initial_memory)
-    points = len(controller.points)
     elapsed = elapsed_reader(controller)
 
     @register_jitable(forceinline=True)
@@ -554,50 +551,9 @@ def flight_law(controller: Controller) -> FlightLaw:
                 speeds[i] = resolved(speeds[i], full, settings[2])
         return total
 
-    def packed_update(
-        state,
-        voltage,
-        reference,
-        guidance,
-        a_WBcm,
-        gains,
-        shares,
-        known,
-        probes,
-        estimate,
-        settings,
-        filtered,
-        memory,
-        speeds,
-        count,
-    ):
-        """Do `update_in_place` with packed constants; this is what gets compiled.
-
-        `known` has the constants of the body, then those of the rotors row by row, see `packed`. It
-        is one array, because each argument costs compiled code a quarter of a microsecond. `probes`
-        has gates and injections of the loop points.
-        """
-        loops = np.empty(3 * points)
-        loops[: 2 * points] = probes
-        return update_in_place(
-            state,
-            voltage[0],
-            Setpoint(reference, guidance, (a_WBcm[0], a_WBcm[1], a_WBcm[2])),
-            gains,
-            shares,
-            unpacked(known[:BODY], known[BODY:].reshape(-1, ROTOR)),
-            loops,
-            estimate,
-            settings,
-            filtered,
-            memory,
-            speeds,
-            count,
-        )
-
-    for function in (wrench, update, update_in_place, packed_update):
+    for function in (wrench, update, update_in_place):
         unique(function, controller.key)
-    return FlightLaw(read_gains, read_memory, wrench, update, update_in_place, packed_update)
+    return FlightLaw(read_gains, read_memory, wrench, update, update_in_place)
 
 
 def elapsed_reader(controller: Controller) -> Callable[..., Any]:

@@ -35,9 +35,16 @@ import numpy as np
 from workbench.common.compiled import compile_cached
 from workbench.common.jitable import register_jitable, unique
 from workbench.control.controller import Controller
-from workbench.control.flight_law import FILTERED, flight_law, known_vehicle, law_constants, packed
+from workbench.control.flight_law import (
+    FILTERED,
+    flight_law,
+    known_vehicle,
+    law_constants,
+    packed,
+    unpacked,
+)
 from workbench.control.flight_law import SOURCES as LAW
-from workbench.control.guidance import Guidance
+from workbench.control.guidance import Guidance, Setpoint
 from workbench.dynamics.rigid_body import into_body, into_world, rigid_body, rotation
 from workbench.dynamics.vehicle_step import FULL, rotor_rows, step_vehicle
 from workbench.plant.gravity import GRAVITY
@@ -84,7 +91,8 @@ class Craft(NamedTuple):
 
     Attributes:
         gains: of the controller, and what it designs.
-        known: what the law knows of the vehicle.
+        known_body: what the law knows of the body, see `flight_law.packed`.
+        known_rotors: likewise of the rotors.
         probes: of the loop points, all closed.
         body: see `rigid_body.RigidBody` (16).
         rotors: a row each (n, 26).
@@ -94,7 +102,8 @@ class Craft(NamedTuple):
     """
 
     gains: np.ndarray
-    known: np.ndarray
+    known_body: np.ndarray
+    known_rotors: np.ndarray
     probes: np.ndarray
     body: np.ndarray
     rotors: np.ndarray
@@ -127,12 +136,13 @@ def make_craft(
         flown: the vehicle that flies, where that is another one.
     """
     constants = law_constants(vehicle)
-    body, rotors = packed(constants)
+    known_body, known_rotors = packed(constants)
     real = flown or vehicle
     step = period / steps
     return Craft(
         gains=np.array(controller.gains(gains, known_vehicle(constants), period)),
-        known=np.concatenate([body, rotors.ravel()]),
+        known_body=known_body,
+        known_rotors=known_rotors,
         probes=np.array(controller.closed, dtype=float),
         body=rigid_body(real.mass, real.inertia, real.p_BoBcm_B).packed(),
         rotors=rotor_rows(real.rotors, step),
@@ -246,7 +256,7 @@ class Computer(NamedTuple):
         memory: of the law (k).
         commands: of the rotors (n) [rad/s].
         shares: of their thrust that rotors give, as the law knows it: all of it (n).
-        nothing: zeros (3): neither feedforward nor a resolution of commands.
+        nothing: zeros (3): neither filters nor a resolution of commands.
     """
 
     measured: np.ndarray
@@ -278,19 +288,20 @@ def make_update(controller: Controller) -> Callable[..., Any]:
     Its arguments are a `Computer`, the voltage (1), see `guidance.Measured`, the reference (8), the
     `Craft`, and how many updates were before.
     """
-    packed_update = register_jitable(flight_law(controller).packed_update)
+    update_in_place = flight_law(controller).update_in_place
+    points = len(controller.points)
 
     def update(computer, voltage, reference, craft, count):
-        packed_update(
+        loops = np.empty(3 * points)
+        loops[: 2 * points] = craft.probes
+        update_in_place(
             computer.measured,
-            voltage,
-            reference,
-            GO_TO,
-            computer.nothing,
+            voltage[0],
+            Setpoint(reference, GO_TO, (0.0, 0.0, 0.0)),
             craft.gains,
             computer.shares,
-            craft.known,
-            craft.probes,
+            unpacked(craft.known_body, craft.known_rotors),
+            loops,
             craft.estimate,
             computer.nothing,
             computer.filtered,
