@@ -6,12 +6,13 @@ They take floats and AutoDiffXd.
 from collections.abc import Sequence
 from typing import Any
 
+from workbench.dynamics.rotor_response import split_error
 from workbench.plant.rotors import Rotor
 
-BLEND = 3.0
-"""Less than half a percent of usual hover speeds [rad/s]."""
 MOST_GROUND_EFFECT = 4.0 / 15.0
 """Largest share of thrust by ground effect."""
+LEAST_VOLTAGE = 0.1
+"""Share of the full voltage below which sag is not compensated."""
 TINY = 1e-30
 """Added to a radicand, because a root has no derivative at 0."""
 
@@ -47,10 +48,8 @@ def within(command: Any, rotor: Rotor) -> Any:
 
 def speed_slope(rotor: Rotor, command: Any, speed: Any) -> Any:
     """Return dw/dt of a rotor on its way to a command [rad/s²]."""
-    error = command - speed
-    side = error / (error * error + BLEND * BLEND) ** 0.5
-    up = 0.5 * error * (1.0 + side * side * side)
-    return up / rotor.time_constant_up + (error - up) / rotor.time_constant_down
+    up, down = split_error(command - speed)
+    return up / rotor.time_constant_up + down / rotor.time_constant_down
 
 
 def hub_velocity(rotor: Rotor, w_B: Sequence[Any], v_B: Sequence[Any]) -> tuple[Any, Any, Any]:

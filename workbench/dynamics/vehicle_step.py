@@ -46,6 +46,7 @@ from workbench.dynamics.rigid_body import (
     moved,
 )
 from workbench.dynamics.rotor_response import CONSTANTS, rotor_constants, step_rotor, within
+from workbench.dynamics.rotors import LEAST_VOLTAGE, MOST_GROUND_EFFECT, TINY
 from workbench.plant.rotors import Rotor
 
 THRUST = 8
@@ -59,14 +60,8 @@ LAG = 19
 ROW = LAG + CONSTANTS
 """Size of a rotor's row, 26."""
 take_row = taking(ROW)
-MOST_GROUND_EFFECT = 4.0 / 15.0
-"""Largest share of thrust by ground effect."""
 FULL = (1.0, 0.0, 0.0, 1.0)
 """A supply with the constant voltage of a full battery, see `voltage_share`."""
-LEAST_VOLTAGE = 0.1
-"""Share of the full voltage below which sag is not compensated."""
-_TINY = 1e-30
-"""Added to a radicand, because a root has no derivative at 0."""
 
 Load = tuple[Scalar, ...]
 """The load on a body, in B (9): force [N], moment about its origin [N·m], and the rotors' angular
@@ -180,7 +175,7 @@ def thrust_change(
     along = (s_x + v_B[0]) * n_x + (s_y + v_B[1]) * n_y + (s_z + v_B[2]) * n_z
     hub = height + u_x * p_x + u_y * p_y + u_z * p_z
     square = hub * hub
-    least = ground / MOST_GROUND_EFFECT + _TINY
+    least = ground / MOST_GROUND_EFFECT + TINY
     if square < least:
         square = least
     near = ground / square
@@ -210,7 +205,7 @@ def changes_thrust(rotor: Vector) -> bool:
 @register_jitable(forceinline=True)
 def power_share(thrust: Scalar) -> Scalar:
     """Return a thrust [N] to the 3/2, proportional to a rotor's power, see `battery.Battery`."""
-    return thrust * (thrust + _TINY) ** 0.5
+    return thrust * (thrust + TINY) ** 0.5
 
 
 @register_jitable(forceinline=True)

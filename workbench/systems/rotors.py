@@ -44,6 +44,7 @@ from pydrake.systems.scalar_conversion import TemplateSystem
 
 from workbench.dynamics.rigid_body import cross, into_body, into_world, rotation
 from workbench.dynamics.rotors import (
+    LEAST_VOLTAGE,
     hub_velocity,
     loaded_voltage,
     moving_thrust,
@@ -55,11 +56,6 @@ from workbench.dynamics.rotors import (
 from workbench.plant.rotors import Rotor
 from workbench.systems.cached import cached
 from workbench.systems.weak_callback import weakly
-
-LEAST_VOLTAGE = 0.1
-"""Share of the full voltage below which sag is not compensated."""
-FULL = (1.0, 0.0, 0.0, 1.0)
-"""A supply with the constant voltage of a full battery."""
 
 
 # A template is filled where it is first used: Drake looks through the stack for whose it is, which

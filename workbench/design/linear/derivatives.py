@@ -23,7 +23,7 @@ from workbench.design.linear.seeds import STATE, gradient, state_seeds, whole
 from workbench.design.linear.update import Update, averaged
 from workbench.design.linear.vehicle import Step, VehicleDerivatives
 from workbench.diagram.core import full_supply, make_vehicle_core
-from workbench.dynamics.rotors import TINY
+from workbench.dynamics.rotors import loaded_voltage, static_thrusts
 from workbench.estimation.filters import lowpass
 from workbench.estimation.gyro import (
     STATES,
@@ -118,7 +118,6 @@ class Derivatives:
         self._physics_step, self._control_period = rates.physics_step, rates.control_period
         self._whole = [1.0] * len(self._rotors)
         self._estimate = sampled_estimate(rates.control_period)
-        self._vehicle = vehicle
         self._supply, self._voltage = full_supply(vehicle, gains), 1.0
         self._air: tuple[float, ...] = ()
         self.update = LastCall(self._update)
@@ -177,11 +176,7 @@ class Derivatives:
 
     def _voltage_at(self, speeds: Sequence[Any]) -> Any:
         """Return the voltage with rotors at speeds (n), over that of a full battery."""
-        thrusts = [
-            rotor.motor_constant * w * (w + rotor.linear_speed)
-            for rotor, w in zip(self._rotors, speeds, strict=True)
-        ]
-        return 1.0 - self._supply[1] * sum(T * (T + TINY) ** 0.5 for T in thrusts)
+        return loaded_voltage(self._supply, static_thrusts(self._rotors, self._whole, speeds))
 
     def _update(self, *signals: np.ndarray) -> Update:
         dividers = self.controller.dividers
