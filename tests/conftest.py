@@ -142,9 +142,11 @@ def pytest_collection_modifyitems(config, items):
     half = config.getoption("--half")
     if half is None:
         return
-    others = [item for item in items if zlib.crc32(item.nodeid.encode()) % 2 != half]
-    items[:] = [item for item in items if zlib.crc32(item.nodeid.encode()) % 2 == half]
-    config.hook.pytest_deselected(items=others)
+    halves: tuple[list, list] = ([], [])
+    for item in items:
+        halves[zlib.crc32(item.nodeid.encode()) % 2].append(item)
+    items[:] = halves[half]
+    config.hook.pytest_deselected(items=halves[1 - half])
 
 
 def pytest_runtest_setup(item):

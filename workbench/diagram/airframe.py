@@ -1,10 +1,10 @@
 """The vehicle and its world as systems of a diagram."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from pydrake.geometry import SceneGraph
+from pydrake.geometry import GeometryId, SceneGraph
 from pydrake.multibody.plant import ExternallyAppliedSpatialForceMultiplexer, MultibodyPlant
 from pydrake.multibody.tree import RigidBody, RotationalInertia, SpatialInertia
 from pydrake.systems.framework import Context, DiagramBuilder, InputPort, OutputPort
@@ -17,6 +17,7 @@ from workbench.plant.loading import make_vehicle
 from workbench.plant.multibody import add_plant
 from workbench.plant.payload import Payload, laden, payload_of
 from workbench.plant.reach import Reach, reach
+from workbench.plant.rotors import Rotor
 from workbench.plant.sensors import Imu
 from workbench.plant.vehicle import BatteryPack, Vehicle
 from workbench.plant.worlds.world import EMPTY, World
@@ -53,6 +54,7 @@ class Airframe:
         push: what pushes it.
         wind: the velocity of the air.
         imu: samples of the flight computer.
+        shapes: of the vehicle that can touch.
         around: the sphere around everything that can touch, whether or not more is drawn.
         ground: whether there is ground.
         obstacles: whether there is anything to touch but the ground.
@@ -71,6 +73,7 @@ class Airframe:
     push: Push
     wind: Wind
     imu: FlightImu
+    shapes: frozenset[GeometryId]
     around: Reach
     ground: bool
     obstacles: bool
@@ -135,13 +138,8 @@ class Airframe:
         query = self.scene_graph.get_query_output_port().Eval(
             self.scene_graph.GetMyContextFromRoot(root)
         )
-        own = [
-            geometry
-            for body in self.plant.GetBodyIndices(self.body.model_instance())
-            for geometry in self.plant.GetCollisionGeometriesForBody(self.plant.get_body(body))
-        ]
         return any(
-            each.distance < self.around.radius + way and each.id_G not in own
+            each.distance < self.around.radius + way and each.id_G not in self.shapes
             for each in query.ComputeSignedDistanceToPoint(p_WC, self.around.radius + way)
         )
 
@@ -186,16 +184,7 @@ def add_airframe(
     turning = description.rotors
     if not world.ground:
         turning = tuple(replace(rotor, ground_effect_coefficient=0.0) for rotor in turning)
-    rotors = builder.AddNamedSystem("rotors", Rotors_[float](rotors=turning, body=body.index()))
-    body_forces = builder.AddNamedSystem(
-        "body_forces",
-        BodyForces_[float](
-            body=body.index(),
-            drag_area=values["drag_area"],
-            air_density=values["air_density"],
-            p_BoBcm_B=laden(vehicle, payload_of(values)).p_BoBcm_B,
-        ),
-    )
+    rotors, body_forces = add_forces(builder, body, turning, vehicle, values)
     push = builder.AddNamedSystem(
         "push",
         Push(
@@ -220,7 +209,6 @@ def add_airframe(
             imu=imu,
         ),
     )
-    forces = builder.AddNamedSystem("forces", ExternallyAppliedSpatialForceMultiplexer(2))
     places = body_places(plant, body)
     state = _chosen(builder, "body_state", plant.get_state_output_port(), places)
     accelerations = plant.get_generalized_acceleration_output_port()
@@ -230,13 +218,12 @@ def add_airframe(
     joints = None
     if len(others):
         joints = _chosen(builder, "joints", plant.get_state_output_port(), others)
-    for system in (rotors, body_forces, wind, flight_imu):
+    connect_forces(builder, plant, state, rotors, body_forces)
+    for system in (wind, flight_imu):
         builder.Connect(state, system.GetInputPort("state"))
-    for number, system in enumerate((rotors, body_forces)):
+    for system in (rotors, body_forces):
         builder.Connect(wind.get_output_port(), system.GetInputPort("wind"))
-        builder.Connect(system.GetOutputPort("spatial_forces"), forces.get_input_port(number))
     builder.Connect(push.get_output_port(), body_forces.GetInputPort("push"))
-    builder.Connect(forces.get_output_port(), plant.get_applied_spatial_force_input_port())
     if imu:
         builder.Connect(acceleration, flight_imu.GetInputPort("acceleration"))
     return Airframe(
@@ -253,10 +240,59 @@ def add_airframe(
         push=push,
         wind=wind,
         imu=flight_imu,
+        shapes=frozenset(
+            shape
+            for index in plant.GetBodyIndices(body.model_instance())
+            for shape in plant.GetCollisionGeometriesForBody(plant.get_body(index))
+        ),
         around=reach(description.undrawn().model, description.base_link, description.rotors),
         ground=world.ground,
         obstacles=bool(world.names),
     )
+
+
+def add_forces(
+    builder: DiagramBuilder,
+    body: RigidBody,
+    turning: Sequence[Rotor],
+    vehicle: Vehicle,
+    values: Mapping[str, float],
+) -> tuple[Rotors, BodyForces]:
+    """Add what acts on a body; `connect_forces` connects it.
+
+    Args:
+        builder: the diagram being built.
+        body: of the base link in the plant.
+        turning: its rotors.
+        vehicle: as it flies, without its payload.
+        values: of parameters by name; those of air and payload are used.
+    """
+    rotors = builder.AddNamedSystem("rotors", Rotors_[float](rotors=turning, body=body.index()))
+    body_forces = builder.AddNamedSystem(
+        "body_forces",
+        BodyForces_[float](
+            body=body.index(),
+            drag_area=values["drag_area"],
+            air_density=values["air_density"],
+            p_BoBcm_B=laden(vehicle, payload_of(values)).p_BoBcm_B,
+        ),
+    )
+    return rotors, body_forces
+
+
+def connect_forces(
+    builder: DiagramBuilder,
+    plant: MultibodyPlant,
+    state: OutputPort,
+    rotors: Rotors,
+    body_forces: BodyForces,
+) -> None:
+    """Let rotors and drag see the state of a body (13), and act on it."""
+    forces = builder.AddNamedSystem("forces", ExternallyAppliedSpatialForceMultiplexer(2))
+    for number, system in enumerate((rotors, body_forces)):
+        builder.Connect(state, system.GetInputPort("state"))
+        builder.Connect(system.GetOutputPort("spatial_forces"), forces.get_input_port(number))
+    builder.Connect(forces.get_output_port(), plant.get_applied_spatial_force_input_port())
 
 
 def body_places(plant: MultibodyPlant, body: RigidBody) -> np.ndarray:

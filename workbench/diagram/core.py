@@ -5,18 +5,24 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from pydrake.multibody.plant import ExternallyAppliedSpatialForceMultiplexer, MultibodyPlant
+from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import Diagram, DiagramBuilder, LeafSystem, OutputPort
 from pydrake.systems.primitives import ConstantVectorSource, DiscreteTimeDelay, ZeroOrderHold
 
 from workbench.control.controller import Controller
 from workbench.control.flight_law import ComputerSettings, known_vehicle, law_constants
-from workbench.diagram.airframe import Airframe, add_airframe, add_battery
+from workbench.diagram.airframe import (
+    Airframe,
+    add_airframe,
+    add_battery,
+    add_forces,
+    connect_forces,
+)
 from workbench.dynamics.air.settings import calm_air
 from workbench.plant.description import Description
 from workbench.plant.loading import make_vehicle
 from workbench.plant.multibody import add_plant
-from workbench.plant.payload import laden, laden_description, payload_of
+from workbench.plant.payload import laden_description, payload_of
 from workbench.plant.variation import NOMINAL, Variation
 from workbench.plant.vehicle import Vehicle
 from workbench.plant.worlds.world import EMPTY, World
@@ -24,13 +30,12 @@ from workbench.scenario.parameters import parameter_table
 from workbench.scenario.scenario import Rates
 from workbench.systems.acceleration_estimate import make_acceleration_estimate
 from workbench.systems.battery import voltage_drop
-from workbench.systems.body_forces import BodyForces_
 from workbench.systems.controller import SHORT, ContinuousController_
 from workbench.systems.flight_computer import FlightComputer
 from workbench.systems.moving_obstacles import add_moving_obstacles
 from workbench.systems.recorder import Recorder, add_recorder
 from workbench.systems.rotor_playback import RotorCommands, make_rotor_playback
-from workbench.systems.rotors import Rotors, Rotors_
+from workbench.systems.rotors import Rotors
 
 STATE_HOLD, STATE_DELAY = "state_hold", "state_delay"
 """Names of the systems that delay the state for the law: by a part of a control period, and by
@@ -107,25 +112,12 @@ def _add_continuous_vehicle(
     gains: Mapping[str, float],
 ) -> tuple[MultibodyPlant, Rotors]:
     """Add Drake's plant with rotors, drag, and the port for the wind; that of commands is open."""
-    payload = payload_of(gains)
-    whole = laden_description(description.undrawn().held(), payload)
+    whole = laden_description(description.undrawn().held(), payload_of(gains))
     plant, _ = add_plant(builder, whole, time_step=0.0)
-    body = plant.GetBodyByName(description.base_link).index()
-    rotors = builder.AddNamedSystem("rotors", Rotors_[float](rotors=description.rotors, body=body))
-    body_forces = builder.AddNamedSystem(
-        "body_forces",
-        BodyForces_[float](
-            body=body,
-            drag_area=gains["drag_area"],
-            air_density=gains["air_density"],
-            p_BoBcm_B=laden(make_vehicle(description), payload).p_BoBcm_B,
-        ),
-    )
-    forces = builder.AddNamedSystem("forces", ExternallyAppliedSpatialForceMultiplexer(2))
-    for number, system in enumerate((rotors, body_forces)):
-        builder.Connect(plant.get_state_output_port(), system.GetInputPort("state"))
-        builder.Connect(system.GetOutputPort("spatial_forces"), forces.get_input_port(number))
-    builder.Connect(forces.get_output_port(), plant.get_applied_spatial_force_input_port())
+    body = plant.GetBodyByName(description.base_link)
+    flown = make_vehicle(description)
+    rotors, body_forces = add_forces(builder, body, description.rotors, flown, gains)
+    connect_forces(builder, plant, plant.get_state_output_port(), rotors, body_forces)
     builder.ExportInput(rotors.GetInputPort("wind"), "wind")
     builder.ConnectInput("wind", body_forces.GetInputPort("wind"))
     if vehicle.battery:
