@@ -3,9 +3,11 @@
 import re
 import shutil
 import subprocess
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import zip_longest
 from pathlib import Path
+from typing import Any
 
 from pydrake.geometry import SceneGraph
 from pydrake.multibody.plant import MultibodyPlant
@@ -102,7 +104,8 @@ def read_block_graph(diagram: Diagram) -> BlockGraph:
         connect(source, Terminal(home, port), output.size())
     for index in range(diagram.num_input_ports()):
         outer = diagram.get_input_port(index)
-        for system, place in diagram.GetInputPortLocators(InputPortIndex(index)):
+        listeners = diagram.GetInputPortLocators(InputPortIndex(index))
+        for system, place in sorted(listeners, key=_order(diagram)):
             inner = Terminal(homes[system.get_name()], system.get_input_port(place).get_name())
             connect(Terminal(outer.get_name(), "y0"), inner, outer.size())
     for index in range(diagram.num_output_ports()):
@@ -116,12 +119,20 @@ def read_block_graph(diagram: Diagram) -> BlockGraph:
 
 def _connections(diagram: Diagram) -> list[tuple[System, int, System, int]]:
     """Return (listener, its port, feeder, its port) of each connection, in the systems' order."""
-    places = {system.get_name(): place for place, system in enumerate(diagram.GetSystems())}
     connections = [
         (system, int(index), feeder, int(place))
         for (system, index), (feeder, place) in diagram.connection_map().items()
     ]
-    return sorted(connections, key=lambda each: (places[each[0].get_name()], each[1]))
+    return sorted(connections, key=_order(diagram))
+
+
+def _order(diagram: Diagram) -> Callable[[Sequence[Any]], tuple[int, int]]:
+    """Return the key that sorts input ports (system, its port, ...) in the systems' order.
+
+    Drake keeps them in the order of addresses, which differs from run to run.
+    """
+    places = {system.get_name(): place for place, system in enumerate(diagram.GetSystems())}
+    return lambda each: (places[each[0].get_name()], int(each[1]))
 
 
 def _homes(diagram: Diagram) -> dict[str, str]:
