@@ -14,13 +14,13 @@ arrays. The diagram, linear models and compiled flights all use it.
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from workbench.common.jitable import Scalar, Vector, made_function, register_jitable, unique
+from workbench.common.jitable import Scalar, Vector, register_jitable, unique
 from workbench.common.own_file import record
 from workbench.control.controller import Controller
 from workbench.control.flight_state import mass_velocity, still_air_drag, thrust_attitude
@@ -52,8 +52,6 @@ SOURCES = (
     "plant/gravity.py",
 )
 """Sources of the compiled update below `workbench/`, besides its controller."""
-BODY = 20
-"""Number of constants of the body, see `packed`."""
 ALL_PARTS = -1.0
 """As the number of previous updates: every part of the law runs, as in linear models."""
 NEAR = 1e-3
@@ -78,7 +76,7 @@ PLAIN = ComputerSettings()
 
 
 class LawConstants(NamedTuple):
-    """The vehicle as the law knows it: lists for Python, views of `packed` arrays for numba.
+    """The vehicle as the law knows it: lists for Python; compiled flights have a record like it.
 
     Inertia, allocation and effects are for T, the frame of upright hover, see `plant.thrust_frame`.
 
@@ -179,42 +177,6 @@ def known_vehicle(constants: LawConstants) -> KnownVehicle:
         for (f, m_x, m_y, m_z), idle, most, constant, half in numbers
     )
     return KnownVehicle(*known_body(constants), rotors)
-
-
-def packed(constants: LawConstants) -> tuple[np.ndarray, np.ndarray]:
-    """Return constants as two arrays, (20) of the body and (n, 12) of the rotors."""
-    columns = (
-        constants.idle_thrusts,
-        constants.max_thrusts,
-        constants.motor_constants,
-        constants.half_linear_speeds,
-    )
-    place = (*constants.q_BT, *constants.p_BoBcm_B)
-    rest = (constants.spin_up_time, constants.rotor_lag, constants.payload)
-    body = np.array([constants.mass, *constants.inertia, *place, *constants.drag, *rest])
-    rotors = np.column_stack([constants.allocation, constants.effects, *columns])
-    return body, rotors
-
-
-@register_jitable
-def unpacked(body: np.ndarray, rotors: np.ndarray) -> LawConstants:
-    """Return the constants in the arrays of `packed`."""
-    return LawConstants(
-        body[0],
-        body[1:7],
-        body[7:11],
-        body[11:14],
-        body[14:17],
-        rotors[:, 0:4],
-        rotors[:, 4:8],
-        rotors[:, 8],
-        rotors[:, 9],
-        rotors[:, 10],
-        rotors[:, 11],
-        body[17],
-        body[18],
-        body[19],
-    )
 
 
 @register_jitable(forceinline=True)
@@ -366,26 +328,22 @@ class FlightLaw(NamedTuple):
         memory: from a sequence of numbers to the law's states by name.
         wrench: from the plant's state to the wrench that the law commands.
         update: one update.
-        update_in_place: the same, which writes its results.
     """
 
     gains: Callable[..., Any]
     memory: Callable[..., Any]
     wrench: Callable[..., Any]
     update: Callable[..., Any]
-    update_in_place: Callable[..., Any]
 
 
 @lru_cache(maxsize=64)
 def flight_law(controller: Controller) -> FlightLaw:
     """Return the functions of a control update with a controller."""
     law = controller.update
-    read_gains, read_memory = gains_reader(controller), memory_reader(controller)
-    size = len(controller.memory)
-    plain_memory = reader(None, size, f"plain_{controller.key}", "1.0 * s[{}]")
-    write_memory = writer(size, controller.key)
+    read_gains = _reader("Gains", controller.gain_names, controller.key)
+    read_memory = _reader("Memory", [state.name for state in controller.memory], controller.key)
     initial = tuple(controller.initial_memory)
-    elapsed = elapsed_reader(controller)
+    elapsed = _elapsed(controller.dividers, controller.key)
 
     @register_jitable(forceinline=True)
     def wrench(
@@ -424,7 +382,7 @@ def flight_law(controller: Controller) -> FlightLaw:
             p_WB, v_WBcm, acceleration, q_WT, w_WB, drag, commanded, voltage, elapsed(count, dt)
         )
         wanted, after = law(measured, setpoint, g, known_body(constants), memory, dt, loops)
-        return wanted, plain_memory(after)
+        return wanted, after[0:]  # a plain tuple
 
     @register_jitable
     def update(
@@ -460,7 +418,8 @@ def flight_law(controller: Controller) -> FlightLaw:
             count: number of previous updates, see `ALL_PARTS`.
 
         Returns:
-            Next filter states, and the next memory of the law.
+            Next filter states, and the next memory of the law; compiled code gives `gains`,
+            `filtered` and `memory` as tuples.
         """
         acceleration, velocity = estimated(state[10:13], filtered[0:3], estimate)
         share, rate = estimate
@@ -496,118 +455,58 @@ def flight_law(controller: Controller) -> FlightLaw:
         )
         return velocity + derivative + asked, remembered
 
-    @register_jitable
-    def update_in_place(
-        state,
-        voltage,
-        setpoint,
-        gains,
-        shares,
-        constants,
-        loops,
-        estimate,
-        settings,
-        filtered,
-        memory,
-        speeds,
-        count,
-    ):
-        """Do `update`, write its results to filtered and memory, and resolve the commands.
-
-        Returns:
-            A number that is finite if all that the law commands and remembers is.
-        """
-        after, remembered = update(
-            state,
-            voltage,
-            setpoint,
-            gains,
-            shares,
-            constants,
-            loops,
-            estimate,
-            settings,
-            filtered,
-            memory,
-            speeds,
-            count,
-        )
-        for i in range(FILTERED):
-            filtered[i] = after[i]
-        write_memory(memory, remembered)
-        total = 0.0
-        for i in range(len(speeds)):
-            total += speeds[i]
-        for i in range(len(memory)):
-            total += memory[i]
-        if settings[2] > 0.0:
-            for i in range(len(speeds)):
-                full = speed_command(
-                    constants.max_thrusts[i],
-                    constants.motor_constants[i],
-                    constants.half_linear_speeds[i],
-                    1.0,
-                )
-                speeds[i] = resolved(speeds[i], full, settings[2])
-        return total
-
-    for function in (wrench, update, update_in_place):
+    for function in (wrench, update):
         unique(function, controller.key)
-    return FlightLaw(read_gains, read_memory, wrench, update, update_in_place)
+    return FlightLaw(read_gains, read_memory, wrench, update)
 
 
-def elapsed_reader(controller: Controller) -> Callable[..., Any]:
-    """Return a function that returns `elapsed` of `guidance.Measured`, and compiles."""
-    parts = "".join(
-        f"dt if count < 0.0 else {divider} * dt "
-        f"if floor(count / {divider}) * {divider} == count else 0.0, "  # as vectors have no modulo
-        for divider in controller.dividers
-    )
-    return made_function(
-        f"def elapsed(count, dt):\n    return ({parts})",
-        {"floor": np.floor},
-        f"elapsed_{controller.key}",
-    )
+def _reader(name: str, fields: Sequence[str], key: str) -> Callable[..., Any]:
+    """Return a function from numbers to a named tuple; to an empty one without fields."""
+    if not fields:
+        return _nothing
+    kind = record(f"{name}_{key}", fields)  # machine code knows a record by its type's name
+
+    @register_jitable(forceinline=True)
+    def read(numbers):
+        return kind(*numbers)
+
+    return unique(read, f"{name}_{key}")
 
 
-def gains_reader(controller: Controller, source: str = "s[{}]", arguments: str = "s") -> Any:
-    """Return a function that returns a controller's gains by name, see `reader`."""
-    fields = controller.gain_names
-    key = f"Gains_{controller.key}"  # machine code knows a record by its type's name
-    return reader(record(key, fields), len(fields), key, source, arguments)
+@register_jitable(forceinline=True)
+def _nothing(numbers):
+    return ()
 
 
-def memory_reader(controller: Controller, source: str = "s[{}]", arguments: str = "s") -> Any:
-    """Return a function that returns a controller's states by name, see `reader`."""
-    fields = [state.name for state in controller.memory]
-    key = f"Memory_{controller.key}"
-    return reader(record(key, fields), len(fields), key, source, arguments)
+def _elapsed(dividers: Sequence[int], key: str) -> Callable[..., Any]:
+    """Return a function that returns `elapsed` of `guidance.Measured`."""
+    if not dividers:
+        return _no_parts
+    earlier, divider = _elapsed(dividers[:-1], key), float(dividers[-1])
+
+    @register_jitable(forceinline=True)
+    def elapsed(count, dt):
+        return earlier(count, dt) + (_part_elapsed(count, dt, divider),)
+
+    return unique(elapsed, f"{len(dividers)}_{key}")
 
 
-def reader(
-    record: Any, size: int, key: str, source: str = "s[{}]", arguments: str = "s"
-) -> Callable[..., Any]:
-    """Return a function that makes a record of numbers, and compiles.
-
-    numba makes a record only from an expression that has each number.
-
-    Args:
-        record: a named tuple's type; None for a plain tuple.
-        size: number of numbers.
-        key: see `jitable.unique`.
-        source: expression of a number, with {} for its index.
-        arguments: of the function.
-    """
-    parts = "".join(f"{source.format(place)}, " for place in range(size))
-    made = f"record({parts})" if record and size else f"({parts})"
-    return made_function(
-        f"def read({arguments}):\n    return {made}", {"record": record}, f"{key}_{arguments}"
-    )
+@register_jitable(forceinline=True)
+def _no_parts(count, dt):
+    return ()
 
 
-def writer(size: int, key: str, target: str = "s[{}]", arguments: str = "s") -> Callable[..., Any]:
-    """Return a function that writes a tuple to expressions, and compiles; see `reader`."""
-    lines = "".join(f"    {target.format(k)} = values[{k}]\n" for k in range(size))
-    return made_function(
-        f"def write({arguments}, values):\n{lines}    return None", {}, f"{key}_{arguments}"
+@register_jitable(forceinline=True)
+def _part_elapsed(count, dt, divider):
+    """Return the time since a part of a law last ran [s], 0 if it does not run now."""
+    if count < 0.0:  # `ALL_PARTS`
+        return dt
+    return divider * dt if np.floor(count / divider) * divider == count else 0.0
+
+
+@register_jitable(forceinline=True)
+def full_speed(constants: LawConstants, i: int) -> Scalar:
+    """Return the largest speed of a rotor that the law commands [rad/s]."""
+    return speed_command(
+        constants.max_thrusts[i], constants.motor_constants[i], constants.half_linear_speeds[i], 1.0
     )

@@ -9,7 +9,7 @@ import numpy as np
 from workbench.common.errors import FlightBrokenError, WorkbenchError
 from workbench.common.own_file import at_most_seconds, non_finite_named, own_errors
 from workbench.control.controller import Controller
-from workbench.control.flight_law import LawConstants, flight_law
+from workbench.control.flight_law import LawConstants, flight_law, full_speed, resolved
 from workbench.control.guidance import Setpoint
 
 
@@ -56,8 +56,12 @@ class Arguments(NamedTuple):
 
 
 def make_update(controller: Controller) -> Callable[[Arguments], float]:
-    """Return the control update with a controller, see `flight_law.update_in_place`."""
-    function = flight_law(controller).update_in_place
+    """Return the control update with a controller, see `flight_law.update`.
+
+    It writes its results to its arguments, and returns a number that is finite if all that the law
+    commands and remembers is.
+    """
+    function = flight_law(controller).update
     watched = not controller.shipped and controller.program is None
 
     def run(arguments: Arguments) -> float:
@@ -66,7 +70,13 @@ def make_update(controller: Controller) -> Callable[[Arguments], float]:
             np.errstate(divide="raise", over="ignore", invalid="ignore"),
             at_most_seconds(controller.file, "update") if watched else nullcontext(),
         ):
-            total: float = function(*arguments)
+            filtered, memory = function(*arguments)
+        arguments.filtered[:], arguments.memory[:] = filtered, memory
+        total: float = sum(arguments.speeds) + sum(memory)
+        steps = arguments.settings[2]
+        if steps > 0.0:
+            for i, speed in enumerate(arguments.speeds):
+                arguments.speeds[i] = resolved(speed, full_speed(arguments.constants, i), steps)
         return total
 
     return run

@@ -14,10 +14,12 @@ from functools import lru_cache
 
 import numpy as np
 
-from workbench.dynamics.rigid_body import into_body, into_world, rotation, turned
+from workbench.common.jitable import Scalar, Vector, register_jitable
+from workbench.dynamics.rigid_body import Three, into_body, into_world, quaternion_rate, rotation
 
 
-def point_motion(state: Sequence[float], p_BS: Sequence[float]) -> list[float]:
+@register_jitable(forceinline=True)
+def point_motion(state: Vector, p_BS: Vector) -> tuple[Scalar, ...]:
     """Return attitude, position, and the derivatives of both, of a point of a body.
 
     Args:
@@ -30,16 +32,37 @@ def point_motion(state: Sequence[float], p_BS: Sequence[float]) -> list[float]:
     q_WB, w_W = state[0:4], state[7:10]
     l_x, l_y, l_z = into_world(rotation(q_WB), p_BS)
     w_x, w_y, w_z = w_W
-    return [
-        *q_WB,
+    q_w, q_x, q_y, q_z = q_WB
+    d_w, d_x, d_y, d_z = quaternion_rate(q_WB, w_W)
+    return (
+        q_w,
+        q_x,
+        q_y,
+        q_z,
         state[4] + l_x,
         state[5] + l_y,
         state[6] + l_z,
-        *(new - old for new, old in zip(turned(q_WB, w_W, 0.5), q_WB, strict=True)),
+        d_w,
+        d_x,
+        d_y,
+        d_z,
         state[10] + w_y * l_z - w_z * l_y,
         state[11] + w_z * l_x - w_x * l_z,
         state[12] + w_x * l_y - w_y * l_x,
-    ]
+    )
+
+
+@register_jitable
+def motion_between(
+    before: Vector, now: Vector, period: float, share: float, found: np.ndarray
+) -> None:
+    """Write the motion at a share of a period to 14 places, see `motions_between`."""
+    x_0, v_0, x_1, v_1 = _position_weights(share)
+    a_0, b_0, a_1, b_1 = _velocity_weights(share)
+    for k in range(7):
+        first, last = period * before[7 + k], period * now[7 + k]
+        found[k] = x_0 * before[k] + v_0 * first + x_1 * now[k] + v_1 * last
+        found[7 + k] = (a_0 * before[k] + b_0 * first + a_1 * now[k] + b_1 * last) / period
 
 
 def motions_between(
@@ -65,10 +88,11 @@ def motions_between(
     return found.reshape(2, count, 14)
 
 
-def body_rate(motion: Sequence[float]) -> tuple[float, float, float]:
+@register_jitable
+def body_rate(motion: Vector) -> Three:
     """Return w_WB in B [rad/s] of a motion (14), see `point_motion`."""
-    w, x, y, z = motion[0:4]
-    d_w, d_x, d_y, d_z = motion[7:11]
+    w, x, y, z = motion[0], motion[1], motion[2], motion[3]
+    d_w, d_x, d_y, d_z = motion[7], motion[8], motion[9], motion[10]
     # twice the vector of the quaternion q⁻¹ dq, whose length |q|² may differ from 1
     share = 2.0 / (w * w + x * x + y * y + z * z)
     return (
@@ -78,13 +102,10 @@ def body_rate(motion: Sequence[float]) -> tuple[float, float, float]:
     )
 
 
+@register_jitable
 def mean_specific_force(
-    before: Sequence[float],
-    middle: Sequence[float],
-    now: Sequence[float],
-    period: float,
-    gravity: float,
-) -> tuple[float, float, float]:
+    before: Vector, middle: Vector, now: Vector, period: float, gravity: float
+) -> Three:
     """Return the mean specific force in a period, in B as it is in the middle [m/s²].
 
     It is that of the change of velocity. The force at an instant would miss an impact, or take its
@@ -97,8 +118,11 @@ def mean_specific_force(
         period: between them [s].
         gravity: [m/s²].
     """
-    a_x, a_y, a_z = ((b - a) / period for a, b in zip(before[11:14], now[11:14], strict=True))
-    return into_body(rotation(middle[0:4]), (a_x, a_y, a_z + gravity))
+    a_x = (now[11] - before[11]) / period
+    a_y = (now[12] - before[12]) / period
+    a_z = (now[13] - before[13]) / period
+    q_WB = (middle[0], middle[1], middle[2], middle[3])
+    return into_body(rotation(q_WB), (a_x, a_y, a_z + gravity))
 
 
 @lru_cache(maxsize=64)
@@ -106,7 +130,18 @@ def _weights(count: int, share: float) -> tuple[np.ndarray, np.ndarray]:
     """Return the weights of x_0, h v_0, x_1, h v_1 in x and in h v (2 count, 4)."""
     ends = share * np.arange(1, count + 1)
     s = np.concatenate([ends, ends - 0.5 * share])
+    return np.stack(_position_weights(s), axis=1), np.stack(_velocity_weights(s), axis=1)
+
+
+@register_jitable
+def _position_weights(s: Scalar) -> tuple[Scalar, Scalar, Scalar, Scalar]:
+    """Return the weights of x_0, h v_0, x_1, h v_1 in x."""
     r = 1.0 - s
-    x = [(1.0 + 2.0 * s) * r * r, s * r * r, s * s * (3.0 - 2.0 * s), -s * s * r]
-    v = [-6.0 * s * r, r * (1.0 - 3.0 * s), 6.0 * s * r, s * (3.0 * s - 2.0)]
-    return np.stack(x, axis=1), np.stack(v, axis=1)
+    return (1.0 + 2.0 * s) * r * r, s * r * r, s * s * (3.0 - 2.0 * s), -s * s * r
+
+
+@register_jitable
+def _velocity_weights(s: Scalar) -> tuple[Scalar, Scalar, Scalar, Scalar]:
+    """Return the weights of x_0, h v_0, x_1, h v_1 in h v."""
+    r = 1.0 - s
+    return -6.0 * s * r, r * (1.0 - 3.0 * s), 6.0 * s * r, s * (3.0 * s - 2.0)

@@ -130,6 +130,59 @@ def turned(q_WB: Vector, w_WB_W: Vector, angle_share: float) -> tuple[Scalar, ..
 
 
 @register_jitable(forceinline=True)
+def quaternion_rate(q_WB: Vector, w_WB_W: Vector) -> tuple[Scalar, ...]:
+    """Return dq/dt = w q / 2 (4) [1/s], with w as a quaternion without a real part."""
+    q_w, q_x, q_y, q_z = q_WB
+    t_w, t_x, t_y, t_z = turned(q_WB, w_WB_W, 0.5)
+    return t_w - q_w, t_x - q_x, t_y - q_y, t_z - q_z
+
+
+@register_jitable(forceinline=True)
+def body_acceleration(
+    R_WB: Vector,
+    w_B: Vector,
+    force: Vector,
+    moment: Vector,
+    mass: Scalar,
+    inertia: Vector,
+    inverse: Vector,
+    p_BoBcm_B: Vector,
+) -> Six:
+    """Return angular acceleration (3) and acceleration of the origin (3), in W.
+
+    Args:
+        R_WB: see `rotation`.
+        w_B: angular velocity in B (3) [rad/s].
+        force: in B, without gravity (3) [N].
+        moment: about the origin, in B (3) [N·m].
+        mass: see `RigidBody`, and so the next three.
+        inertia: about the centre of mass.
+        inverse: of the inertia.
+        p_BoBcm_B: the centre of mass.
+    """
+    b_x, b_y, b_z = w_B
+    f_x, f_y, f_z = force
+    t_x, t_y, t_z = moment
+    c_x, c_y, c_z = p_BoBcm_B
+    about_center = (
+        t_x - c_y * f_z + c_z * f_y,
+        t_y - c_z * f_x + c_x * f_z,
+        t_z - c_x * f_y + c_y * f_x,
+    )
+    e_x, e_y, e_z = _euler(w_B, about_center, inertia, inverse)
+    k_x = b_y * c_z - b_z * c_y
+    k_y = b_z * c_x - b_x * c_z
+    k_z = b_x * c_y - b_y * c_x
+    a_B = (
+        f_x / mass - e_y * c_z + e_z * c_y - b_y * k_z + b_z * k_y,
+        f_y / mass - e_z * c_x + e_x * c_z - b_z * k_x + b_x * k_z,
+        f_z / mass - e_x * c_y + e_y * c_x - b_x * k_y + b_y * k_x,
+    )
+    a_x, a_y, a_z = into_world(R_WB, a_B)
+    return into_world(R_WB, (e_x, e_y, e_z)) + (a_x, a_y, a_z - GRAVITY)
+
+
+@register_jitable(forceinline=True)
 def middle(state: Vector, last: Vector, step: float) -> tuple[Matrix, Three, Three]:
     """Return R_WB, angular velocity and velocity of the origin in W at the middle of a step.
 

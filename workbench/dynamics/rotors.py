@@ -1,11 +1,14 @@
 """Equations of one rotor, and of the voltage that drives it; see `systems.rotors`.
 
-They take floats and AutoDiffXd.
+They take floats, AutoDiffXd, and what numba makes of them. A rotor is a `plant.rotors.Rotor`, or
+a `RotorConstants` with the same names in compiled flights.
 """
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
+from workbench.common.jitable import Scalar, Vector, register_jitable
+from workbench.dynamics.rigid_body import Three, cross
 from workbench.dynamics.rotor_response import split_error
 from workbench.plant.rotors import Rotor
 
@@ -17,58 +20,115 @@ TINY = 1e-30
 """Added to a radicand, because a root has no derivative at 0."""
 
 
-def turning_shares(given: Sequence[Any]) -> list[Any]:
-    """Return the shares of their thrust that rotors give while they turn."""
-    return [share if share > 0.0 else 1.0 for share in given]
+class RotorConstants(NamedTuple):
+    """The constants of a rotor that its equations use; `plant.rotors.Rotor` has their units."""
+
+    p_BR: Vector
+    axis_B: Vector
+    direction: Scalar
+    max_rot_velocity: Scalar
+    motor_constant: Scalar
+    linear_speed: Scalar
+    moment_constant: Scalar
+    inertia: Scalar
+    time_constant_up: Scalar
+    time_constant_down: Scalar
+    rotor_drag_coefficient: Scalar
+    rolling_moment_coefficient: Scalar
+    inflow_coefficient: Scalar
+    ground_effect_coefficient: Scalar
+    propeller_radius: Scalar
+
+
+@register_jitable(forceinline=True)
+def turning_share(given: Scalar) -> Scalar:
+    """Return the share of its thrust that a rotor gives while it turns.
+
+    A stopped rotor, with a share of 0, has its full thrust while it runs down.
+    """
+    return given if given > 0.0 else 1.0
+
+
+@register_jitable(forceinline=True)
+def static_thrust(rotor: Any, share: Scalar, speed: Scalar) -> Scalar:
+    """Return the thrust of a rotor at rest, far from the ground [N]."""
+    return share * rotor.motor_constant * speed * (speed + rotor.linear_speed)
 
 
 def static_thrusts(
     rotors: Sequence[Rotor], shares: Sequence[Any], speeds: Sequence[Any]
 ) -> list[Any]:
-    """Return the thrusts of rotors at rest, far from the ground [N]."""
-    return [
-        share * rotor.motor_constant * w * (w + rotor.linear_speed)
-        for rotor, share, w in zip(rotors, shares, speeds, strict=True)
-    ]
+    """Return the thrusts of rotors at rest, far from the ground (n) [N]."""
+    return [static_thrust(*each) for each in zip(rotors, shares, speeds, strict=True)]
 
 
-def loaded_voltage(supply: Sequence[Any], statics: Sequence[Any]) -> Any:
-    """Return the voltage under the load of static thrusts, over that of the full battery."""
-    open_circuit, drop, *_ = supply
-    voltage = open_circuit - drop * sum(T * (T + TINY) ** 0.5 for T in statics)
+@register_jitable(forceinline=True)
+def power_share(thrust: Scalar) -> Scalar:
+    """Return a static thrust [N] to the 3/2: it is proportional to a rotor's power [N^3/2]."""
+    return thrust * (thrust + TINY) ** 0.5
+
+
+@register_jitable(forceinline=True)
+def loaded_voltage(open_circuit: Scalar, drop: Scalar, power: Scalar) -> Scalar:
+    """Return the voltage under load, over that of the full battery without load.
+
+    Args:
+        open_circuit: voltage without load.
+        drop: of it per power [N^-3/2].
+        power: sum of `power_share` [N^3/2].
+    """
+    voltage = open_circuit - drop * power
     return voltage if voltage > 0.0 else 0.0 * voltage
 
 
-def within(command: Any, rotor: Rotor) -> Any:
+@register_jitable(forceinline=True)
+def compensated_share(
+    voltage: Scalar, open_circuit: Scalar, compensation: Scalar, known: Scalar
+) -> Scalar:
+    """Return by what commands are divided to make up for a share of the sag.
+
+    Args:
+        voltage: under load, see `loaded_voltage`.
+        open_circuit: voltage without load.
+        compensation: share of the sag that is compensated.
+        known: voltage without load that the compensation assumes.
+    """
+    share = 1.0 + compensation * (voltage + (known - open_circuit) - 1.0)
+    return share if share > LEAST_VOLTAGE else LEAST_VOLTAGE
+
+
+@register_jitable(forceinline=True)
+def within(command: Scalar, rotor: Any) -> Scalar:
     """Return a command limited to the speeds of a rotor [rad/s]."""
-    if command < 0.0:
-        return 0.0 * command
+    command = command if command > 0.0 else 0.0 * command
     return command if command < rotor.max_rot_velocity else rotor.max_rot_velocity
 
 
-def speed_slope(rotor: Rotor, command: Any, speed: Any) -> Any:
+@register_jitable(forceinline=True)
+def speed_slope(rotor: Any, command: Scalar, speed: Scalar) -> Scalar:
     """Return dw/dt of a rotor on its way to a command [rad/s²]."""
     up, down = split_error(command - speed)
     return up / rotor.time_constant_up + down / rotor.time_constant_down
 
 
-def hub_velocity(rotor: Rotor, w_B: Sequence[Any], v_B: Sequence[Any]) -> tuple[Any, Any, Any]:
+@register_jitable(forceinline=True)
+def hub_velocity(rotor: Any, w_B: Vector, v_B: Vector) -> Three:
     """Return the velocity of a hub, in B, from the motion of the body in B."""
-    p_x, p_y, p_z = rotor.p_BR
-    w_x, w_y, w_z = w_B
     v_x, v_y, v_z = v_B
-    return v_x + w_y * p_z - w_z * p_y, v_y + w_z * p_x - w_x * p_z, v_z + w_x * p_y - w_y * p_x
+    s_x, s_y, s_z = cross(w_B, rotor.p_BR)
+    return v_x + s_x, v_y + s_y, v_z + s_z
 
 
+@register_jitable(forceinline=True)
 def moving_thrust(
-    rotor: Rotor,
-    speed: Any,
-    share: Any,
-    static: Any,
-    along: Any,
-    R_WB: Sequence[Any],
-    height: Any,
-) -> Any:
+    rotor: Any,
+    speed: Scalar,
+    share: Scalar,
+    static: Scalar,
+    along: Scalar,
+    R_WB: Vector,
+    height: Scalar,
+) -> Scalar:
     """Return the thrust of a rotor near the ground and in moving air [N].
 
     Args:
@@ -81,13 +141,64 @@ def moving_thrust(
         height: of the body's origin above the ground [m].
     """
     thrust = static
-    if rotor.inflow_coefficient:
+    if rotor.inflow_coefficient != 0.0:
         thrust = thrust - share * rotor.inflow_coefficient * speed * along
     if rotor.ground_effect_coefficient > 0.0:
-        toward = R_WB[6:9]
-        if sum(z * n for z, n in zip(toward, rotor.axis_B, strict=True)) > 0.0:
-            hub = height + sum(z * p for z, p in zip(toward, rotor.p_BR, strict=True))
-            near = rotor.ground_effect_coefficient * (rotor.propeller_radius / 4.0) ** 2
-            least = near / MOST_GROUND_EFFECT
-            thrust = thrust + static * (near / hub**2 if hub**2 > least else MOST_GROUND_EFFECT)
+        p_x, p_y, p_z = rotor.p_BR
+        n_x, n_y, n_z = rotor.axis_B
+        if R_WB[6] * n_x + R_WB[7] * n_y + R_WB[8] * n_z > 0.0:
+            hub = height + R_WB[6] * p_x + R_WB[7] * p_y + R_WB[8] * p_z
+            near = rotor.ground_effect_coefficient * (0.25 * rotor.propeller_radius) ** 2
+            square = hub * hub
+            far = square > near / MOST_GROUND_EFFECT
+            thrust = thrust + static * (near / square if far else MOST_GROUND_EFFECT)
     return thrust
+
+
+@register_jitable(forceinline=True)
+def rotor_load(
+    rotor: Any,
+    speed: Scalar,
+    slope: Scalar,
+    share: Scalar,
+    static: Scalar,
+    w_B: Vector,
+    v_B: Vector,
+    R_WB: Vector,
+    height: Scalar,
+) -> tuple[Three, Three, Three]:
+    """Return force [N], moment about the body's origin [N·m] and angular momentum, in B.
+
+    The moment does not include the gyroscopic one, -w_WB x angular momentum [N·m·s].
+
+    Args:
+        rotor: which.
+        speed: its speed [rad/s].
+        slope: of its speed [rad/s²].
+        share: of its thrust that it gives.
+        static: its static thrust [N].
+        w_B: angular velocity of the body in B (3) [rad/s].
+        v_B: velocity of its origin in the air, in B (3) [m/s].
+        R_WB: its attitude, row by row (9).
+        height: of its origin above the ground [m].
+    """
+    p_x, p_y, p_z = rotor.p_BR
+    n_x, n_y, n_z = rotor.axis_B
+    v_x, v_y, v_z = hub_velocity(rotor, w_B, v_B)
+    u = v_x * n_x + v_y * n_y + v_z * n_z
+    thrust = moving_thrust(rotor, speed, share, static, u, R_WB, height)
+    turned, size = speed * rotor.direction * rotor.inertia, abs(speed)
+    torque = rotor.direction * (rotor.moment_constant * static + rotor.inertia * slope)
+    drag = size * rotor.rotor_drag_coefficient
+    roll = size * rotor.rolling_moment_coefficient
+    # thrust is along the axis, drag opposes the rest of the velocity
+    thrust, torque = thrust + drag * u, torque - roll * u
+    f_x = thrust * n_x - drag * v_x
+    f_y = thrust * n_y - drag * v_y
+    f_z = thrust * n_z - drag * v_z
+    moment = (
+        p_y * f_z - p_z * f_y - torque * n_x - roll * v_x,
+        p_z * f_x - p_x * f_z - torque * n_y - roll * v_y,
+        p_x * f_y - p_y * f_x - torque * n_z - roll * v_z,
+    )
+    return (f_x, f_y, f_z), moment, (turned * n_x, turned * n_y, turned * n_z)

@@ -156,6 +156,7 @@ def mean_force(before: Vector, now: Vector, period: Scalar) -> tuple[Scalar, Sca
     )
 
 
+@register_jitable
 def mean_rate(before: Vector, now: Vector, period: float) -> tuple[float, float, float]:
     """Return the mean angular velocity between two attitudes, in B [rad/s].
 

@@ -16,12 +16,10 @@ from pydrake.multibody.tree import BodyIndex
 from pydrake.systems.framework import BasicVector_, LeafSystem_
 from pydrake.systems.scalar_conversion import TemplateSystem
 
+from workbench.dynamics.air.drag import drag_force
 from workbench.dynamics.rigid_body import cross, into_world, rotation
 from workbench.systems.cached import cached
 from workbench.systems.weak_callback import weakly
-
-STILL = 1e-12
-"""Added to squared speeds, so that their roots have derivatives in still air [m²/s²]."""
 
 
 # See `rotors` for `scope`.
@@ -107,10 +105,7 @@ def BodyForces_(T: Any) -> Any:
             R_WB, (v_x, v_y, v_z) = rotation(state[0:4]), state[10:13]
             arm = into_world(R_WB, center)
             t_x, t_y, t_z = cross(state[7:10], arm)
-            v_x, v_y, v_z = v_x - u_x + t_x, v_y - u_y + t_y, v_z - u_z + t_z
-            speed = (v_x * v_x + v_y * v_y + v_z * v_z + STILL) ** 0.5
-            drag = -half_drag * speed
-            f_W = (drag * v_x, drag * v_y, drag * v_z)
+            f_W = drag_force(half_drag, (v_x - u_x + t_x, v_y - u_y + t_y, v_z - u_z + t_z))
             forces = [*cross(arm, f_W), *f_W]
             if push:
                 f_W = push[0:3]

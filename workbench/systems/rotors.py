@@ -44,13 +44,15 @@ from pydrake.systems.scalar_conversion import TemplateSystem
 
 from workbench.dynamics.rigid_body import cross, into_body, into_world, rotation
 from workbench.dynamics.rotors import (
-    LEAST_VOLTAGE,
+    compensated_share,
     hub_velocity,
     loaded_voltage,
     moving_thrust,
+    power_share,
+    rotor_load,
     speed_slope,
     static_thrusts,
-    turning_shares,
+    turning_share,
     within,
 )
 from workbench.plant.rotors import Rotor
@@ -146,14 +148,13 @@ def Rotors_(T: Any) -> Any:
         def _calc_turning(self, context: Any) -> tuple[Any, ...]:
             """Return w (n) [rad/s], dw/dt (n) [rad/s²], shares (n), static thrusts (n) [N]."""
             commands, given, supply = self._held(context)
-            speeds, shares = self._speeds(context), turning_shares(given)
+            speeds, shares = self._speeds(context), [turning_share(share) for share in given]
             statics, slopes = static_thrusts(self._rotors, shares, speeds), []
             voltage, compensated = 1.0, 1.0
             if supply:
+                voltage = _voltage(supply, statics)
                 open_circuit, _, compensation, known = supply
-                voltage = loaded_voltage(supply, statics)
-                compensated = 1.0 + compensation * (voltage + (known - open_circuit) - 1.0)
-                compensated = max(compensated, LEAST_VOLTAGE)
+                compensated = compensated_share(voltage, open_circuit, compensation, known)
             for rotor, share, u, w in zip(self._rotors, given, commands, speeds, strict=True):
                 command = voltage * within(u / compensated, rotor) if share > 0.0 else 0.0
                 slopes.append(speed_slope(rotor, command, w))
@@ -161,7 +162,8 @@ def Rotors_(T: Any) -> Any:
 
         def _statics(self, context: Any) -> tuple[list[Any], list[Any], list[Any]]:
             """Return speeds, shares and static thrusts, from state and parameters alone."""
-            shares = turning_shares(context.get_numeric_parameter(0).CopyToVector().tolist())
+            given = context.get_numeric_parameter(0).CopyToVector().tolist()
+            shares = [turning_share(share) for share in given]
             speeds = self._speeds(context)
             return speeds, shares, static_thrusts(self._rotors, shares, speeds)
 
@@ -180,34 +182,20 @@ def Rotors_(T: Any) -> Any:
             speeds, slopes, shares, statics = self._turning(context)
             f_x = f_y = f_z = m_x = m_y = m_z = h_x = h_y = h_z = 0.0
             turning = zip(self._rotors, speeds, slopes, shares, statics, strict=True)
-            for rotor, w, slope, share, T_0 in turning:
-                p_x, p_y, p_z = rotor.p_BR
-                n_x, n_y, n_z = rotor.axis_B
-                v_x, v_y, v_z = hub_velocity(rotor, w_B, v_B)
-                u = v_x * n_x + v_y * n_y + v_z * n_z
-                thrust = moving_thrust(rotor, w, share, T_0, u, R_WB, height)
-                turned, size = w * rotor.direction * rotor.inertia, abs(w)
-                torque = rotor.direction * (rotor.moment_constant * T_0 + rotor.inertia * slope)
-                drag = size * rotor.rotor_drag_coefficient
-                roll = size * rotor.rolling_moment_coefficient
-                # thrust is along the axis, drag opposes the rest of the velocity
-                thrust, torque = thrust + drag * u, torque - roll * u
-                F_x = thrust * n_x - drag * v_x
-                F_y = thrust * n_y - drag * v_y
-                F_z = thrust * n_z - drag * v_z
-                f_x, f_y, f_z = f_x + F_x, f_y + F_y, f_z + F_z
-                m_x = m_x + p_y * F_z - p_z * F_y - torque * n_x - roll * v_x
-                m_y = m_y + p_z * F_x - p_x * F_z - torque * n_y - roll * v_y
-                m_z = m_z + p_x * F_y - p_y * F_x - torque * n_z - roll * v_z
-                h_x, h_y, h_z = h_x + turned * n_x, h_y + turned * n_y, h_z + turned * n_z
+            for each in turning:
+                force, moment, momentum = rotor_load(*each, w_B, v_B, R_WB, height)
+                f_x, f_y, f_z = f_x + force[0], f_y + force[1], f_z + force[2]
+                m_x, m_y, m_z = m_x + moment[0], m_y + moment[1], m_z + moment[2]
+                h_x, h_y, h_z = h_x + momentum[0], h_y + momentum[1], h_z + momentum[2]
             g_x, g_y, g_z = cross(w_B, (h_x, h_y, h_z))
-            moment = into_world(R_WB, (m_x - g_x, m_y - g_y, m_z - g_z))
-            force = Force()
-            force.body_index = self._body
-            force.p_BoBq_B = origin  # without, it is not a number in Drake 1.51
+            whole_moment = into_world(R_WB, (m_x - g_x, m_y - g_y, m_z - g_z))
+            found = Force()
+            found.body_index = self._body
+            found.p_BoBq_B = origin  # without, it is not a number in Drake 1.51
             # from an array: a tenth of the time that two tuples take
-            force.F_Bq_W = SpatialForce(np.array([*moment, *into_world(R_WB, (f_x, f_y, f_z))]))
-            output.set_value([force])
+            whole = np.array([*whole_moment, *into_world(R_WB, (f_x, f_y, f_z))])
+            found.F_Bq_W = SpatialForce(whole)
+            output.set_value([found])
 
         def _calc_speeds(self, context: Any, output: Any) -> None:
             output.SetFromVector(self._speeds(context))
@@ -229,10 +217,15 @@ def Rotors_(T: Any) -> Any:
             voltage = 1.0
             if self._supply.HasValue(context):
                 supply = self._supply.Eval(context).tolist()
-                voltage = loaded_voltage(supply, self._statics(context)[2])
+                voltage = _voltage(supply, self._statics(context)[2])
             output.SetFromVector([voltage])
 
     return Impl
+
+
+def _voltage(supply: Sequence[Any], statics: Sequence[Any]) -> Any:
+    """Return the voltage of a supply (4) under the load of static thrusts (n)."""
+    return loaded_voltage(supply[0], supply[1], sum(map(power_share, statics)))
 
 
 Rotors: TypeAlias = Any

@@ -1,13 +1,13 @@
 """The air at the vehicle: steady wind, gust, and turbulence of MIL-F-8785C, see `dynamics.air`."""
 
-import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues
 
 from workbench.dynamics.air.normals import drawn_normals
-from workbench.dynamics.air.update import BEGUN, EDDIES, gust_share, step_filters, velocities
+from workbench.dynamics.air.update import BEGUN, EDDIES, steady_wind, turbulent_wind
 from workbench.systems.discrete_system import DiscreteSystem
 from workbench.systems.noise import noise_seed
 
@@ -29,9 +29,7 @@ class WindSettings(NamedTuple):
 class Wind(DiscreteSystem):
     """The velocity of the air at the vehicle, held over a control period.
 
-    Turbulence has its axes along the mean wind's level part, left of it and up; without one it is
-    that of a wind along x. The drone's airspeed, which says how fast it meets the eddies, is its
-    speed relative to the mean wind. A gust is that of the middle of the period.
+    A gust is that of the middle of the period.
 
     Input port:
         state (13): of the body: q_WB (w, x, y, z), p_WB [m], w_WB_W [rad/s], v_WB_W [m/s].
@@ -70,15 +68,13 @@ class Wind(DiscreteSystem):
     def _settings(self, context: Context) -> WindSettings:
         return WindSettings(*context.get_numeric_parameter(self._settings_index).value().tolist())
 
-    def _steady(self, context: Context, settings: WindSettings) -> list[float]:
+    def _steady(self, context: Context, settings: WindSettings) -> tuple[float, float, float]:
         """Return the velocity of mean wind and gust (3)."""
-        middle = context.get_time() + 0.5 * self._period
-        share = gust_share(middle, settings.gust_start, settings.gust_duration)
-        return [a + share * b for a, b in zip(settings[0:3], settings[4:7], strict=True)]
+        return steady_wind(settings, context.get_time() + 0.5 * self._period)
 
     def _update(self, context: Context, discrete_state: DiscreteValues) -> None:
         settings = self._settings(context)
-        wind = self._steady(context, settings)
+        wind: Sequence[float] = self._steady(context, settings)
         if settings.turbulence > 0.0:
             eddies = self._turbulence(context, discrete_state, settings)
             wind = [steady + eddy for steady, eddy in zip(wind, eddies, strict=True)]
@@ -91,17 +87,12 @@ class Wind(DiscreteSystem):
         self, context: Context, discrete_state: DiscreteValues, settings: WindSettings
     ) -> tuple[float, float, float]:
         """Return the velocity of the turbulence in W, and step its filters."""
-        state = self._state.Eval(context).tolist()
-        speed = math.dist(state[10:13], settings[0:3])
-        *before, begun = context.get_discrete_state(self._filters).value().tolist()
         number = round(context.get_time() / self._period)
         with np.errstate(over="ignore"):  # integers of the noise wrap around
             noise = drawn_normals(context.get_numeric_parameter(self._seed)[0], number)
-        passed = self._period if begun else math.inf
-        after = [0.0] * len(before)
-        step_filters(before, noise, state[6], speed, passed, after)
-        discrete_state.set_value(self._filters, [*after, 1.0])
-        u, v, w = velocities(after, state[6], settings.turbulence)
-        heading = math.atan2(settings.wind_y, settings.wind_x)
-        c, s = math.cos(heading), math.sin(heading)
-        return c * u - s * v, s * u + c * v, w
+        state = self._state.Eval(context).tolist()
+        before = context.get_discrete_state(self._filters).value().tolist()
+        after = [0.0] * EDDIES
+        wind = turbulent_wind(settings, state, noise, before, self._period, after)
+        discrete_state.set_value(self._filters, after)
+        return wind

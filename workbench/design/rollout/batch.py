@@ -1,72 +1,38 @@
-"""Many compiled flights that go on together, step by step, with arrays of all that is in them.
+"""Many compiled flights that go on together, step by step.
 
-Between calls of the compiled steps, the tables have what the user of a batch reads and writes. All
-else stays in blocks.
+What the user of a batch reads and writes are views of the flights' records.
 """
 
 import dataclasses
-import math
 import operator
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import nullcontext
 from functools import lru_cache
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from workbench.common.compiled import Compiled, compile_cached
 from workbench.common.errors import WorkbenchError, unknown_name
-from workbench.common.jitable import register_jitable, unique
+from workbench.common.jitable import unique
 from workbench.common.own_file import own_errors
 from workbench.control.controller import DEFAULT, Controller
-from workbench.control.flight_mode import flying
-from workbench.control.guidance import Reference
-from workbench.design.rollout.body_loops import note_lost
-from workbench.design.rollout.candidates import Candidates, start_state
-from workbench.design.rollout.engine import SOURCES, Crafts, RolloutEngine, make_schedule
-from workbench.design.rollout.flight import (
-    AREA,
-    DENSITY,
-    fill_lane,
-    find_effects,
-    is_lively,
+from workbench.design.rollout.candidates import start_state
+from workbench.design.rollout.engine import OPTIONS, SOURCES, RolloutEngine, make_schedule
+from workbench.design.rollout.flights import begin, is_whole
+from workbench.design.rollout.gyro import KNOW_TRUTH
+from workbench.design.rollout.motion import BODIES, LANES, ROTORS, Room, make_room
+from workbench.design.rollout.period import (
+    give_speeds,
+    give_wrench,
     make_fly_period,
-    steps_of,
-)
-from workbench.design.rollout.gyro_loops import KNOW_TRUTH
-from workbench.design.rollout.law_loops import allocate, make_update
-from workbench.design.rollout.rows import (
-    COMMAND,
-    COMMANDED,
-    COUNT,
-    EFFORT,
-    GAINS,
-    HOLD,
-    HOLDING,
-    LANES,
-    LOST,
-    MODE,
-    PRESSURE,
-    PUSH,
-    ROTOR_ROWS,
-    SHARE,
-    SPEED,
-    STATE,
-    STATE_SIZE,
-    STOPPED,
-    WIND,
-    put,
-    put3,
-    put6,
-    take,
-    take3,
-    take8,
+    make_times,
+    make_update,
+    write_flight,
 )
 from workbench.dynamics.air.settings import AirSettings, gust_settings, push_settings
-from workbench.dynamics.air.update import EDDIES
-from workbench.dynamics.vehicle_step import given
 from workbench.gains.gains import flight_gains
 from workbench.plant.gravity import GRAVITY
 from workbench.plant.variation import Variation
@@ -95,52 +61,6 @@ Which = np.ndarray | Sequence[bool] | Sequence[int] | slice | int | None
 """Flights, by a mask or by their numbers; None for all."""
 
 
-class Tables(NamedTuple):
-    """What the user of a batch reads and writes: N flights with n rotors.
-
-    Attributes:
-        states: (N, 13) of the plant, see `rigid_body.State`.
-        speeds: (N, n) of the rotors [rad/s].
-        setpoints: (N, 8) see `guidance.Reference`; none where no law flies.
-        efforts: (N, 4) force [N] and moment [N·m] in T; none but where these are asked for.
-        commands: (N, n) speeds that the rotors are to reach [rad/s]; likewise.
-        gains: (N, g) of the controller, and what it designs of them; none where no law flies.
-        air: (N, 22) see `AirSettings`.
-        shares: (N, n) of their thrust that rotors give.
-        seeds: (N) what the turbulence starts from.
-        lost: (N) whether a flight is lost; it stands still then.
-    """
-
-    states: np.ndarray
-    speeds: np.ndarray
-    setpoints: np.ndarray
-    efforts: np.ndarray
-    commands: np.ndarray
-    gains: np.ndarray
-    air: np.ndarray
-    shares: np.ndarray
-    seeds: np.ndarray
-    lost: np.ndarray
-
-
-class Kept(NamedTuple):
-    """What flights remember between calls, in K blocks; m is for the law.
-
-    Attributes:
-        blocks: (K, (rows + m) 16) see `rows`.
-        wheels: (K, n, rows 16) of the rotors.
-        seen: (K, age, 13 16) states on their way to the law.
-        asked: (K, age, n, 16) commands on their way to the rotors.
-        eddies: (N, 6) what the turbulence remembers.
-    """
-
-    blocks: np.ndarray
-    wheels: np.ndarray
-    seen: np.ndarray
-    asked: np.ndarray
-    eddies: np.ndarray
-
-
 @lru_cache(maxsize=64)
 def compiled_steps(controller: Controller | None, actions: str) -> Compiled:
     """Return the steps of a batch, compiled at their first call.
@@ -152,243 +72,62 @@ def compiled_steps(controller: Controller | None, actions: str) -> Compiled:
     whose = f" with {controller.name}" if controller and not controller.shipped else ""
     key = controller.key if controller else actions
     return compile_cached(
-        make_step_blocks(_make_act(controller, actions), key),
+        make_step_flights(controller, actions, key),
         SOURCES,
         f"batches of flights{whose}",
         parts=170,
         text=f"{actions} {controller.digest if controller else ''}",
         file=str(controller.file) if controller else "",
-        nogil=True,
-        error_model="numpy",  # divisions that might raise make no vector instructions
-        fastmath={"contract"},  # as flights by the thousand have it
+        **OPTIONS,
     )
 
 
-def _make_act(controller: Controller | None, actions: str) -> Callable[..., None]:
-    """Return what commands the rotors in each control period, see `law_loops.make_update`."""
-    if controller:
-        return _make_steered(controller)
-    return allocate_efforts if actions == "wrench" else hand_over
-
-
-def _make_steered(controller: Controller) -> Callable[..., None]:
-    """Return a control update behind which the flight mode has its own, as in the diagram."""
-    fly = make_update(controller)
-
-    @register_jitable
-    def steered(block, rotors, shares, law_rotors, schedule, estimate, noted, coarse):
-        fly(block, rotors, shares, law_rotors, schedule, estimate, noted, coarse)
-        for i in range(LANES):
-            if int(take(block, COUNT, i)) % schedule.modes == 0:
-                mode, holding, x, y, z = flying(
-                    take(block, HOLDING, i),
-                    take3(block, HOLD, i),
-                    take3(block, STATE + 4, i),
-                    take3(block, STATE + 10, i),
-                    take8(block, COMMAND, i),
-                )
-                put(block, MODE, i, mode)
-                put(block, HOLDING, i, holding)
-                put3(block, HOLD, i, (x, y, z))
-
-    return unique(steered, controller.key)
-
-
-@register_jitable
-def allocate_efforts(block, rotors, shares, law_rotors, schedule, estimate, noted, coarse):
-    """Let the rotors make the efforts that are asked for."""
-    allocate(block, rotors, shares, law_rotors, noted, coarse)
-
-
-@register_jitable
-def hand_over(block, rotors, shares, law_rotors, schedule, estimate, noted, coarse):
-    """Do nothing: the rotors' speeds are what is asked for."""
-
-
-def make_step_blocks(act: Callable[..., None], key: str) -> Callable[..., None]:
-    """Return the steps of some blocks.
+def make_step_flights(controller: Controller | None, actions: str, key: str) -> Callable[..., None]:
+    """Return the steps of some flights.
 
     Args:
-        act: what commands the rotors in each control period.
+        controller: whose law flies; None where none does.
+        actions: that are asked for, see `batch.ACTIONS`.
         key: see `jitable.unique`.
     """
-    fly_period = make_fly_period(act, KNOW_TRUTH, f"batch_{key}")
-    begin = KNOW_TRUTH.begin
+    update = give_wrench if actions == "wrench" else give_speeds
+    if controller:
+        update = make_update(controller)
+    fly_period = make_fly_period(update, KNOW_TRUTH, f"batch_{key}")
 
-    def step_blocks(
-        first, last, periods, updates, schedule, tables, crafts, kept, effects, due, coarse
-    ):
-        """Fly blocks on; this is what gets compiled.
+    def step_flights(first, last, periods, flights, bodies, rotors, room, times, clock):
+        """Fly on, 16 flights at a time; this is what gets compiled.
 
         Args:
-            first: of the blocks.
+            first: of the blocks of 16.
             last: the one before which it ends.
             periods: of control to fly.
-            updates: how many of them there were before, in all.
-            schedule: see `Schedule`.
-            tables: see `Tables`.
-            crafts: one for each flight, see `Crafts`.
-            kept: see `Kept`.
-            effects: see `find_effects`.
-            due: at which steps of a period states are seen and commands act, see `steps_of`.
-            coarse: whether anybody's commands come in steps.
+            flights: all records, see `record.flight_dtype`.
+            bodies: of all blocks, see `motion.BODIES`.
+            rotors: of all blocks (blocks, n), see `motion.ROTORS`.
+            room: whose places are used for each of them.
+            times: see `period.Times`.
+            clock: see `period.Clock`.
         """
-        looks, acts = due
         for number in range(first, last):
-            since = number * LANES
-            to = min(since + LANES, len(tables.states))
-            block, rotors = kept.blocks[number], kept.wheels[number]
-            _load(block, rotors, since, to, tables)
-            some = Crafts(
-                crafts.body[since:to],
-                crafts.rotors[since:to],
-                crafts.rigid[since:to],
-                crafts.turning[since:to],
-                crafts.speeds[since:to],
-                crafts.seen[since:to],
-                crafts.acting[since:to],
-                crafts.clearances[since:to],
-                crafts.estimate,
-                crafts.supply,
+            some = flights[number * LANES : (number + 1) * LANES]
+            own = Room(
+                bodies[number : number + 1],
+                rotors[number],
+                room.begun,
+                room.moved,
+                room.slopes,
+                room.sizes,
             )
-            air = tables.air[since:to]
-            around = (air, tables.seeds[since:to], is_lively(air), kept.eddies[since:to])
-            rings = (kept.seen[number], kept.asked[number], looks, acts)
-            hears = begin(block, None, None, schedule)
-            before = 0
             for i in range(LANES):
-                before += take(block, LOST, i) >= 0.0
-            for period in range(periods):
-                fly_period(
-                    block,
-                    rotors,
-                    tables.shares[since:to],
-                    some,
-                    around,
-                    rings,
-                    hears,
-                    effects,
-                    schedule,
-                    (0, updates + period),
-                    False,
-                    coarse,
-                )
-                lost = note_lost(block)
-                if lost > before:
-                    _store(block, rotors, since, to, tables, True)
-                    before = lost
-            _store(block, rotors, since, to, tables, False)
+                flight = some[min(i, len(some) - 1)]
+                write_flight(flight, own, i)
+                if flight.lost_at < 0.0 and not is_whole(flight):
+                    flight.lost_at = flight.count
+            for _ in range(periods):
+                fly_period(some, own, times, clock, None)
 
-    return unique(step_blocks, key)
-
-
-@register_jitable
-def _load(block, rotors, since, to, tables):
-    """Let flights have what their tables say, but those that are lost; the last fills the block.
-
-    A flight with a NaN among its numbers is lost: a limit that is NaN would limit nothing.
-    """
-    for i in range(LANES):
-        c = min(since + i, to - 1)
-        if tables.lost[c]:
-            continue
-        total = 0.0
-        for k in range(tables.setpoints.shape[1]):
-            total += tables.setpoints[c, k]
-            put(block, COMMAND + k, i, tables.setpoints[c, k])
-        for k in range(tables.efforts.shape[1]):
-            total += tables.efforts[c, k]
-            put(block, EFFORT + k, i, tables.efforts[c, k])
-        for k in range(tables.gains.shape[1]):
-            total += tables.gains[c, k]
-            put(block, GAINS + k, i, tables.gains[c, k])
-        for k in range(tables.air.shape[1]):
-            total += tables.air[c, k]
-        for number in range(tables.commands.shape[1]):
-            total += tables.commands[c, number]
-            put(rotors[number], COMMANDED, i, tables.commands[c, number])
-        stopped = 0.0
-        for number in range(len(rotors)):
-            rotor, share = rotors[number], tables.shares[c, number]
-            total += share
-            put(rotor, SPEED, i, tables.speeds[c, number])
-            put(rotor, SHARE, i, given(share))
-            if share == 0.0:
-                stopped = 1.0
-        put(block, STOPPED, i, stopped)
-        if math.isnan(total):
-            tables.lost[c] = True
-            put(block, LOST, i, take(block, COUNT, i))
-            continue
-        for k in range(STATE_SIZE):
-            put(block, STATE + k, i, tables.states[c, k])
-        put3(block, WIND, i, (tables.air[c, 0], tables.air[c, 1], tables.air[c, 2]))
-        put6(block, PUSH, i, (0.0, 0.0, 0.0, 0.0, 0.0, 0.0))
-        put(block, PRESSURE, i, 0.5 * tables.air[c, DENSITY] * tables.air[c, AREA])
-
-
-@register_jitable
-def _store(block, rotors, since, to, tables, lost):
-    """Write the flights into their tables that were lost just now, or those that were not."""
-    for i in range(to - since):
-        c = since + i
-        if tables.lost[c] or lost != (take(block, LOST, i) >= 0.0):
-            continue
-        tables.lost[c] = lost
-        for k in range(STATE_SIZE):
-            tables.states[c, k] = take(block, STATE + k, i)
-        for number in range(len(rotors)):
-            tables.speeds[c, number] = take(rotors[number], SPEED, i)
-
-
-def reset_lanes(which, candidates, crafts, schedule, memory, tables, kept):
-    """Start flights again; this is compiled, too.
-
-    Args:
-        which: numbers of them.
-        candidates: what they begin with, one for each flight; its gains, air and shares are those
-            of the tables.
-        crafts: one for each flight.
-        schedule: see `Schedule`.
-        memory: of the law at the start (m).
-        tables: see `Tables`.
-        kept: see `Kept`.
-    """
-    many = len(tables.states)
-    for c in which:
-        block, rotors = kept.blocks[c // LANES], kept.wheels[c // LANES]
-        seen, asked = kept.seen[c // LANES], kept.asked[c // LANES]
-        # the last flight stands in for those that its block has no flights for
-        for i in range(c % LANES, LANES if c == many - 1 else c % LANES + 1):
-            rows = len(block) // LANES - len(memory)
-            for row in range(rows):
-                put(block, row, i, 0.0)
-            for k in range(len(memory)):
-                put(block, rows + k, i, memory[k])
-            for number in range(len(rotors)):
-                for row in range(ROTOR_ROWS):
-                    put(rotors[number], row, i, 0.0)
-            fill_lane(block, rotors, i, c, candidates, crafts, schedule)
-            for age in range(len(seen)):
-                for k in range(STATE_SIZE):
-                    put(seen[age], k, i, take(block, STATE + k, i))
-            for age in range(len(asked)):
-                for number in range(len(rotors)):
-                    asked[age, number, i] = take(rotors[number], COMMANDED, i)
-        kept.eddies[c] = 0.0
-        tables.lost[c] = take(block, LOST, c % LANES) >= 0.0
-        tables.states[c] = candidates.starts[c]
-        tables.speeds[c] = crafts.speeds[c]
-
-
-compiled_reset = compile_cached(
-    reset_lanes,
-    SOURCES,
-    "how batches of flights begin",
-    nogil=True,
-    error_model="numpy",
-    fastmath={"contract"},
-)
+    return unique(step_flights, key)
 
 
 def shown(values: Any) -> str:
@@ -504,7 +243,6 @@ class Batch(_Arrays):
             a reset, and may exceed their limits. Times of gusts and pushes are those of each
             flight, see `time`.
         starts: (n, 13) states at which flights begin at a reset, as `state`.
-        lost: (n) whether a flight is lost, as it was when it was.
 
     Args:
         count: n, of flights.
@@ -583,28 +321,26 @@ class Batch(_Arrays):
             several,
             range(seed, seed + count),
         )
-        candidates = planned.candidates
-        if self.controller is None:
-            candidates = candidates._replace(gains=np.zeros((count, 0)))
-        self._engine, self._candidates = engine, candidates
+        self._engine, self._payloads = engine, planned.candidates.payloads
+        self._flights = planned.flights
         self._crafts = planned.crafts.chosen(planned.which)
-        self._schedule = planned.schedule
-        self._coarse = bool(candidates.computers[:, 2].any())
-        self._effects = find_effects(self._crafts)
-        delays = self._crafts.seen, self._crafts.acting
-        self._due = tuple(steps_of(each, self._schedule.steps) for each in delays)
-        self._tables = _make_tables(candidates, actions)
-        self._kept = _make_kept(candidates, self._crafts, self.controller)
+        rotors, blocks = len(self.vehicle.rotors), -(-count // LANES)
+        self._bodies, self._rotors = np.zeros(blocks, BODIES), np.zeros((blocks, rotors), ROTORS)
+        for number in range(blocks):
+            some = slice(number * LANES, (number + 1) * LANES)
+            room = make_room(rotors)
+            self._crafts.chosen(some).furnish(room)
+            self._bodies[number], self._rotors[number] = room.bodies[0], room.rotors
         self._steps = compiled_steps(self.controller, actions)
-        self._updates = 0
+        self._gains = self._flights["gains"]
         self._designed = self._own_gains()
-        tables = self._tables
-        self.state, self.rotor_speeds, self.lost = tables.states, tables.speeds, tables.lost
-        self.starts = candidates.starts
-        self.parameters = _by_name(self.controller, tables)
-        self.setpoint = _steered(tables.setpoints) if actions == "setpoint" else None
-        self.wrench = tables.efforts if actions == "wrench" else None
-        self.rotor_commands = tables.commands if actions == "rotors" else None
+        self.state, self.rotor_speeds = self._flights["state"], self._flights["speeds"]
+        self.starts = planned.candidates.starts
+        self.parameters = self._by_name()
+        asks = {name: name == actions for name in ACTIONS}
+        self.setpoint = _steered(self._flights["reference"]) if asks["setpoint"] else None
+        self.wrench = self._flights["wrench"] if asks["wrench"] else None
+        self.rotor_commands = self._flights["commands"] if asks["rotors"] else None
         self.reset()
 
     def __repr__(self) -> str:
@@ -637,12 +373,17 @@ class Batch(_Arrays):
     @property
     def time(self) -> np.ndarray:
         """Time since each flight began (n) [s]."""
-        return _told(self._row(COUNT) * self.rates.control_period)
+        return _told(self._flights["count"] * self.rates.control_period)
+
+    @property
+    def lost(self) -> np.ndarray:
+        """Whether each flight is lost (n), as it was when it was."""
+        return _told(self._flights["lost_at"] >= 0.0)
 
     @property
     def mode(self) -> np.ndarray:
         """Flight mode of each (n), see `control.mode.FlightMode`: one of those that fly."""
-        return _told(self._row(MODE).astype(int))
+        return _told(self._flights["mode"].astype(int))
 
     def step(self, periods: int = 1) -> None:
         """Fly all on for some control periods.
@@ -653,14 +394,13 @@ class Batch(_Arrays):
         """
         left = _whole("periods", periods, 0, 2**31)
         self._design()
-        blocks = len(self._kept.blocks)
+        blocks = len(self._bodies)
         most = max(1, CHUNK // blocks)
         file = self.controller.file if self.controller else None
         while left:
             part = min(left, most)
             with own_errors(file, "update") if file else nullcontext():
                 self._fly(blocks, part)
-            self._updates += part
             left -= part
 
     def reset(self, which: Which = None, *, seeds: Sequence[int] | None = None) -> None:
@@ -681,26 +421,18 @@ class Batch(_Arrays):
                 raise WorkbenchError(
                     f"there are {len(given)} seeds for {len(chosen)} flights: give each one"
                 )
-            self._candidates.seeds[chosen] = [
+            self._flights["air_seed"][chosen] = [
                 float(noise_seed(_whole("seed", seed, 0, 2**62), "air")) for seed in given
             ]
         if self.wrench is not None:
             self.wrench[chosen] = 0.0
-            self.wrench[chosen, 0] = GRAVITY * self._crafts.body[chosen, 0]
-        if self.rotor_commands is not None:
-            self.rotor_commands[chosen] = self._crafts.speeds[chosen]
-        self._tables.setpoints[chosen] = 0.0
+            self.wrench[chosen, 0] = GRAVITY * self._flights["law"]["mass"][chosen]
         self._design()
+        some = self._flights[chosen]
+        some["reference"] = 0.0
         memory = self.controller.initial_memory if self.controller else []
-        compiled_reset(
-            chosen,
-            self._candidates,
-            self._crafts,
-            self._schedule,
-            np.array(memory, dtype=float),
-            self._tables,
-            self._kept,
-        )
+        begin(some, self.starts[chosen], self._crafts.speeds[chosen], memory)
+        self._flights[chosen] = some
 
     def push(
         self,
@@ -758,14 +490,12 @@ class Batch(_Arrays):
                 first,
                 last,
                 periods,
-                self._updates,
-                self._schedule,
-                self._tables,
-                self._crafts,
-                self._kept,
-                self._effects,
-                self._due,
-                self._coarse,
+                self._flights,
+                self._bodies,
+                self._rotors,
+                make_room(len(self.vehicle.rotors)),
+                make_times(),
+                self._engine.clock,
             )
 
         threads = min(self._threads, blocks)
@@ -779,11 +509,6 @@ class Batch(_Arrays):
         work(0, ends[1])
         for each in begun:
             each.result()
-
-    def _row(self, row: int) -> np.ndarray:
-        """Return a row of all blocks (n), see `rows`."""
-        values = self._kept.blocks[:, row * LANES : (row + 1) * LANES]
-        return values.reshape(-1)[: len(self)].copy()
 
     def _chosen(self, which: Which) -> np.ndarray:
         """Return the numbers of flights (k)."""
@@ -802,19 +527,30 @@ class Batch(_Arrays):
         """Return a copy of what the controller designs by (n, p); none where it does not."""
         if self.controller is None or not self.controller.designed:
             return np.zeros((0, 0))
-        return self._tables.gains[:, : len(self.controller.parameters)].copy()
+        return self._gains[:, : len(self.controller.parameters)].copy()
 
     def _design(self) -> None:
         """Let the controller design again for flights whose gains have changed."""
         if not self._designed.size:
             return
         many = self._designed.shape[1]
-        own = self._tables.gains[:, :many]
+        own = self._gains[:, :many]
         changed = np.flatnonzero((own != self._designed).any(axis=1))
         if len(changed):
-            payloads = self._candidates.payloads[changed]
-            self._tables.gains[changed, many:] = self._engine.design(own[changed], payloads)
+            payloads = self._payloads[changed]
+            self._gains[changed, many:] = self._engine.design(own[changed], payloads)
             self._designed = own.copy()
+
+    def _by_name(self) -> Columns:
+        """Return the live columns by their parameters' names."""
+        flights = self._flights
+        names = [row.name for row in self.controller.parameters] if self.controller else []
+        weak = min(flights["shares"].shape[1], MOST_ROTORS)
+        return Columns(
+            {name: self._gains[:, place] for place, name in enumerate(names)}
+            | {name: flights["air"][name] for name in AirSettings._fields}
+            | {f"rotor_{k + 1}": flights["shares"][:, k] for k in range(weak)}
+        )
 
 
 def _told(values: np.ndarray) -> np.ndarray:
@@ -861,55 +597,6 @@ def _columns(parameters: Mapping[str, Any], count: int) -> list[dict[str, float]
     return [{name: column[k] for name, column in columns.items()} for k in range(count)]
 
 
-def _make_tables(candidates: Candidates, actions: str) -> Tables:
-    """Return what is read and written; numbers that nobody asks for take no place."""
-    count, rotors = candidates.shares.shape
-    return Tables(
-        states=np.zeros((count, STATE_SIZE)),
-        speeds=np.zeros((count, rotors)),
-        setpoints=np.zeros((count, len(Reference._fields) if actions == "setpoint" else 0)),
-        efforts=np.zeros((count, 4 if actions == "wrench" else 0)),
-        commands=np.zeros((count, rotors if actions == "rotors" else 0)),
-        gains=candidates.gains,
-        air=candidates.air,
-        shares=candidates.shares,
-        seeds=candidates.seeds,
-        lost=np.zeros(count, dtype=bool),
-    )
-
-
-def _make_kept(candidates: Candidates, crafts: Crafts, controller: Controller | None) -> Kept:
-    """Return what flights remember, of which none has begun."""
-    count, rotors = candidates.shares.shape
-    blocks = -(-count // LANES)
-    memory = len(controller.memory) if controller else 0
-    rows = GAINS + candidates.gains.shape[1] + memory
-    return Kept(
-        np.zeros((blocks, rows * LANES)),
-        np.zeros((blocks, rotors, ROTOR_ROWS * LANES)),
-        np.zeros((blocks, int(crafts.seen[:, 0].max()) + 1, STATE_SIZE * LANES)),
-        np.zeros((blocks, int(crafts.acting[:, 0].max()) + 1, rotors, LANES)),
-        np.zeros((count, EDDIES)),
-    )
-
-
 def _steered(references: np.ndarray) -> Setpoint:
     """Return the views of references (n, 8), see `guidance.Reference`."""
     return Setpoint(references[:, 0:3], references[:, 3], references[:, 4:7], references[:, 7])
-
-
-def _by_name(controller: Controller | None, tables: Tables) -> Columns:
-    """Return the live columns of tables by their parameters' names."""
-    names = [row.name for row in controller.parameters] if controller else []
-    weak = min(tables.shares.shape[1], MOST_ROTORS)
-    rotors = [f"rotor_{number}" for number in range(1, weak + 1)]
-    columns = {
-        name: table[:, place]
-        for own, table in (
-            (names, tables.gains),
-            (AirSettings._fields, tables.air),
-            (rotors, tables.shares),
-        )
-        for place, name in enumerate(own)
-    }
-    return Columns(columns)

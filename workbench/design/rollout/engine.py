@@ -19,26 +19,27 @@ from workbench.common.errors import WorkbenchError
 from workbench.common.own_file import own_errors
 from workbench.control.controller import Controller, load_controller
 from workbench.control.flight_law import SOURCES as LAW
-from workbench.control.flight_law import known_vehicle, law_constants, packed
+from workbench.control.flight_law import known_vehicle, law_constants
 from workbench.control.guidance import KnownVehicle
 from workbench.design.response_metrics import ResponseMetrics, response_metrics
 from workbench.design.rollout.candidates import Candidates, make_candidates, start_state
-from workbench.design.rollout.flight import make_fly_block
-from workbench.design.rollout.rows import LANES
+from workbench.design.rollout.crafts import Crafts, make_crafts
+from workbench.design.rollout.estimate import know_by
+from workbench.design.rollout.flights import Schedule, make_clock, make_flights, make_fly
+from workbench.design.rollout.gyro import KNOW_TRUTH
+from workbench.design.rollout.motion import LANES, make_room
+from workbench.design.rollout.period import Clock, make_times
+from workbench.design.rollout.record import sizes_of
 from workbench.design.rollout.senses import Senses
 from workbench.design.step_response import EDGE, HOVER, check_duration, check_step, stepped
-from workbench.dynamics.rigid_body import rigid_body
-from workbench.dynamics.vehicle_step import rotor_rows
 from workbench.estimation.estimators import Estimator
 from workbench.gains.gains import flight_gains
-from workbench.plant.payload import NO_PAYLOAD, Payload, laden
-from workbench.plant.rotors import Rotor
+from workbench.plant.payload import Payload
 from workbench.plant.variation import Variation
 from workbench.plant.vehicle import Vehicle
 from workbench.scenario.axes import AXES
 from workbench.scenario.scenario import Rates, Scenario, Start, check_scenario
-from workbench.systems.acceleration_estimate import sampled_estimate
-from workbench.systems.battery import PERIOD, hover_power, voltage_curve, voltage_drop
+from workbench.systems.battery import voltage_drop
 
 SOURCES = (
     *LAW,
@@ -47,7 +48,7 @@ SOURCES = (
     "design/rollout",
     "design/tumbling.py",
 )
-"""What the compiled flights stand in, below `workbench/`."""
+"""Sources of the compiled flights, below `workbench/`."""
 LARGEST = 2
 SHARE = 4
 """Pieces in a chunk at most, and chunks for each thread at least if there are pieces enough: a
@@ -161,162 +162,6 @@ def rollout_metrics(rollouts: Rollouts, amplitude: float) -> ResponseMetrics:
     return found.withheld(rollouts.time[-1], amplitude)
 
 
-class Supply(NamedTuple):
-    """What a battery supplies that is full at the start.
-
-    Attributes:
-        curve: see `battery.voltage_curve` (p, 2); of no rows where no battery is stated.
-        drop: see `battery.voltage_drop`.
-        compensation: see `vehicle_step.supplied`.
-        used: charge that an update takes, over power [N^-3/2].
-        every: steps of physics from one update to the next.
-    """
-
-    curve: np.ndarray
-    drop: float
-    compensation: float
-    used: float
-    every: int
-
-
-class Crafts(NamedTuple):
-    """What flies with each of m candidates; n rotors.
-
-    Attributes:
-        body: (m, 18) of the law's constants, see `flight_law.packed`.
-        rotors: (m, n, 12) of the same.
-        rigid: (m, 16) what moves, see `rigid_body.RigidBody`.
-        turning: (m, n, 26) see `vehicle_step.rotor_rows`.
-        speeds: (m, n) of the rotors at the start [rad/s].
-        seen: (m, 2) see `variation.Delays.seen`.
-        acting: (m, 2) see `variation.Delays.acting`.
-        clearances: (m) height of the body's origin at which it stands on the ground [m].
-        estimate: see `acceleration_estimate.sampled_estimate`.
-        supply: of all of them, see `Supply`.
-    """
-
-    body: np.ndarray
-    rotors: np.ndarray
-    rigid: np.ndarray
-    turning: np.ndarray
-    speeds: np.ndarray
-    seen: np.ndarray
-    acting: np.ndarray
-    clearances: np.ndarray
-    estimate: tuple[float, float]
-    supply: Supply
-
-    def chosen(self, which: np.ndarray) -> "Crafts":
-        """Return some of them, and some perhaps more than once, by their numbers."""
-        return Crafts._make([*(part[which] for part in self[:8]), *self[8:]])
-
-
-def make_crafts(
-    vehicle: Vehicle,
-    variations: Sequence[Variation],
-    rates: Rates,
-    battery_duration: float,
-    sag_compensation: float,
-    payloads: Sequence[Payload] | None = None,
-) -> Crafts:
-    """Return a vehicle that differs in some ways from what its law believes.
-
-    Args:
-        vehicle: as its law believes, without its payload.
-        variations: (m) how it differs.
-        rates: of physics and control.
-        battery_duration: time that a full battery hovers [s].
-        sag_compensation: share of its sag that is made up for.
-        payloads: (m) what it carries; nothing where they are not given.
-
-    Raises:
-        WorkbenchError: if a law cannot hover with the payload that it knows.
-    """
-    many = len(variations)
-    payloads = payloads or [NO_PAYLOAD] * many
-    known = {each: packed(law_constants(vehicle, each)) for each in {p.known for p in payloads}}
-    delays = [each.delays(rates.physics_step, rates.control_period) for each in variations]
-    rigid = [
-        _flown(vehicle, each, payload) for each, payload in zip(variations, payloads, strict=True)
-    ]
-    turning = [
-        rotor_rows([_lagged(rotor, each) for rotor in vehicle.rotors], rates.physics_step)
-        for each in variations
-    ]
-    return Crafts(
-        body=np.array([known[each.known][0] for each in payloads]),
-        rotors=np.array([known[each.known][1] for each in payloads]),
-        rigid=np.array(rigid),
-        turning=np.array(turning),
-        speeds=np.array([vehicle.hover_speeds] * many),
-        seen=np.array([each.seen for each in delays]),
-        acting=np.array([each.acting for each in delays]),
-        clearances=np.full(many, vehicle.ground_clearance),
-        estimate=sampled_estimate(rates.control_period),
-        supply=_supply(vehicle, rates.physics_step, battery_duration, sag_compensation),
-    )
-
-
-def _supply(
-    vehicle: Vehicle, step: float, battery_duration: float, sag_compensation: float
-) -> Supply:
-    if vehicle.battery is None:
-        return Supply(np.empty((0, 2)), 0.0, 0.0, 0.0, 1)
-    return Supply(
-        curve=voltage_curve(vehicle),
-        drop=voltage_drop(vehicle, battery_duration),
-        compensation=sag_compensation,
-        used=PERIOD / hover_power(vehicle) / battery_duration,
-        every=round(PERIOD / step),
-    )
-
-
-def _flown(vehicle: Vehicle, variation: Variation, payload: Payload) -> np.ndarray:
-    """Return what moves (16), see `rigid_body.RigidBody`."""
-    (xx, xy, xz), (_, yy, yz), (_, _, zz) = (variation.inertia * vehicle.inertia).tolist()
-    varied = dataclasses.replace(
-        vehicle,
-        mass=variation.mass * vehicle.mass,
-        I_BBcm_B=((xx, xy, xz), (xy, yy, yz), (xz, yz, zz)),
-    )
-    whole = laden(varied, payload)
-    return rigid_body(whole.mass, whole.inertia, whole.p_BoBcm_B).packed()
-
-
-def _lagged(rotor: Rotor, variation: Variation) -> Rotor:
-    """Return a rotor with the lag of a variation."""
-    lag = variation.rotor_lag
-    return dataclasses.replace(
-        rotor,
-        time_constant_up=lag * rotor.time_constant_up,
-        time_constant_down=lag * rotor.time_constant_down,
-    )
-
-
-class Schedule(NamedTuple):
-    """When things happen; instants are numbers of control periods from the start.
-
-    Attributes:
-        step: of physics [s].
-        period: of control [s].
-        steps: of physics in a control period.
-        edge: instant at which the command steps.
-        edge_time: when it was given [s], up to a period earlier.
-        end: last instant.
-        stride: the first and every stride-th instant after it are kept.
-        modes: control periods between updates of the flight mode, where it runs.
-    """
-
-    step: float
-    period: float
-    steps: int
-    edge: int
-    edge_time: float
-    end: int
-    stride: int
-    modes: int
-
-
 def make_schedule(rates: Rates, edge_time: float, duration: float, stride: int) -> Schedule:
     """Return when things happen; a command comes between physics steps, see `Session`.
 
@@ -332,41 +177,50 @@ def make_schedule(rates: Rates, edge_time: float, duration: float, stride: int) 
     check_duration(duration)
     if not (1 <= stride < math.inf and int(stride) == stride):
         raise WorkbenchError(f"the stride is {stride:g}: give it a whole number, 1 or more")
-    step = rates.physics_step
-    steps = round(rates.control_period / step)
+    step, steps = rates.physics_step, rates.control_steps
     edge = math.ceil(edge_time / step - 1e-6)
     return Schedule(
-        step=step,
-        period=rates.control_period,
-        steps=steps,
         edge=-(-edge // steps),
         edge_time=edge_time,
         end=math.floor((edge_time + duration) / step + 1e-6) // steps,
         stride=int(stride),
-        modes=max(1, round(rates.mode_period / rates.control_period)),
     )
 
 
+OPTIONS: dict[str, Any] = {
+    "nogil": True,
+    "error_model": "numpy",  # divisions that might raise make no vector instructions
+    "fastmath": {"contract"},  # a b + c in one instruction
+}
+"""How flights are compiled."""
+
+
 @lru_cache(maxsize=64)
-def compiled_block(controller: Controller, estimator: Estimator | None) -> Callable[..., Any]:
-    """Return the flight of a block with a controller, compiled at its first call.
+def compiled_fly(controller: Controller, estimator: Estimator | None) -> Callable[..., Any]:
+    """Return the flight of up to 16 candidates with a controller, compiled at its first call.
 
     Args:
         controller: whose law flies.
         estimator: that tells it the motion; None tells it the truth.
+
+    Raises:
+        WorkbenchError: if the law cannot be compiled.
     """
+    if not controller.compiles:
+        raise WorkbenchError(
+            f"{controller.name} is a system of Drake's, which cannot be compiled: fly it on the "
+            "full diagram"
+        )
     whose = "" if controller.shipped else f" with {controller.name}"
     what = f" on the estimate {estimator.name}" if estimator else ""
     return compile_cached(
-        make_fly_block(controller, estimator),
+        make_fly(controller, know_by(estimator) if estimator else KNOW_TRUTH),
         SOURCES,
         f"flights by the thousand{whose}{what}",
         parts=300 if estimator else 260,
         text=controller.digest + (estimator.key if estimator else ""),
         file=str(estimator.file if estimator and estimator.file else controller.file),
-        nogil=True,
-        error_model="numpy",  # divisions that might raise make no vector instructions
-        fastmath={"contract"},  # a b + c in one instruction: a fifth quicker, equal to rounding
+        **OPTIONS,
     )
 
 
@@ -423,16 +277,20 @@ class PlannedFlights(NamedTuple):
     Attributes:
         controller: whose law flies.
         candidates: N of them.
+        flights: (N) their records, see `record.flight_dtype`.
         crafts: what flies, K.
         which: (N) the craft of each candidate.
+        clock: when things happen.
         schedule: of all.
         senses: what tells the laws the motion; None on the truth.
     """
 
     controller: Controller
     candidates: Candidates
+    flights: np.ndarray
     crafts: Crafts
     which: np.ndarray
+    clock: Clock
     schedule: Schedule
     senses: Senses | None = None
 
@@ -446,7 +304,7 @@ class PlannedFlights(NamedTuple):
         """Time of the samples (M) from the edge on [s]."""
         when = self.schedule
         instants = np.arange(when.edge, when.end + 1, when.stride)
-        return instants * when.period - when.edge_time
+        return instants * self.clock.period - when.edge_time
 
     def fly(
         self,
@@ -469,35 +327,35 @@ class PlannedFlights(NamedTuple):
             Of those that were flown, the first of all: the largest share of its speed limit at
             which any rotor ran, and when it was lost, from the edge on [s], NaN if it was not.
         """
-        peak_use, lost_at = np.zeros(self.size), np.full(self.size, -1)
-        shape = (len(self.time), len(kept), LANES)
-
-        fly_block = compiled_block(self.controller, self.senses and self.senses.estimator)
-        hearing = self.senses and self.senses.hearing
+        fly = compiled_fly(self.controller, self.senses and self.senses.estimator)
+        sensors = self.senses and self.senses.hearing
         file = self.senses and self.senses.estimator.file
+        shape, rotors = (len(self.time), len(kept), LANES), self.crafts.rotors.shape[1]
+        flown = self.flights.copy()
 
         def work(first_block: int, last_block: int) -> None:
-            samples = np.empty(shape)
+            samples, room, times = np.empty(shape), make_room(rotors), make_times()
             for first in range(first_block * LANES, last_block * LANES, LANES):
                 last = min(first + LANES, self.size)
+                self.crafts.chosen(self.which[first:last]).furnish(room)
                 with own_errors(file, "update") if file else nullcontext():
-                    fly_block(
-                        self.candidates.part(first, last),
-                        self.crafts.chosen(self.which[first:last]),
+                    fly(
+                        flown[first:last],
+                        room,
+                        times,
+                        self.clock,
+                        sensors,
                         self.schedule,
-                        hearing,
                         np.array(kept),
                         samples,
-                        peak_use[first:last],
-                        lost_at[first:last],
                     )
                 keep(first, last, samples)
 
         blocks = run_chunks(work, -(-self.size // LANES), threads, progress, stop)
-        done = min(blocks * LANES, self.size)
-        after = np.maximum(0.0, lost_at * self.schedule.period - self.schedule.edge_time)
-        lost = np.where(lost_at < 0, np.nan, after)
-        return peak_use[:done], lost[:done]
+        done = flown[: min(blocks * LANES, self.size)]
+        after = done["lost_at"] * self.clock.period - self.schedule.edge_time
+        lost = np.where(done["lost_at"] < 0, np.nan, np.maximum(0.0, after))
+        return done["peak_use"], lost
 
     def curves(
         self,
@@ -566,6 +424,7 @@ class RolloutEngine:
         cores = len(os.sched_getaffinity(0))
         self._threads = cores if threads is None else max(1, min(threads, cores))
         self._seed = seed
+        self.clock = make_clock(vehicle, self.rates, self.gains["battery_duration"])
         self._vary(variation or Variation())
 
     def varied(self, variation: Variation) -> "RolloutEngine":
@@ -766,7 +625,30 @@ class RolloutEngine:
             crafts, which = self._crafts, np.zeros(count, dtype=int)
         else:
             crafts, which = self._different_crafts(variations, candidates.payloads)
-        return PlannedFlights(self.controller, candidates, crafts, which, schedule, self.senses)
+        flights = self.begin(candidates, crafts.chosen(which), self.controller)
+        return PlannedFlights(
+            self.controller, candidates, flights, crafts, which, self.clock, schedule, self.senses
+        )
+
+    def begin(
+        self, candidates: Candidates, crafts: Crafts, controller: Controller | None
+    ) -> np.ndarray:
+        """Return the records of flights that begin (N), of candidates and the craft of each.
+
+        Their law is that of a controller; None where none flies.
+        """
+        late, age = (int(each[:, 0].max(initial=0)) for each in (crafts.seen, crafts.acting))
+        return make_flights(
+            sizes_of(controller, len(self.vehicle.rotors), late, age),
+            self.senses,
+            candidates,
+            crafts,
+            self.rates,
+            self.vehicle.ground_clearance,
+            voltage_drop(self.vehicle, self.gains["battery_duration"]),
+            self.gains["sag_compensation"],
+            controller.initial_memory if controller else [],
+        )
 
     def design(self, gains: np.ndarray, payloads: np.ndarray) -> np.ndarray:
         """Return what the controller designs of gains (N, p), with payloads (N, 8) of each.
@@ -821,5 +703,4 @@ class RolloutEngine:
         self, variations: Sequence[Variation], payloads: Sequence[Payload] | None = None
     ) -> Crafts:
         """Return vehicles that differ."""
-        battery = self.gains["battery_duration"], self.gains["sag_compensation"]
-        return make_crafts(self.vehicle, variations, self.rates, *battery, payloads)
+        return make_crafts(self.vehicle, variations, self.rates, payloads)

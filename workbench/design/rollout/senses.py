@@ -47,12 +47,11 @@ class Hearing(NamedTuple):
         imu_noise: see `imu.ImuNoise`.
         mounting: see `Mounting.packed` (18).
         R_BM: of the magnetometer, row by row (9).
-        every: steps of physics between samples (4), 0 of what is not there.
-        step: of physics [s].
+        periods: between samples (4) [s], 0 of what is not there.
         late: from a sample to its delivery (4) [s].
         depth: samples that wait at most.
         noise: of each channel mean, deviation, mean and deviation of the bias, share of the drift
-            that is left after a sample, deviation of what it adds, precision (4, 7, 6).
+            that is left after a sample, deviation of what it adds, precision (4, 6, 7).
         reference: altitude of the world's origin above the sea [m].
         nearest: that the range finder sees [m].
         farthest: likewise.
@@ -63,8 +62,7 @@ class Hearing(NamedTuple):
     imu_noise: imu.ImuNoise
     mounting: tuple[float, ...]
     R_BM: tuple[float, ...]
-    every: tuple[int, ...]
-    step: float
+    periods: tuple[float, ...]
     late: tuple[float, ...]
     depth: int
     noise: np.ndarray
@@ -98,6 +96,11 @@ class Senses:
         """Names of the estimator's live numbers."""
         names: tuple[str, ...] = self.estimator.settings._fields
         return names
+
+    @property
+    def memory_size(self) -> int:
+        """Of the estimator."""
+        return len(self.memory(np.array([1.0, *[0.0] * 12]), 0))
 
     def seeds(self, seed: int) -> np.ndarray:
         """Return what the noise of IMU and other sensors starts from (5), for a flight's seed."""
@@ -165,9 +168,7 @@ def make_senses(vehicle: Vehicle, scenario: Scenario) -> Senses | None:
             ),
             mounting=tuple(mounting.packed().tolist()),
             R_BM=tuple(magnetometer_turn(choices).ravel().tolist()),
-            # compiled flights sample at physics steps, so not quite at these rates
-            every=tuple(max(1, round(each.period / step)) if each else 0 for each in heard),
-            step=step,
+            periods=tuple(each.period if each else 0.0 for each in heard),
             late=tuple(each.latency - LATE if each else 0.0 for each in heard),
             depth=max([1 + math.ceil(each.latency / each.period) for each in heard if each] or [1]),
             noise=np.array([_noise(each) for each in heard]),
@@ -192,8 +193,8 @@ def _source(choice: SensorChoice | None) -> str:
 
 
 def _noise(choice: SensorChoice | None) -> np.ndarray:
-    """Return the noise of a sensor's channels (7, 6)."""
-    found = np.zeros((7, MOST))
+    """Return the noise of a sensor's channels (6, 7)."""
+    found = np.zeros((MOST, 7))
     if choice is None:
         return found
     noises = choice.sensor.noises
@@ -207,6 +208,5 @@ def _noise(choice: SensorChoice | None) -> np.ndarray:
         model.driven,
         model.precision,
     )
-    for row, values in enumerate(rows):
-        found[row, : len(noises)] = values
+    found[: len(noises)] = np.transpose(rows)
     return found

@@ -1,4 +1,4 @@
-"""Wind, turbulence and push in a physics step, as pure functions of numbers.
+"""Wind, turbulence and push in a control period, as pure functions of numbers.
 
 Turbulence is Dryden's at low altitude, from 10 to 1000 ft: MIL-F-8785C (1980), section 3.7. With
 the height h in feet, lengths of scale are L_u = L_v = h / (0.177 + 0.000823 h)^1.2 and L_w = h;
@@ -20,7 +20,6 @@ import math
 from typing import Any
 
 from workbench.common.jitable import Vector, register_jitable
-from workbench.dynamics.rigid_body import cross, into_world, rotation, turned
 
 FOOT = 0.3048
 LOWEST = 10.0
@@ -91,11 +90,10 @@ def velocities(eddies: Vector, height: float, w20: float) -> tuple[float, float,
     """
     level, upright = intensities(height, w20)
     root = math.sqrt(3.0)
-    u, v_x, v_y, w_x, w_y = eddies
     return (
-        level * u,
-        level * (root * v_x + (1.0 - root) * v_y),
-        upright * (root * w_x + (1.0 - root) * w_y),
+        level * eddies[0],
+        level * (root * eddies[1] + (1.0 - root) * eddies[2]),
+        upright * (root * eddies[3] + (1.0 - root) * eddies[4]),
     )
 
 
@@ -145,79 +143,48 @@ def push_share(time: float, period: float, start: float, duration: float) -> flo
 
 
 @register_jitable(forceinline=True)
-def wind_at(
-    time: float,
-    state: Vector,
-    noise: Vector,
-    settings: Vector,
-    period: float,
-    eddies: Vector,
-    next_eddies: Vector,
-) -> tuple[float, float, float]:
-    """Return the velocity of the air at the drone, in W [m/s], and step the turbulence up to it.
-
-    Turbulence has its axes along the mean wind's level part, left of it and up; without one it
-    is that of a wind along x. The drone's airspeed, which says how fast it meets the eddies, is
-    its speed relative to the mean wind.
+def steady_wind(settings: Any, time: float) -> tuple[float, float, float]:
+    """Return the velocity of mean wind and gust at a time, in W [m/s].
 
     Args:
-        time: now [s].
-        state: of the plant (13).
-        noise: see `step_filters`, and so `eddies`.
-        settings: see `AirSettings`.
-        period: since the last call [s].
-        eddies: memory of the turbulence (6).
-        next_eddies: 6 places for the next memory.
+        settings: `systems.wind.WindSettings`, or a record with the same names.
+        time: [s].
     """
-    w_x, w_y, w_z, w20, g_x, g_y, g_z, gust_start, gust_duration = settings[0:9]
-    e_x = state[10] - w_x
-    e_y = state[11] - w_y
-    e_z = state[12] - w_z
-    gust = gust_share(time, gust_start, gust_duration)
-    if w20 == 0.0:  # turbulence that starts later draws stationary states
-        next_eddies[BEGUN] = 0.0
-        return w_x + gust * g_x, w_y + gust * g_y, w_z + gust * g_z
-    airspeed = math.sqrt(e_x * e_x + e_y * e_y + e_z * e_z)
-    passed = period if eddies[BEGUN] > 0.0 else math.inf
-    step_filters(eddies[0:BEGUN], noise, state[6], airspeed, passed, next_eddies)
-    next_eddies[BEGUN] = 1.0
-    u, v, w = velocities(next_eddies[0:BEGUN], state[6], w20)
-    heading = math.atan2(w_y, w_x)
-    c = math.cos(heading)
-    s = math.sin(heading)
+    share = gust_share(time, settings.gust_start, settings.gust_duration)
     return (
-        w_x + gust * g_x + c * u - s * v,
-        w_y + gust * g_y + s * u + c * v,
-        w_z + gust * g_z + w,
+        settings.wind_x + share * settings.gust_x,
+        settings.wind_y + share * settings.gust_y,
+        settings.wind_z + share * settings.gust_z,
     )
 
 
 @register_jitable(forceinline=True)
-def push_at(time: float, state: Vector, settings: Vector, period: float) -> tuple[Any, ...]:
-    """Return force [N] and moment about the body's origin [N·m] of the push, in W (6).
+def turbulent_wind(
+    settings: Any, state: Vector, noise: Vector, eddies: Vector, period: float, after: Vector
+) -> tuple[float, float, float]:
+    """Return the velocity of the turbulence in W [m/s], and step its filters.
 
-    They are the mean over a period from `time` on, for the body as it stands at its beginning; the
-    torque turns along with it.
+    Its axes are along the mean wind's level part, left of it and up; without wind they are those of
+    a wind along x. The drone's airspeed, which says how fast it meets the eddies, is its speed
+    relative to the mean wind.
 
     Args:
-        time: now [s].
+        settings: see `steady_wind`.
         state: of the body (13).
-        settings: see `AirSettings`.
-        period: that follows [s].
+        noise: see `step_filters`.
+        eddies: states of the filters, and whether they have begun (6).
+        period: since the last step [s].
+        after: 6 places for the next eddies.
     """
-    p_x, p_y, p_z, at_x, at_y, at_z, torque_x, torque_y, torque_z, start, duration = settings[9:20]
-    share = push_share(time, period, start, duration)
-    if share == 0.0:
-        return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    force = (share * p_x, share * p_y, share * p_z)
-    R_WB = rotation(state[0:4])
-    arm = (
-        R_WB[0] * at_x + R_WB[1] * at_y + R_WB[2] * at_z,
-        R_WB[3] * at_x + R_WB[4] * at_y + R_WB[5] * at_z,
-        R_WB[6] * at_x + R_WB[7] * at_y + R_WB[8] * at_z,
-    )
-    m_x, m_y, m_z = cross(arm, force)
-    # a torque that turns with the body is evaluated in the middle of the step, like forces
-    R_WM = rotation(turned(state[0:4], state[7:10], 0.25 * period))
-    t_x, t_y, t_z = into_world(R_WM, (share * torque_x, share * torque_y, share * torque_z))
-    return force + (m_x + t_x, m_y + t_y, m_z + t_z)
+    e_x = state[10] - settings.wind_x
+    e_y = state[11] - settings.wind_y
+    e_z = state[12] - settings.wind_z
+    airspeed = math.sqrt(e_x * e_x + e_y * e_y + e_z * e_z)
+    passed = period if eddies[BEGUN] > 0.0 else math.inf
+    step_filters(eddies[0:BEGUN], noise, state[6], airspeed, passed, after)
+    after[BEGUN] = 1.0
+    u, v, w = velocities(after[0:BEGUN], state[6], settings.turbulence)
+    heading = math.atan2(settings.wind_y, settings.wind_x)
+    c = math.cos(heading)
+    s = math.sin(heading)
+    return c * u - s * v, s * u + c * v, w

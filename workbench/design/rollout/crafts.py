@@ -1,0 +1,125 @@
+"""What flies: vehicles that differ in some ways from what their law knows."""
+
+import dataclasses
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from workbench.control.flight_law import law_constants
+from workbench.design.rollout.fields import packed_dtype
+from workbench.design.rollout.motion import LANES, Room
+from workbench.design.rollout.record import law_dtype, law_record
+from workbench.dynamics.rigid_body import RigidBody, rigid_body
+from workbench.dynamics.rotors import RotorConstants
+from workbench.plant.payload import NO_PAYLOAD, Payload, laden
+from workbench.plant.rotors import Rotor
+from workbench.plant.variation import Variation
+from workbench.plant.vehicle import Vehicle
+from workbench.scenario.scenario import Rates
+
+BODY = packed_dtype({"mass": (), "inertia": (6,), "inverse": (6,), "p_BoBcm_B": (3,)})
+"""See `RigidBody`."""
+ROTOR = packed_dtype(
+    {name: (3,) if name in ("p_BR", "axis_B") else () for name in RotorConstants._fields}
+)
+"""See `RotorConstants`."""
+
+
+class Crafts(NamedTuple):
+    """K vehicles with n rotors.
+
+    Attributes:
+        law: (K) what the law knows, see `record.law_dtype`.
+        bodies: (K) see `BODY`.
+        rotors: (K, n) see `ROTOR`.
+        speeds: (K, n) of the rotors at the start [rad/s].
+        seen: (K, 2) see `variation.Delays.seen`.
+        acting: (K, 2) see `variation.Delays.acting`.
+        lags: (K) time constants of the quickest rotors [s].
+    """
+
+    law: np.ndarray
+    bodies: np.ndarray
+    rotors: np.ndarray
+    speeds: np.ndarray
+    seen: np.ndarray
+    acting: np.ndarray
+    lags: np.ndarray
+
+    def chosen(self, which: Any) -> "Crafts":
+        """Return some of them, and some perhaps more than once, by their numbers."""
+        return Crafts(*(part[which] for part in self))
+
+    def furnish(self, room: Room) -> None:
+        """Write what does not change in flight into a room, whose lanes they are (up to 16)."""
+        lanes = np.minimum(np.arange(LANES), len(self.bodies) - 1)
+        for name in BODY.fields or ():
+            room.bodies[name][0] = self.bodies[name][lanes].T
+        for name in ROTOR.fields or ():
+            room.rotors[name] = np.moveaxis(self.rotors[name][lanes], 0, -1)
+
+
+def make_crafts(
+    vehicle: Vehicle,
+    variations: Sequence[Variation],
+    rates: Rates,
+    payloads: Sequence[Payload] | None = None,
+) -> Crafts:
+    """Return a vehicle that differs in some ways from what its law knows.
+
+    Args:
+        vehicle: as its law knows it, without its payload.
+        variations: (K) how it differs.
+        rates: of physics and control.
+        payloads: (K) what it carries; nothing where they are not given.
+
+    Raises:
+        WorkbenchError: if a law cannot hover with the payload that it knows.
+    """
+    payloads = payloads or [NO_PAYLOAD] * len(variations)
+    known = {each: law_record(law_constants(vehicle, each)) for each in {p.known for p in payloads}}
+    delays = [each.delays(rates.physics_step, rates.control_period) for each in variations]
+    flown = list(zip(variations, payloads, strict=True))
+    rotors = [[_lagged(rotor, each) for rotor in vehicle.rotors] for each in variations]
+    return Crafts(
+        law=np.concatenate([known[each.known] for each in payloads])
+        if payloads
+        else np.zeros(0, law_dtype(len(vehicle.rotors))),
+        bodies=np.array([tuple(_flown(vehicle, *each)) for each in flown], dtype=BODY),
+        rotors=np.array([[_constants(rotor) for rotor in each] for each in rotors], dtype=ROTOR),
+        speeds=np.array([vehicle.hover_speeds] * len(variations)),
+        seen=np.array([each.seen for each in delays]),
+        acting=np.array([each.acting for each in delays]),
+        lags=np.array([min(map(_quickest, each)) for each in rotors]),
+    )
+
+
+def _flown(vehicle: Vehicle, variation: Variation, payload: Payload) -> RigidBody:
+    """Return what moves."""
+    (xx, xy, xz), (_, yy, yz), (_, _, zz) = (variation.inertia * vehicle.inertia).tolist()
+    varied = dataclasses.replace(
+        vehicle,
+        mass=variation.mass * vehicle.mass,
+        I_BBcm_B=((xx, xy, xz), (xy, yy, yz), (xz, yz, zz)),
+    )
+    whole = laden(varied, payload)
+    return rigid_body(whole.mass, whole.inertia, whole.p_BoBcm_B)
+
+
+def _lagged(rotor: Rotor, variation: Variation) -> Rotor:
+    """Return a rotor with the lag of a variation."""
+    lag = variation.rotor_lag
+    return dataclasses.replace(
+        rotor,
+        time_constant_up=lag * rotor.time_constant_up,
+        time_constant_down=lag * rotor.time_constant_down,
+    )
+
+
+def _constants(rotor: Rotor) -> tuple[Any, ...]:
+    return tuple(getattr(rotor, name) for name in RotorConstants._fields)
+
+
+def _quickest(rotor: Rotor) -> float:
+    return min(rotor.time_constant_up, rotor.time_constant_down)

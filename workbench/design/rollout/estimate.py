@@ -1,0 +1,277 @@
+"""What laws know by an estimator: IMU, GPS, barometer, magnetometer and range finder of a flight.
+
+They are those of the diagram: `systems.flight_imu`, `systems.sensors` and `systems.navigation`.
+"""
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from workbench.common.jitable import register_jitable, unique
+from workbench.design.rollout.fields import fetch, store
+from workbench.design.rollout.period import Knowing, is_multiple, next_multiple
+from workbench.design.rollout.record import MOTION, SECTION
+from workbench.design.rollout.senses import CHANNELS, MOST, Senses
+from workbench.dynamics.air.normals import COUNT, counted_draws, draw_normals
+from workbench.dynamics.motion_between import (
+    body_rate,
+    mean_specific_force,
+    motion_between,
+    point_motion,
+)
+from workbench.dynamics.rigid_body import into_body, into_world, rotation
+from workbench.estimation.ekf import NOMINAL
+from workbench.estimation.ekf import estimate as estimated_motion
+from workbench.estimation.estimators import Estimator
+from workbench.estimation.filters import after, output, works
+from workbench.estimation.gyro import (
+    at_rest,
+    body_rates,
+    filtered_rates,
+    filters_gyro,
+    sample_steps,
+    stepped_filters,
+)
+from workbench.estimation.imu import mean_rate, measured
+from workbench.estimation.samples import AGES, BAROMETER, GPS, MAGNETOMETER, RANGE_FINDER, SAMPLES
+from workbench.plant.gravity import GRAVITY
+from workbench.systems.sensors.barometer import altitude_at, pressure_at
+
+KINDS = len(CHANNELS)
+FIX, PRESSURE, FIELD, DISTANCE = range(KINDS)
+"""Kinds of sensors, in the order of `settings.HEARD`."""
+
+
+def estimate_fields(senses: Senses) -> dict[str, Any]:
+    """Return the fields that a flight's record has for sensors and estimator.
+
+    estimate        (13) motion that the estimator tells
+    estimator       memory of the estimator; settings are its live numbers
+    seeds           (5) of the noise of IMU and other sensors
+    bias, drift     (6) of the IMU
+    accel_filter    (9) low-pass of the accelerometer; accel_states its states (6)
+    readings        (kinds, depth, 1 + numbers) samples that wait, newest first: stamp [s] and
+                    values
+    biases, drifts  (kinds, numbers) of the noise
+    heard           (kinds) stamps of the samples that the estimator had last [s]
+    """
+    return {
+        "estimate": (13,),
+        "estimator": (senses.memory_size,),
+        "settings": (len(senses.settings),),
+        "seeds": (1 + KINDS,),
+        "bias": (6,),
+        "drift": (6,),
+        "accel_filter": (SECTION,),
+        "accel_states": (6,),
+        "readings": (KINDS, senses.hearing.depth, 1 + MOST),
+        "biases": (KINDS, MOST),
+        "drifts": (KINDS, MOST),
+        "heard": (KINDS,),
+    }
+
+
+@register_jitable
+def _read_imu(flight, clock, sensors, z):
+    """Write mean angular velocity and specific force since the last update to z (6)."""
+    state, p_BS, step = fetch(flight, "state"), sensors.p_BS, clock.step
+    steps, number = round(clock.period / step), int(flight.count)
+    every = sample_steps(flight.gyro[0], step, steps)
+    now, before, end, middle = np.empty((4, MOTION))
+    motion = point_motion(state, p_BS)
+    for k in range(MOTION):
+        now[k] = motion[k]
+        before[k] = flight.motion[k]
+    began, count, parts = flight.sampled > 0.0, 1, 1
+    w_B = body_rates(state)
+    force = measured(state, fetch(flight, "acceleration"), p_BS)[3:6]
+    turn = w_B
+    if began:
+        count = steps // every
+        smooths = works(flight.gyro[5], every * step)
+        filtered = filters_gyro(flight.gyro, every * step) or smooths
+        parts = count if filtered else 2 - count % 2  # where nothing is filtered, two stand for all
+        turn = mean_rate(before[0:4], now[0:4], clock.period)
+    share, each = 1.0 / parts, count // parts
+    coefficients, states = fetch(flight, "gyro_filter"), fetch(flight, "gyro_states")
+    rates, noise, drawn = w_B, np.zeros(6), np.empty(COUNT)
+    sums, turning = np.zeros(3), np.zeros(3)
+    for part in range(parts):
+        if began:
+            motion_between(flight.motion, now, clock.period, share * (part + 1.0), end)
+            motion_between(flight.motion, now, clock.period, share * (part + 0.5), middle)
+            w_B = body_rate(end)
+            force = mean_specific_force(before, middle, end, share * clock.period, GRAVITY)
+            for k in range(MOTION):
+                before[k] = end[k]
+        noise[3:6] = 0.0
+        for k in range(each):
+            since = (part * each + k + 1) * every - steps if began else 0
+            _draw_noise(flight, sensors, number * steps + since, every, drawn)
+            for axis in range(3):
+                noise[axis] = drawn[axis]
+                noise[3 + axis] += drawn[3 + axis] / each
+                turning[axis] += drawn[axis] / count
+        w_B = (w_B[0] + noise[0], w_B[1] + noise[1], w_B[2] + noise[2])
+        force = (force[0] + noise[3], force[1] + noise[4], force[2] + noise[5])
+        if not began:
+            states = at_rest(w_B)
+            store(flight, "accel_states", (0.0, force[0], 0.0, force[1], 0.0, force[2]))
+        rates = filtered_rates(coefficients, states, w_B)
+        states = stepped_filters(coefficients, states, w_B)
+        section, smooth = flight.accel_filter, flight.accel_states
+        for axis in range(3):
+            x_1, x_2 = smooth[2 * axis], smooth[2 * axis + 1]
+            sums[axis] += share * output(section, x_1, x_2, force[axis])
+            smooth[2 * axis], smooth[2 * axis + 1] = after(section, x_1, x_2, force[axis])
+    store(flight, "rates", rates)
+    store(flight, "gyro_states", states)
+    store(flight, "motion", motion)
+    flight.sampled = 1.0
+    for axis in range(3):
+        z[axis] = turn[axis] + turning[axis]
+        z[3 + axis] = sums[axis]
+    draw_normals(flight.seeds[0], 2 * number * steps + 1, drawn)
+    kept, driven = sensors.imu_noise.kept, sensors.imu_noise.driven
+    for k in range(6):
+        flight.drift[k] = kept[k] * flight.drift[k] + driven[k] * drawn[k]
+
+
+@register_jitable
+def _draw_noise(flight, sensors, number, every, drawn):
+    """Write bias and noise of the IMU's sample at a step of physics, in B (6)."""
+    draw_normals(flight.seeds[0], 2 * number, drawn)
+    deviation, scale = sensors.imu_noise.deviation, 1.0 / math.sqrt(every)
+    for k in range(6):
+        drawn[k] = flight.bias[k] + flight.drift[k] + scale * deviation[k] * drawn[k]
+    for first in (0, 3):
+        noise = (drawn[first], drawn[first + 1], drawn[first + 2])
+        drawn[first], drawn[first + 1], drawn[first + 2] = into_world(sensors.R_BS, noise)
+
+
+@register_jitable
+def _hear(flight, sensors, now, z):
+    """Write what other sensors newly deliver, see `estimation.samples`."""
+    for kind in range(KINDS):
+        readings, taken = flight.readings[kind], -1
+        for age in range(len(readings)):
+            if readings[age, 0] + sensors.late[kind] <= now:  # the stamp of none is NaN
+                taken = age
+                break
+        if taken < 0 or readings[taken, 0] == flight.heard[kind]:
+            continue
+        stamp, values = readings[taken, 0], readings[taken, 1:]
+        flight.heard[kind] = stamp
+        if kind == FIX:
+            z[GPS], z[GPS + 1] = 1.0, now - stamp
+            z[GPS + 2 : GPS + 8] = values[:6]
+        elif kind == PRESSURE:
+            z[BAROMETER], z[BAROMETER + 1] = 1.0, altitude_at(values[0]) - sensors.reference
+            z[AGES] = now - stamp
+        elif kind == FIELD:
+            field = into_world(sensors.R_BM, (values[0], values[1], values[2]))
+            z[MAGNETOMETER], z[AGES + 1] = 1.0, now - stamp
+            for k in range(3):
+                z[MAGNETOMETER + 1 + k] = field[k]
+        elif math.isfinite(values[0]):
+            z[RANGE_FINDER], z[AGES + 2] = 1.0, now - stamp
+            z[RANGE_FINDER + 1] = min(max(values[0], sensors.nearest), sensors.farthest)
+
+
+@register_jitable
+def _due(sensors, now):
+    """Return when a sensor next takes a sample [s]."""
+    found = math.inf
+    for kind in range(KINDS):
+        if sensors.periods[kind] > 0.0:
+            found = min(found, next_multiple(now, sensors.periods[kind]))
+    return found
+
+
+@register_jitable
+def _sample(flight, sensors, now):
+    """Take the samples that are due."""
+    for kind in range(KINDS):
+        period = sensors.periods[kind]
+        if period > 0.0 and is_multiple(now, period):
+            _take_sample(flight, sensors, kind, now, round(now / period))
+
+
+@register_jitable
+def _take_sample(flight, sensors, kind, now, count):
+    """Take a sample of a sensor, by its count."""
+    n, noise, readings = CHANNELS[kind], sensors.noise[kind], flight.readings[kind]
+    for age in range(len(readings) - 1, 0, -1):
+        readings[age] = readings[age - 1]
+    values, drawn = readings[0, 1:], np.empty(3 * n)
+    readings[0, 0] = now
+    _measure(fetch(flight, "state"), sensors, kind, values)
+    counted_draws(flight.seeds[1 + kind], count, drawn)
+    bias, drift = flight.biases[kind], flight.drifts[kind]
+    for k in range(n):
+        mean, deviation, bias_mean, bias_deviation, kept, driven, precision = noise[k]
+        if count == 0:
+            bias[k] = bias_mean + bias_deviation * drawn[2 * n + k]
+        values[k] += mean + (bias[k] + drift[k]) + deviation * drawn[k]
+        if precision > 0.0:
+            values[k] = precision * np.rint(values[k] / precision)
+        drift[k] = kept * drift[k] + driven * drawn[n + k]
+
+
+@register_jitable
+def _measure(state, sensors, kind, values):
+    """Write what a perfect sensor measures."""
+    R_WB, place = rotation(state[0:4]), sensors.mounting
+    if kind == FIX:
+        fix = point_motion(state, place[3:6])
+        for k in range(3):
+            values[k], values[3 + k] = fix[4 + k], fix[11 + k]
+    elif kind == PRESSURE:
+        values[0] = pressure_at(sensors.reference + state[6] + into_world(R_WB, place[6:9])[2])
+    elif kind == FIELD:
+        field = into_body(sensors.R_BM, into_body(R_WB, place[15:18]))
+        for k in range(3):
+            values[k] = field[k]
+    else:
+        height = state[6] + into_world(R_WB, place[9:12])[2]
+        down = -into_world(R_WB, place[12:15])[2]
+        distance = height / down if down > 0.0 else math.inf
+        distance = distance if distance <= sensors.farthest else math.inf
+        values[0] = distance if distance >= sensors.nearest else -math.inf
+
+
+@register_jitable
+def _look(flight, clock, sensors, passed):
+    """Return the estimate, which holds between updates (13)."""
+    return fetch(flight, "estimate")
+
+
+@register_jitable
+def _mode_state(flight):
+    """Return the estimate, by which the flight mode goes, too (13)."""
+    return fetch(flight, "estimate")
+
+
+def know_by(estimator: Estimator) -> Knowing:
+    """Return how laws know the motion that an estimator tells."""
+    update: Callable[..., None] = estimator.update
+
+    @register_jitable
+    def know(flight, clock, sensors):
+        """Update the estimate, and write it for the law."""
+        z, places = np.zeros(SAMPLES), np.array(sensors.mounting)
+        _read_imu(flight, clock, sensors, z)
+        _hear(flight, sensors, flight.count * clock.period, z)
+        dt = clock.period if flight.count > 0.0 else 0.0
+        memory, settings = flight.estimator.copy(), flight.settings.copy()
+        update(memory, z, settings, places, dt)
+        flight.estimator[:] = memory
+        found = estimated_motion(memory[:NOMINAL], flight.rates, sensors.mounting[0:3])
+        w_W = into_world(rotation(found[0:4]), found[7:10])
+        known = found[0:7] + w_W + found[10:13]
+        store(flight, "estimate", known)
+        store(flight, "known", known)
+
+    return Knowing(unique(know, estimator.key), _look, _mode_state, _due, _sample, estimator.key)

@@ -1,0 +1,254 @@
+"""The records of flights that begin, and the flight of up to sixteen of them."""
+
+import math
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from workbench.common.jitable import register_jitable, unique
+from workbench.control.controller import Controller
+from workbench.control.flight_law import SETPOINT
+from workbench.control.flight_mode import HOVERING
+from workbench.design.rollout.candidates import Candidates
+from workbench.design.rollout.crafts import Crafts
+from workbench.design.rollout.estimate import estimate_fields
+from workbench.design.rollout.fields import store, take
+from workbench.design.rollout.motion import LANES, derive
+from workbench.design.rollout.period import (
+    Clock,
+    Knowing,
+    make_fly_period,
+    make_update,
+    note_peaks,
+    write_air,
+    write_drive,
+    write_flight,
+)
+from workbench.design.rollout.record import Sizes, flight_dtype
+from workbench.design.rollout.senses import Senses
+from workbench.dynamics.air.settings import AirSettings
+from workbench.estimation.filters import lowpass
+from workbench.estimation.gyro import GyroSettings, gyro_filter, sample_steps
+from workbench.estimation.imu import drawn_bias
+from workbench.plant.vehicle import Vehicle
+from workbench.scenario.scenario import Rates
+from workbench.systems.acceleration_estimate import sampled_estimate
+from workbench.systems.battery import PERIOD, hover_power, voltage_curve
+
+
+class Schedule(NamedTuple):
+    """What is flown; instants are numbers of control periods from the start.
+
+    Attributes:
+        edge: instant at which the command steps.
+        edge_time: when it was given [s], up to a period earlier.
+        end: last instant.
+        stride: the first and every stride-th instant after it are kept.
+    """
+
+    edge: int
+    edge_time: float
+    end: int
+    stride: int
+
+
+def make_clock(vehicle: Vehicle, rates: Rates, battery_duration: float) -> Clock:
+    """Return when things happen in the flights of a vehicle.
+
+    Args:
+        vehicle: as its law knows it.
+        rates: of physics, control and flight mode.
+        battery_duration: time that a full battery hovers [s].
+    """
+    curve = voltage_curve(vehicle)
+    return Clock(
+        step=rates.physics_step,
+        period=rates.control_period,
+        mode_period=rates.mode_period,
+        estimate=sampled_estimate(rates.control_period),
+        sags=vehicle.battery is not None,
+        battery_period=PERIOD,
+        used=PERIOD / hover_power(vehicle) / battery_duration,
+        charges=curve[:, 0].copy(),
+        voltages=curve[:, 1].copy(),
+    )
+
+
+def make_flights(
+    sizes: Sizes,
+    senses: Senses | None,
+    candidates: Candidates,
+    crafts: Crafts,
+    rates: Rates,
+    clearance: float,
+    drop: float,
+    sag_compensation: float,
+    memory: list[float],
+) -> np.ndarray:
+    """Return the records of N flights that begin.
+
+    Args:
+        sizes: see `Sizes`.
+        senses: what tells their laws the motion; None on the truth.
+        candidates: N of them.
+        crafts: one for each.
+        rates: of physics and control.
+        clearance: height of the body at which it stands on the ground [m].
+        drop: of the battery's voltage, see `dynamics.rotors.loaded_voltage`.
+        sag_compensation: share of its sag that is compensated.
+        memory: of the law at the start.
+    """
+    estimate = estimate_fields(senses) if senses else {}
+    flights = np.zeros(len(candidates.gains), flight_dtype(sizes, estimate))
+    flights["reference"], flights["following"] = candidates.before, candidates.commands
+    if sizes.gains:
+        flights["gains"] = candidates.gains
+    flights["computer"], flights["law"] = candidates.computers, crafts.law
+    flights["shares"] = candidates.shares
+    for name, column in zip(AirSettings._fields, candidates.air.T, strict=True):
+        flights["air"][name] = column
+    flights["air_seed"], flights["drop"] = candidates.seeds, drop
+    flights["sag_compensation"] = sag_compensation
+    flights["gyro"] = candidates.gyros
+    filters = {
+        tuple(each): _gyro_filter(each, rates) for each in np.unique(candidates.gyros, axis=0)
+    }
+    flights["gyro_filter"] = [filters[tuple(each)] for each in candidates.gyros]
+    late, look = crafts.seen.T
+    age, since = crafts.acting.T
+    flights["late"], flights["look"] = late, look * rates.physics_step
+    flights["age"], flights["since"] = age, since * rates.physics_step
+    flights["lag"], flights["clearance"] = crafts.lags, clearance
+    if senses:
+        _begin_estimates(flights, senses, candidates, rates)
+    begin(flights, candidates.starts, crafts.speeds, memory)
+    return flights
+
+
+def begin(flights: np.ndarray, starts: np.ndarray, speeds: np.ndarray, memory: list[float]) -> None:
+    """Let flights begin, as a `Session` does, with what else they have.
+
+    Args:
+        flights: (N) their records.
+        starts: (N, 13) states of the body.
+        speeds: (N, n) of the rotors [rad/s].
+        memory: of the law at the start.
+    """
+    flights["state"] = flights["known"] = starts
+    flights["seen"] = starts[:, None]
+    flights["speeds"] = flights["commands"] = flights["acting"] = speeds
+    flights["asked"] = speeds[:, None]
+    flights["filtered"] = 0.0
+    flights["filtered"][:, :3] = starts[:, 10:13]
+    flights["filtered"][:, SETPOINT : SETPOINT + 3] = starts[:, 10:13]
+    flights["hold"], flights["holding"], flights["mode"] = starts[:, 4:7], 1.0, HOVERING
+    if memory:
+        flights["memory"] = memory
+    wind, air = flights["wind"], flights["air"]
+    wind[:, 0], wind[:, 1], wind[:, 2] = air["wind_x"], air["wind_y"], air["wind_z"]
+    flights["charge"] = flights["open_circuit"] = flights["voltage"] = 1.0
+    for name in ("push", "eddies", "mode_updates", "battery_updates", "sampled", "count"):
+        flights[name] = 0.0
+    flights["peak_use"], flights["lost_at"] = 0.0, -1.0
+
+
+def _gyro_filter(settings: np.ndarray, rates: Rates) -> tuple[float, ...]:
+    live = GyroSettings(*settings.tolist())
+    every = sample_steps(live.gyro_rate, rates.physics_step, rates.control_steps)
+    return gyro_filter(live, every * rates.physics_step)
+
+
+def _begin_estimates(
+    flights: np.ndarray, senses: Senses, candidates: Candidates, rates: Rates
+) -> None:
+    """Write what sensors and estimators have at the start."""
+    flights["estimate"] = candidates.starts
+    flights["estimator"], flights["settings"] = candidates.memories, candidates.filters
+    flights["seeds"] = candidates.noises
+    flights["readings"] = flights["heard"] = np.nan
+    noise = senses.hearing.imu_noise
+    with np.errstate(over="ignore"):  # integers of the noise wrap around
+        seeds = {
+            seed: drawn_bias(noise.mean, noise.spread, seed) for seed in candidates.noises[:, 0]
+        }
+    flights["bias"] = [seeds[seed] for seed in candidates.noises[:, 0]]
+    for settings in np.unique(candidates.gyros, axis=0):
+        live = GyroSettings(*settings.tolist())
+        every = sample_steps(live.gyro_rate, rates.physics_step, rates.control_steps)
+        section = lowpass(live.accel_lowpass, live.accel_lowpass_order, every * rates.physics_step)
+        flights["accel_filter"][(candidates.gyros == settings).all(axis=1)] = section
+
+
+def make_fly(controller: Controller, knowing: Knowing) -> Callable[..., None]:
+    """Return the flight of up to 16 candidates with a controller's law."""
+    key = f"{controller.key}_{knowing.key}"
+    fly_period = make_fly_period(make_update(controller), knowing, key)
+
+    def fly(flights, room, times, clock, sensors, schedule, kept, samples):
+        """Fly up to 16 candidates side by side; this is what gets compiled.
+
+        Args:
+            flights: their records, see `record.flight_dtype`.
+            room: of their motion, furnished, see `Crafts.furnish`.
+            times: see `period.Times`.
+            clock: see `period.Clock`.
+            sensors: see `make_fly_period`.
+            schedule: see `Schedule`.
+            kept: (k) which of the state's numbers to keep.
+            samples: (M, k, 16) places for them from the edge on; NaN once a candidate is lost.
+        """
+        many = len(flights)
+        for i in range(LANES):
+            flight = flights[min(i, many - 1)]
+            if not is_whole(flight):
+                flight.lost_at = 0.0
+            write_flight(flight, room, i)
+            write_air(flight, room, i)
+            write_drive(flight, room, i)
+        derive(room.bodies[0], room.rotors, clock.sags, False)
+        for i in range(many):
+            found = take(room.bodies[0], "w_rate", i) + take(room.bodies[0], "v_rate", i)
+            store(flights[i], "acceleration", found)
+        for instant in range(schedule.end + 1):
+            since = instant - schedule.edge
+            if since == 0:
+                for i in range(many):
+                    _begin_command(flights[i])
+            if since >= 0 and since % schedule.stride == 0:
+                for i in range(many):
+                    _keep(flights[i], kept, samples[since // schedule.stride], i)
+            if since >= 0:
+                for i in range(many):
+                    if flights[i].lost_at < 0.0:
+                        note_peaks(flights[i], room, i)
+            if instant < schedule.end:
+                fly_period(flights, room, times, clock, sensors)
+
+    return unique(fly, key)
+
+
+@register_jitable
+def is_whole(flight):
+    """Return whether all that a flight is given is a number.
+
+    Comparisons with NaN are false: a limit that is NaN would limit nothing.
+    """
+    missing = False
+    for number in flight.inputs:
+        missing = missing or number != number
+    return not missing
+
+
+@register_jitable
+def _begin_command(flight):
+    """Give the command at the edge."""
+    for k in range(len(flight.reference)):
+        flight.reference[k] = flight.following[k]
+
+
+@register_jitable
+def _keep(flight, kept, places, i):
+    """Write what is asked for of the state."""
+    for k in range(len(kept)):
+        places[k, i] = flight.state[kept[k]] if flight.lost_at < 0.0 else math.nan

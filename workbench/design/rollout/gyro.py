@@ -1,0 +1,98 @@
+"""The truth as laws know it: the angular velocity is that of a filtered gyro, see `flight_imu`."""
+
+import math
+
+import numpy as np
+
+from workbench.common.jitable import register_jitable
+from workbench.design.rollout.fields import fetch, store
+from workbench.design.rollout.period import Knowing
+from workbench.design.rollout.record import MOTION
+from workbench.dynamics.motion_between import body_rate, motion_between, point_motion
+from workbench.estimation.gyro import (
+    at_rest,
+    body_rates,
+    filtered_rates,
+    filters_gyro,
+    sample_steps,
+    sensed,
+    stepped_filters,
+)
+
+ORIGIN = (0.0, 0.0, 0.0)
+ON_TIME = 1e-6
+"""Share of a physics step by which a sample may be off its time."""
+
+
+@register_jitable
+def _know(flight, clock, sensors):
+    """Write the state that the law knows at a control update."""
+    state = fetch(flight, "state")
+    every = sample_steps(flight.gyro[0], clock.step, round(clock.period / clock.step))
+    if filters_gyro(flight.gyro, every * clock.step):
+        rates, states = body_rates(state), at_rest(body_rates(state))
+        if flight.sampled > 0.0:
+            rates, states = _filtered(flight, clock, state, every, clock.period)
+        else:
+            coefficients = fetch(flight, "gyro_filter")
+            states = stepped_filters(coefficients, states, rates)
+        store(flight, "rates", rates)
+        store(flight, "gyro_states", states)
+        store(flight, "motion", point_motion(state, ORIGIN))
+        flight.sampled = 1.0
+        state = sensed(state, rates)
+    store(flight, "known", state)
+
+
+@register_jitable
+def _look(flight, clock, sensors, passed):
+    """Return the state (13) as the gyro tells it between two control updates."""
+    state = fetch(flight, "state")
+    every = sample_steps(flight.gyro[0], clock.step, round(clock.period / clock.step))
+    if not filters_gyro(flight.gyro, every * clock.step):
+        return state
+    rates, _ = _filtered(flight, clock, state, every, passed)
+    return sensed(state, rates)
+
+
+@register_jitable
+def _filtered(flight, clock, state, every, passed):
+    """Return what the filters give after the samples since the last update, and their states.
+
+    Args:
+        flight: its record.
+        clock: see `Clock`.
+        state: of the body now (13).
+        every: steps of physics between two samples.
+        passed: since the last update [s].
+    """
+    count = math.floor(passed / clock.step / every + ON_TIME)
+    coefficients, states = fetch(flight, "gyro_filter"), fetch(flight, "gyro_states")
+    rates, now, between = fetch(flight, "rates"), np.empty(MOTION), np.empty(MOTION)
+    motion = point_motion(state, ORIGIN)
+    for k in range(MOTION):
+        now[k] = motion[k]
+    for number in range(1, count + 1):
+        motion_between(flight.motion, now, passed, number * every * clock.step / passed, between)
+        sample = body_rate(between)
+        rates = filtered_rates(coefficients, states, sample)
+        states = stepped_filters(coefficients, states, sample)
+    return rates, states
+
+
+@register_jitable(forceinline=True)
+def _mode_state(flight):
+    return fetch(flight, "state")
+
+
+@register_jitable(forceinline=True)
+def _never(sensors, now):
+    return math.inf
+
+
+@register_jitable(forceinline=True)
+def _no_sample(flight, sensors, now):
+    """Do nothing: no other sensor is heard."""
+
+
+KNOW_TRUTH = Knowing(_know, _look, _mode_state, _never, _no_sample, "truth")

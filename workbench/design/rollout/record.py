@@ -1,0 +1,163 @@
+"""One flight between two control periods, as a record of named numbers."""
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from workbench.control.controller import Controller
+from workbench.control.flight_law import FILTERED, ComputerSettings, LawConstants
+from workbench.control.guidance import Reference
+from workbench.design.rollout.fields import packed_dtype
+from workbench.dynamics.air.settings import AirSettings
+from workbench.dynamics.air.update import EDDIES
+from workbench.estimation.gyro import COEFFICIENTS, STATES, GyroSettings
+
+MOTION = 14
+"""Of the IMU, see `motion_between.point_motion`."""
+SECTION = 9
+"""Coefficients of a filter, see `estimation.filters`."""
+
+
+class Sizes(NamedTuple):
+    """Sizes that differ between flights.
+
+    Attributes:
+        rotors: n.
+        gains: of the controller, and what it designs.
+        memory: numbers that the law remembers.
+        seen: states on their way to the law.
+        asked: commands on their way to the rotors.
+    """
+
+    rotors: int
+    gains: int
+    memory: int
+    seen: int = 1
+    asked: int = 1
+
+
+def sizes_of(controller: Controller | None, rotors: int, late: int, age: int) -> Sizes:
+    """Return sizes for a law, None without one, and delays of so many control periods."""
+    gains = len(controller.gain_names) if controller else 0
+    memory = len(controller.memory) if controller else 0
+    return Sizes(rotors, gains, memory, late + 1, age + 1)
+
+
+def flight_dtype(sizes: Sizes, estimate: dict[str, Any] | None = None) -> np.dtype:
+    """Return the type of a flight's record.
+
+    The fields are, with vectors in W unless they say otherwise (those up to `gyro` are `inputs`):
+
+        state           (13) of the body: q_WB, p_WB [m], w_WB [rad/s], v_WB [m/s]
+        speeds          (n) of the rotors [rad/s]
+        reference       `guidance.Reference`; `following` is that from the edge on
+        hold, holding   point that is held [m]; 1 while it is
+        mode            see `control.mode.FlightMode`; mode_updates are those that it had
+        wrench          (4) that is asked for where no law flies: force [N], moment [N·m], in T
+        known           (13) the state that the law sees
+        commands        (n) of the law [rad/s]; `acting` are those that the rotors follow
+        filtered        see `flight_law.FILTERED`
+        gains, memory   of the law, in its order
+        computer        `ComputerSettings`
+        law             `LawConstants`
+        shares          (n) of their thrust that rotors give
+        air             `AirSettings`; air_seed of the turbulence, eddies its filters
+        wind, push      in this control period: velocity [m/s]; force [N], point in B [m] and torque
+                        in B [N·m]
+        voltage         that the law is told, see `guidance.Measured`
+        charge          of the battery, 0 .. 1; open_circuit is the voltage that follows, see
+                        `dynamics.rotors.loaded_voltage`, and drop, too; sag_compensation is a
+                        share; battery_updates are those that it had
+        gyro            `GyroSettings`; gyro_filter its coefficients, gyro_states their states
+        rates           (3) angular velocity in B that the filters give [rad/s]
+        motion          of the gyro at the last control update, sampled whether there was one
+        acceleration    angular, and of the origin, at the start [rad/s², m/s²]
+        late, look      what the law sees: from how many periods ago, and how long after their
+                        beginning [s]; seen is a ring of states
+        age, since      which commands act: from how many updates ago, and from when on [s]; asked
+                        is a ring of commands
+        lag             of the quickest rotor [s]
+        clearance       height at which the body stands on the ground [m]
+        count           control periods flown; lost_at is that at which it was lost, else -1
+        peak_use        largest share of its speed limit at which a rotor ran
+
+    Args:
+        sizes: see `Sizes`.
+        estimate: fields of the sensors and the estimator; none on the truth.
+    """
+    n = sizes.rotors
+    fields: dict[str, Any] = {
+        "state": (13,),
+        "speeds": (n,),
+        "reference": (len(Reference._fields),),
+        "following": (len(Reference._fields),),
+        "wrench": (4,),
+        "commands": (n,),
+        "gains": (sizes.gains,),
+        "computer": (len(ComputerSettings._fields),),
+        "shares": (n,),
+        "air": named_dtype(AirSettings._fields),
+        "gyro": (len(GyroSettings._fields),),
+        "hold": (3,),
+        "holding": (),
+        "mode": (),
+        "mode_updates": (),
+        "known": (13,),
+        "acting": (n,),
+        "filtered": (FILTERED,),
+        "memory": (sizes.memory,),
+        "law": law_dtype(n),
+        "air_seed": (),
+        "eddies": (EDDIES,),
+        "wind": (3,),
+        "push": (9,),
+        "charge": (),
+        "open_circuit": (),
+        "voltage": (),
+        "drop": (),
+        "sag_compensation": (),
+        "battery_updates": (),
+        "gyro_filter": (COEFFICIENTS,),
+        "gyro_states": (STATES,),
+        "rates": (3,),
+        "motion": (MOTION,),
+        "sampled": (),
+        "acceleration": (6,),
+        "late": (),
+        "look": (),
+        "seen": (sizes.seen, 13),
+        "age": (),
+        "since": (),
+        "asked": (sizes.asked, n),
+        "lag": (),
+        "clearance": (),
+        "count": (),
+        "lost_at": (),
+        "peak_use": (),
+        **(estimate or {}),
+    }
+    present = {name: kind for name, kind in fields.items() if kind != (0,)}
+    return packed_dtype(present, whole={"inputs": ("state", "gyro")})
+
+
+def named_dtype(names: Sequence[str]) -> np.dtype:
+    """Return the type of a record with a number for each name."""
+    return packed_dtype(dict.fromkeys(names, ()))
+
+
+def law_dtype(n: int) -> np.dtype:
+    """Return the type of the record of `LawConstants`, for n rotors."""
+    shapes = {"inertia": (6,), "q_BT": (4,), "p_BoBcm_B": (3,), "drag": (3,)}
+    shapes |= {"allocation": (n, 4), "effects": (n, 4)}
+    each = ("idle_thrusts", "max_thrusts", "motor_constants", "half_linear_speeds")
+    shapes |= dict.fromkeys(each, (n,))
+    return packed_dtype({name: shapes.get(name, ()) for name in LawConstants._fields})
+
+
+def law_record(constants: LawConstants) -> np.ndarray:
+    """Return constants as a record (1)."""
+    found = np.zeros(1, law_dtype(len(constants.idle_thrusts)))
+    for name, value in zip(constants._fields, constants, strict=True):
+        found[name] = value
+    return found
