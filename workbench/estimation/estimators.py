@@ -21,9 +21,8 @@ from typing import Any
 
 import numpy as np
 
-from workbench.common.compiled import compile_cached
 from workbench.common.errors import WorkbenchError, unknown_name
-from workbench.common.jitable import mark_functions, unique
+from workbench.common.jitable import mark_functions
 from workbench.common.own_file import (
     at_most_lines,
     check_names,
@@ -60,14 +59,6 @@ from workbench.estimation.settings import (
 )
 from workbench.plant.gravity import GRAVITY
 
-SOURCES = (
-    "common/bounded_loops.py",
-    "estimation",
-    "estimators.py",
-    "dynamics/rigid_body.py",
-    "plant/gravity.py",
-)
-"""Sources of the compiled updates, below `workbench/`."""
 ARGUMENTS = {
     "update": ("memory", "z", "settings", "mounting", "dt"),
     "begin": ("state", "mounting", "drawn", "known"),
@@ -167,12 +158,8 @@ def _begin_ekf(
     return memory
 
 
-def _ekf_covariance(memory: np.ndarray) -> np.ndarray:
-    return memory[ekf.COVARIANCE : ekf.INNOVATIONS].reshape(ekf.ERRORS, ekf.ERRORS)
-
-
 def _ekf_innovations(memory: np.ndarray) -> np.ndarray:
-    return memory[ekf.INNOVATIONS : ekf.SIZE]
+    return ekf.innovations_of(memory).ravel()
 
 
 def _begin_complementary(
@@ -200,7 +187,7 @@ _KNOWN = (
         EkfSettings,
         ekf.update,
         _begin_ekf,
-        _ekf_covariance,
+        ekf.covariance_of,
         _ekf_innovations,
     ),
 )
@@ -371,53 +358,26 @@ def _check_finite(where: str, estimator: Estimator, memory: np.ndarray) -> None:
     )
 
 
-@lru_cache(maxsize=8)
-def compiled_update(estimator: Estimator) -> Callable[..., None]:
-    """Return the update of an estimator, compiled at its first call.
+def checked_update(estimator: Estimator) -> Callable[..., None]:
+    """Return the update of an estimator.
 
-    Errors in a user's own update are raised as `WorkbenchError`.
+    That of a user's own file raises a `WorkbenchError` for any error, and for a number that is not
+    finite.
     """
-    what, file = f"the estimator {estimator.name}", estimator.file
+    file, update = estimator.file, estimator.update
     if file is None:
-        return compile_cached(estimator.update, SOURCES, what, parts=40)
-    update = estimator.update
-
-    def run(
-        memory: np.ndarray, z: np.ndarray, settings: np.ndarray, mounting: np.ndarray, dt: float
-    ) -> None:
-        update(memory, z, settings, mounting, dt)
-
-    compiled = compile_cached(
-        unique(run, estimator.key),
-        SOURCES,
-        what,
-        parts=20,
-        text=estimator.text,
-        file=str(file),
-        page="docs/estimation.md",
-    )
+        return update
 
     def checked(
         memory: np.ndarray, z: np.ndarray, settings: np.ndarray, mounting: np.ndarray, dt: float
     ) -> None:
         before = memory.copy()
-
-        def again() -> None:
-            """Let Python run the update, as machine code knows no lines."""
-            with np.errstate(divide="raise", over="ignore", invalid="ignore"):
-                update(before, z, settings, mounting, dt)
-
-        with own_errors(file, "update"):
-            try:
-                compiled(memory, z, settings, mounting, dt)
-            except WorkbenchError:
-                raise
-            except Exception:
-                again()
-                raise
+        divides = np.errstate(divide="raise", over="ignore", invalid="ignore")
+        with own_errors(file, "update"), divides:
+            update(memory, z, settings, mounting, dt)
             if not np.isfinite(memory).all():
                 with non_finite_named(file, "update"):
-                    again()
+                    update(before, z, settings, mounting, dt)
         _check_finite(str(file), estimator, memory)
 
     return checked

@@ -9,7 +9,7 @@ from pydrake.systems.framework import BasicVector, Context, DiscreteValues
 from workbench.control.flight_mode import GPS_LATE, Health, ModeState
 from workbench.control.mode import FlightMode
 from workbench.estimation import ekf
-from workbench.estimation.estimators import TRIANGLE, Estimator, compiled_update, known_motion
+from workbench.estimation.estimators import TRIANGLE, Estimator, checked_update, known_motion
 from workbench.estimation.samples import (
     AGES,
     BAROMETER,
@@ -86,7 +86,7 @@ class Navigation(DiscreteSystem):
         super().__init__()
         self._repeats, self._gps_repeats = repeats, gps_repeats
         self.estimator = estimator
-        self._run = compiled_update(estimator)
+        self._run = checked_update(estimator)
         self._mounting, self._places = mounting, mounting.packed()
         self._R_BM, self._home, self._period = np.array(turn_BM), home, period
         self._known = known

@@ -13,7 +13,7 @@ import numpy as np
 from workbench.design.linear.model import MEASURED, NOMINAL
 from workbench.dynamics.rigid_body import cross, into_body, into_world, rotation
 from workbench.estimation import ekf
-from workbench.estimation.estimators import Estimator, compiled_update
+from workbench.estimation.estimators import Estimator, checked_update
 from workbench.estimation.samples import (
     BAROMETER,
     GPS,
@@ -245,7 +245,7 @@ def _averaged(
 
     The memory is that one period before the state, which has advanced from the given one.
     """
-    run, places = compiled_update(estimator), mounting.packed()
+    run, places = checked_update(estimator), mounting.packed()
 
     def one(memory: np.ndarray, z: np.ndarray) -> np.ndarray:
         after = memory.copy()
