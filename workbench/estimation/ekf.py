@@ -421,8 +421,8 @@ def update(
     if dt > 0.0:
         F = transition(x, _imu(z), dt)
         x = propagated(x, _imu(z), dt)
-        P[:, :] = F @ P @ F.T + noise(settings, dt)
-        P[:, :] = 0.5 * (P + P.T)  # rounding errors would make it less and less symmetric
+        spread = F @ P @ F.T + noise(settings, dt)
+        P[:, :] = 0.5 * (spread + spread.T)  # rounding errors would make it less symmetric
     told[:, :] = math.nan
     if z[GPS] + z[BAROMETER] + z[MAGNETOMETER] + z[RANGE_FINDER] > 0.0:
         dx = np.zeros(ERRORS)
@@ -431,8 +431,7 @@ def update(
             if not math.isnan(gaps[i, 0]):
                 told[i] = _take_in(P, dx, H[i], gaps[i, 0], gaps[i, 1], settings[10])
         x = corrected(x, dx)
-    for i in range(NOMINAL):
-        memory[i] = x[i]
+    memory[:NOMINAL] = x
 
 
 @register_jitable
