@@ -129,7 +129,7 @@ class Estimator:
 
     def deviations(self, memory: np.ndarray) -> np.ndarray:
         """Return the standard deviations of its errors (15), NaN if it has no covariance."""
-        found: np.ndarray = np.sqrt(np.maximum(np.diag(self._covariance(memory)), 0.0))
+        found: np.ndarray = np.sqrt(np.maximum(self._covariance(memory).diagonal(), 0.0))
         return found
 
     def covariance(self, memory: np.ndarray) -> np.ndarray:
@@ -374,7 +374,7 @@ def checked_update(estimator: Estimator) -> Callable[..., None]:
         before = memory.copy()
         divides = np.errstate(divide="raise", over="ignore", invalid="ignore")
         with own_errors(file, "update"), divides:
-            update(memory, z, settings, mounting, dt)
+            update(memory, z.copy(), settings, mounting, dt)
             if not np.isfinite(memory).all():
                 with non_finite_named(file, "update"):
                     update(before, z, settings, mounting, dt)
@@ -394,7 +394,6 @@ def known_motion(memory: np.ndarray, rates: np.ndarray, p_BI: Sequence[float]) -
     Returns:
         q_WB, p_WB [m], w_WB_W [rad/s] and v_WB_W [m/s].
     """
-    found = np.array(ekf.estimate(memory[: ekf.NOMINAL], rates, p_BI))
-    R = rotation(found[:4].tolist())
-    found[7:10] = into_world(R, found[7:10].tolist())
-    return found
+    motion = ekf.estimate(ekf.nominal_of(memory), rates.tolist(), p_BI)
+    w_WB = into_world(rotation(motion[:4]), motion[7:10])
+    return np.array([*motion[:7], *w_WB, *motion[10:]])
