@@ -216,34 +216,6 @@ def _not_run(config):
     return [f"[{count}] {line}" for line, count in sorted(skips.items())]
 
 
-@pytest.fixture
-def interpreted_blocks(monkeypatch):
-    """Let flights by the thousand run as Python: to make their machine code takes up to a minute.
-
-    A tenth of a second of some flights is done in half a second. The default law's is there after
-    the set-up, and flies them.
-    """
-    import numpy as np
-
-    from workbench.control.controller import load_controller
-    from workbench.design.rollout import engine
-
-    compiled = engine.compiled_block
-
-    def block(controller, estimator):
-        if controller is load_controller() and estimator is None:
-            return compiled(controller, None)
-        fly = engine.make_fly_block(controller, estimator)
-
-        def run(*args):
-            with np.errstate(all="ignore"):  # as machine code has it
-                return fly(*args)
-
-        return run
-
-    monkeypatch.setattr(engine, "compiled_block", block)
-
-
 @pytest.fixture(scope="module")
 def served():
     """Return a function from a scenario's name to the address where `workbench serve` flies it."""

@@ -339,7 +339,7 @@ def test_every_file_of_what_is_compiled_is_watched(case):
         ("workbench.control.flight_law", flight_law.SOURCES),
         ("workbench.systems.casting.solids", solids.SOURCES),
         ("workbench.systems.casting.surfaces", surfaces.SOURCES),
-        ("workbench.design.rollout.flight", engine.SOURCES),
+        ("workbench.design.rollout.flights", engine.SOURCES),
     ]
     package = Path(compiled.__file__).parent.parent
     for start, sources in table:

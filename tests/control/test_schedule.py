@@ -142,7 +142,6 @@ def test_compiled_flights_agree_with_the_diagram(name, vehicle):
     assert_agrees(name, vehicle, 2.0, 1e-3)
 
 
-@pytest.mark.usefixtures("interpreted_blocks")
 @pytest.mark.parametrize(
     "rows",
     [SCHEDULED[::3], pytest.param(SCHEDULED[1:3], marks=pytest.mark.slow)],
@@ -308,7 +307,6 @@ def test_a_step_from_a_steady_flight_is_the_same_compiled_and_on_the_diagram():
     assert_steps_agree(1.5)
 
 
-@pytest.mark.usefixtures("interpreted_blocks")
 def test_the_begin_of_such_a_step_is_the_same_as_python():
     assert_steps_agree(0.25)
 

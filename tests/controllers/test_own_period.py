@@ -126,7 +126,6 @@ def test_compiled_flights_and_the_diagram_agree(law):
     assert np.median(differences(law, 2.0)) < 1e-3  # two integrators
 
 
-@pytest.mark.usefixtures("interpreted_blocks")
 def test_a_tenth_of_a_second_of_the_same_agrees_as_python(law):
     assert np.median(differences(law, 0.1)) < 1e-4
 

@@ -13,7 +13,7 @@ from workbench.design.rollout.candidates import start_state
 from workbench.design.rollout.engine import (
     LARGEST,
     RolloutEngine,
-    compiled_block,
+    compiled_fly,
     make_schedule,
     rollout_metrics,
     run_chunks,
@@ -243,7 +243,7 @@ def test_many_candidates_with_a_seed_each_take_little_memory(engine):
         None,
         list(range(count)),
     )
-    assert len(np.unique(batch.candidates.seeds)) == count
+    assert len(np.unique(batch.flights["air_seed"])) == count
 
 
 def test_whole_numbers_may_be_floats(engine):
@@ -281,7 +281,7 @@ def test_flights_of_all_kinds_are_compiled_once(engine):
     engine.measure(many, "z", 1.0, duration=0.1)
     start = start_state(engine.vehicle, Start())
     engine.fly_from(many, np.tile(start, (20, 1)), np.zeros((20, 4)), duration=0.1)
-    assert len(compiled_block(load_controller(), None).signatures) == 1
+    assert len(compiled_fly(load_controller(), None).signatures) == 1
 
 
 @pytest.mark.parametrize("threads", [1, 2])

@@ -16,8 +16,8 @@ from workbench.session.recording import Recording
 from workbench.session.session import Session
 
 DURATION = 1.0
-CLOSE = 3e-4
-"""What is left between steps of 1/1024 s of second order and the diagram's `runge_kutta5` [m/s]."""
+CLOSE = 1e-9
+"""[m/s]"""
 TESTS = Path(__file__).resolve().parents[2]
 SHARED = TESTS.parent / "../shared/models"
 PUBLISHED = {
@@ -40,7 +40,7 @@ def assert_agrees(rollouts, flown: Recording, peak_rotor_use: float, close: floa
     assert rollouts.time == pytest.approx(flown.time - EDGE)
     assert np.isnan(rollouts.diverged_at).all()
     assert rollouts.velocity_W[0] == pytest.approx(flown.v_WB, abs=close)
-    assert rollouts.angular_velocity_W[0] == pytest.approx(flown.w_WB, abs=10.0 * close)
+    assert rollouts.angular_velocity_W[0] == pytest.approx(flown.w_WB, abs=close)
     assert rollouts.peak_rotor_use[0] == pytest.approx(peak_rotor_use, abs=close)
 
 
@@ -132,10 +132,9 @@ def test_so_it_is_with_what_the_law_does_not_know(variation):
     ids=str,
 )
 def test_so_it_is_with_faults_and_in_the_wind(engine, diagram, settings):
-    """But for turbulence, which the diagram draws once a control period, not at each step."""
     after = diagram("z", 2.0, settings)
     rollouts = engine.fly([settings], "z", 2.0, duration=DURATION)
-    close = 1e-3 if 0.0 in settings.values() else CLOSE  # with a rotor lost, all grows
+    close = 1e-3 if 0.0 in settings.values() else CLOSE  # with a rotor lost, rounding grows
     assert_agrees(rollouts, after, after.rotor_use.max(), close)
 
 
@@ -164,11 +163,3 @@ def test_so_it_is_with_a_published_description(path):
     if not SHARED.is_dir():
         pytest.skip("put the published descriptions into ../shared/models to try them")
     compare(VehicleConfig(str(SHARED / path), PUBLISHED[path]), "y", -2.0)
-
-
-def test_a_hover_that_is_still_needs_not_be_flown(engine):
-    """Air that might move has it flown."""
-    gains = [{}, {"turbulence": 1e-300}]
-    rollouts = engine.fly(gains, "x", 8.0, duration=DURATION)
-    left_out, flown = rollouts.velocity_W
-    assert left_out == pytest.approx(flown, abs=1e-9)

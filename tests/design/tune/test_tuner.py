@@ -137,7 +137,7 @@ def of_law(name, asked, **more):
 )
 def test_another_law_is_tuned_for_a_margin_of_its_own_loops(law, searched, monkeypatch):
     """No step is wished for, so nothing flies by the thousand, for which laws are compiled."""
-    monkeypatch.setattr(engine, "compiled_block", None)
+    monkeypatch.setattr(engine, "compiled_fly", None)
     study = LinearStudy(Scenario(vehicle=VehicleConfig(model=PALM), controller=law))
     point = study.controller.loop("yaw_rate").point("actuator")
     own = loop_margins(study.sampled(), point).phase_margin

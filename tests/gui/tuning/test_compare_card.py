@@ -135,7 +135,6 @@ def number(text):
 
 
 @pytest.mark.slow  # flights of five designs, as Python
-@pytest.mark.usefixtures("interpreted_blocks")
 def test_the_table_has_the_numbers_of_step_and_judge(screen, settle, qtbot):
     """Kept gains, those of a slot, and another controller's, each against its own flight."""
     gains, card = screen.gains, screen.compare

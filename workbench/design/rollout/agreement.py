@@ -19,6 +19,7 @@ from workbench.gains.gains import flight_gains
 from workbench.plant.vehicle import Vehicle
 from workbench.scenario.parameters import parameter_table
 from workbench.scenario.scenario import Scenario, Start, at_own_period
+from workbench.session.recording import Recording
 from workbench.session.session import Session
 
 HEIGHT = 50.0
@@ -54,12 +55,16 @@ class Agreement:
     """Largest differences of N flights, each (N), up to where the compiled one is lost.
 
     Attributes:
-        velocity: of the base link's origin, length of the difference [m/s].
+        position: of the base link's origin, length of the difference [m].
+        attitude: angle of the rotation between the two [rad].
+        velocity: of that origin, length of the difference [m/s].
         angular_velocity: the same [rad/s].
         saturated: whether a rotor ran at its limit.
         lost: whether the flight was lost.
     """
 
+    position: np.ndarray
+    attitude: np.ndarray
     velocity: np.ndarray
     angular_velocity: np.ndarray
     saturated: np.ndarray
@@ -155,26 +160,29 @@ def agreement(
     )
     count = len(trials)
     found = Agreement(
-        velocity=np.zeros(count),
-        angular_velocity=np.zeros(count),
+        *np.zeros((4, count)),
         saturated=flights.peak_rotor_use >= SATURATED,
         lost=np.isfinite(flights.diverged_at),
     )
     for number, trial in enumerate(trials):
-        velocity, turning = _flown(session, trial, duration)
-        for differences, compiled, flown in (
-            (found.velocity, flights.velocity_W, velocity),
-            (found.angular_velocity, flights.angular_velocity_W, turning),
+        flown = _flown(session, trial, duration)
+        states = flights.states[number, : len(flown.time)]
+        turned = 2.0 * np.abs(_between(states[:, 0:4], flown.q_WB))
+        for differences, apart in (
+            (found.position, states[:, 4:7] - flown.p_WB),
+            (found.attitude, turned),
+            (found.velocity, states[:, 10:13] - flown.v_WB),
+            (found.angular_velocity, states[:, 7:10] - flown.w_WB),
         ):
-            apart = np.linalg.norm(compiled[number, : len(flown)] - flown, axis=1)
-            differences[number] = np.nanmax(apart, initial=0.0) if len(apart) else np.inf
+            lengths = np.linalg.norm(apart, axis=1)
+            differences[number] = np.nanmax(lengths, initial=0.0) if len(apart) else np.inf
         if progress:
             progress((number + 1) / count)
     return found
 
 
-def _flown(session: Session, trial: Trial, duration: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return velocity and angular velocity in W (M, 3) at each control period on the diagram."""
+def _flown(session: Session, trial: Trial, duration: float) -> Recording:
+    """Return a flight on the diagram, recorded at each control period."""
     session.scenario.start = trial.start
     session.reset()
     for name, value in trial.gains.items():
@@ -182,5 +190,13 @@ def _flown(session: Session, trial: Trial, duration: float) -> tuple[np.ndarray,
     session.command(trial.command[:3], trial.command[3])
     with suppress(FlightBrokenError):  # what was flown until then is compared
         session.tick(duration)
-    recording = session.recording()
-    return recording.v_WB, recording.w_WB
+    return session.recording()
+
+
+def _between(one: np.ndarray, two: np.ndarray) -> np.ndarray:
+    """Return the vector parts of the small rotations between attitudes (M, 3), half their angle."""
+    one = one / np.linalg.norm(one, axis=1, keepdims=True)
+    two = two / np.linalg.norm(two, axis=1, keepdims=True)
+    w, v = one[:, :1], one[:, 1:]
+    vector: np.ndarray = w * two[:, 1:] - two[:, :1] * v - np.cross(v, two[:, 1:])
+    return vector

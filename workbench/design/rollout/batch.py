@@ -21,10 +21,11 @@ from workbench.common.own_file import own_errors
 from workbench.control.controller import DEFAULT, Controller
 from workbench.design.rollout.candidates import start_state
 from workbench.design.rollout.engine import OPTIONS, SOURCES, RolloutEngine, make_schedule
-from workbench.design.rollout.flights import begin, is_whole
+from workbench.design.rollout.flights import begin, is_whole, make_rings
 from workbench.design.rollout.gyro import KNOW_TRUTH
 from workbench.design.rollout.motion import BODIES, LANES, ROTORS, Room, make_room
 from workbench.design.rollout.period import (
+    Rings,
     give_speeds,
     give_wrench,
     make_fly_period,
@@ -95,7 +96,7 @@ def make_step_flights(controller: Controller | None, actions: str, key: str) -> 
         update = make_update(controller)
     fly_period = make_fly_period(update, KNOW_TRUTH, f"batch_{key}")
 
-    def step_flights(first, last, periods, flights, bodies, rotors, room, times, clock):
+    def step_flights(first, last, periods, flights, rings, bodies, rotors, room, times, clock):
         """Fly on, 16 flights at a time; this is what gets compiled.
 
         Args:
@@ -103,6 +104,7 @@ def make_step_flights(controller: Controller | None, actions: str, key: str) -> 
             last: the one before which it ends.
             periods: of control to fly.
             flights: all records, see `record.flight_dtype`.
+            rings: of all flights, see `Rings`.
             bodies: of all blocks, see `motion.BODIES`.
             rotors: of all blocks (blocks, n), see `motion.ROTORS`.
             room: whose places are used for each of them.
@@ -110,7 +112,8 @@ def make_step_flights(controller: Controller | None, actions: str, key: str) -> 
             clock: see `period.Clock`.
         """
         for number in range(first, last):
-            some = flights[number * LANES : (number + 1) * LANES]
+            since, to = number * LANES, (number + 1) * LANES
+            some, late = flights[since:to], Rings(rings.seen[since:to], rings.asked[since:to])
             own = Room(
                 bodies[number : number + 1],
                 rotors[number],
@@ -125,7 +128,7 @@ def make_step_flights(controller: Controller | None, actions: str, key: str) -> 
                 if flight.lost_at < 0.0 and not is_whole(flight):
                     flight.lost_at = flight.count
             for _ in range(periods):
-                fly_period(some, own, times, clock, None)
+                fly_period(some, late, own, times, clock, None)
 
     return unique(step_flights, key)
 
@@ -324,6 +327,7 @@ class Batch(_Arrays):
         self._engine, self._payloads = engine, planned.candidates.payloads
         self._flights = planned.flights
         self._crafts = planned.crafts.chosen(planned.which)
+        self._rings = make_rings(self._crafts)
         rotors, blocks = len(self.vehicle.rotors), -(-count // LANES)
         self._bodies, self._rotors = np.zeros(blocks, BODIES), np.zeros((blocks, rotors), ROTORS)
         for number in range(blocks):
@@ -433,6 +437,8 @@ class Batch(_Arrays):
         memory = self.controller.initial_memory if self.controller else []
         begin(some, self.starts[chosen], self._crafts.speeds[chosen], memory)
         self._flights[chosen] = some
+        self._rings.seen[chosen] = some["state"][:, None]
+        self._rings.asked[chosen] = some["commands"][:, None]
 
     def push(
         self,
@@ -491,6 +497,7 @@ class Batch(_Arrays):
                 last,
                 periods,
                 self._flights,
+                self._rings,
                 self._bodies,
                 self._rotors,
                 make_room(len(self.vehicle.rotors)),

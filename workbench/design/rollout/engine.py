@@ -25,7 +25,13 @@ from workbench.design.response_metrics import ResponseMetrics, response_metrics
 from workbench.design.rollout.candidates import Candidates, make_candidates, start_state
 from workbench.design.rollout.crafts import Crafts, make_crafts
 from workbench.design.rollout.estimate import know_by
-from workbench.design.rollout.flights import Schedule, make_clock, make_flights, make_fly
+from workbench.design.rollout.flights import (
+    Schedule,
+    make_clock,
+    make_flights,
+    make_fly,
+    make_rings,
+)
 from workbench.design.rollout.gyro import KNOW_TRUTH
 from workbench.design.rollout.motion import LANES, make_room
 from workbench.design.rollout.period import Clock, make_times
@@ -337,10 +343,12 @@ class PlannedFlights(NamedTuple):
             samples, room, times = np.empty(shape), make_room(rotors), make_times()
             for first in range(first_block * LANES, last_block * LANES, LANES):
                 last = min(first + LANES, self.size)
-                self.crafts.chosen(self.which[first:last]).furnish(room)
+                crafts = self.crafts.chosen(self.which[first:last])
+                crafts.furnish(room)
                 with own_errors(file, "update") if file else nullcontext():
                     fly(
                         flown[first:last],
+                        make_rings(crafts),
                         room,
                         times,
                         self.clock,
@@ -637,9 +645,8 @@ class RolloutEngine:
 
         Their law is that of a controller; None where none flies.
         """
-        late, age = (int(each[:, 0].max(initial=0)) for each in (crafts.seen, crafts.acting))
         return make_flights(
-            sizes_of(controller, len(self.vehicle.rotors), late, age),
+            sizes_of(controller, len(self.vehicle.rotors)),
             self.senses,
             candidates,
             crafts,

@@ -18,6 +18,7 @@ from workbench.design.rollout.motion import LANES, derive
 from workbench.design.rollout.period import (
     Clock,
     Knowing,
+    Rings,
     make_fly_period,
     make_update,
     note_peaks,
@@ -136,9 +137,7 @@ def begin(flights: np.ndarray, starts: np.ndarray, speeds: np.ndarray, memory: l
         memory: of the law at the start.
     """
     flights["state"] = flights["known"] = starts
-    flights["seen"] = starts[:, None]
     flights["speeds"] = flights["commands"] = flights["acting"] = speeds
-    flights["asked"] = speeds[:, None]
     flights["filtered"] = 0.0
     flights["filtered"][:, :3] = starts[:, 10:13]
     flights["filtered"][:, SETPOINT : SETPOINT + 3] = starts[:, 10:13]
@@ -151,6 +150,13 @@ def begin(flights: np.ndarray, starts: np.ndarray, speeds: np.ndarray, memory: l
     for name in ("push", "eddies", "mode_updates", "battery_updates", "sampled", "count"):
         flights[name] = 0.0
     flights["peak_use"], flights["lost_at"] = 0.0, -1.0
+
+
+def make_rings(crafts: Crafts) -> Rings:
+    """Return the rings of flights of N crafts, which have to be filled."""
+    count, rotors = crafts.speeds.shape
+    late, age = (1 + int(each[:, 0].max(initial=0)) for each in (crafts.seen, crafts.acting))
+    return Rings(np.zeros((count, late, 13)), np.zeros((count, age, rotors)))
 
 
 def _gyro_filter(settings: np.ndarray, rates: Rates) -> tuple[float, ...]:
@@ -185,11 +191,12 @@ def make_fly(controller: Controller, knowing: Knowing) -> Callable[..., None]:
     key = f"{controller.key}_{knowing.key}"
     fly_period = make_fly_period(make_update(controller), knowing, key)
 
-    def fly(flights, room, times, clock, sensors, schedule, kept, samples):
+    def fly(flights, rings, room, times, clock, sensors, schedule, kept, samples):
         """Fly up to 16 candidates side by side; this is what gets compiled.
 
         Args:
             flights: their records, see `record.flight_dtype`.
+            rings: see `Rings`.
             room: of their motion, furnished, see `Crafts.furnish`.
             times: see `period.Times`.
             clock: see `period.Clock`.
@@ -208,6 +215,7 @@ def make_fly(controller: Controller, knowing: Knowing) -> Callable[..., None]:
             write_drive(flight, room, i)
         derive(room.bodies[0], room.rotors, clock.sags, False)
         for i in range(many):
+            fill_rings(flights[i], rings, i)
             found = take(room.bodies[0], "w_rate", i) + take(room.bodies[0], "v_rate", i)
             store(flights[i], "acceleration", found)
         for instant in range(schedule.end + 1):
@@ -223,9 +231,20 @@ def make_fly(controller: Controller, knowing: Knowing) -> Callable[..., None]:
                     if flights[i].lost_at < 0.0:
                         note_peaks(flights[i], room, i)
             if instant < schedule.end:
-                fly_period(flights, room, times, clock, sensors)
+                fly_period(flights, rings, room, times, clock, sensors)
 
     return unique(fly, key)
+
+
+@register_jitable
+def fill_rings(flight, rings, i):
+    """Let the state at the start, and the commands of then, be on their way."""
+    for age in range(rings.seen.shape[1]):
+        for k in range(13):
+            rings.seen[i, age, k] = flight.state[k]
+    for age in range(rings.asked.shape[1]):
+        for k in range(len(flight.commands)):
+            rings.asked[i, age, k] = flight.commands[k]
 
 
 @register_jitable

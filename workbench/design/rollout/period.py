@@ -81,6 +81,18 @@ def make_times() -> Times:
     return Times(*(np.zeros(LANES) for _ in range(4)), np.zeros(LANES, dtype=bool))
 
 
+class Rings(NamedTuple):
+    """What is on its way in m flights where sensing or commands come late.
+
+    Attributes:
+        seen: (m, periods, 13) states on their way to the law, a ring of control periods.
+        asked: (m, periods, n) commands on their way to the rotors.
+    """
+
+    seen: np.ndarray
+    asked: np.ndarray
+
+
 class Knowing(NamedTuple):
     """How laws come to know the motion: functions that compile.
 
@@ -114,11 +126,12 @@ def make_fly_period(update: Callable[..., None], knowing: Knowing, key: str) -> 
     know, look, mode_state, due, sample, _ = knowing
 
     @register_jitable
-    def fly_period(flights, room, times, clock, sensors):
+    def fly_period(flights, rings, room, times, clock, sensors):
         """Fly on for a control period.
 
         Args:
             flights: up to 16 records, see `record.flight_dtype`.
+            rings: of these flights, see `Rings`.
             room: of their motion, see `motion.Room`; it has the state, too.
             times: see `Times`.
             clock: see `Clock`.
@@ -133,11 +146,11 @@ def make_fly_period(update: Callable[..., None], knowing: Knowing, key: str) -> 
                 continue
             times.now[i] = flight.count * clock.period
             know(flight, clock, sensors)
-            _see(flight)
+            _see(flight, rings.seen[i])
             if clock.sags:
                 flight.voltage = _voltage(flight)
             update(flight, clock)
-            _act(flight)
+            _act(flight, rings.asked[i])
             pushed = _blow(flight, clock) or pushed
             _update_mode(flight, clock, times.now[i], mode_state(flight))
             _update_battery(flight, clock, times.now[i])
@@ -164,9 +177,9 @@ def make_fly_period(update: Callable[..., None], knowing: Knowing, key: str) -> 
                 read_motion(flight, room, i)
                 since = now - flight.count * clock.period
                 if flight.look > 0.0 and abs(since - flight.look) < ON_TIME:
-                    _remember(flight, look(flight, clock, sensors, since))
+                    _remember(flight, rings.seen[i], look(flight, clock, sensors, since))
                 if flight.since > 0.0 and abs(since - flight.since) < ON_TIME:
-                    _follow(flight)
+                    _follow(flight, rings.asked[i])
                 _update_mode(flight, clock, now, mode_state(flight))
                 _update_battery(flight, clock, now)
                 sample(flight, sensors, now)
@@ -302,43 +315,43 @@ def write_drive(flight, room, i):
 
 
 @register_jitable
-def _see(flight):
+def _see(flight, ring):
     """Let the law see what is known, or what was known earlier where sensing is late."""
     if flight.late == 0.0:
         return
     if flight.look == 0.0:
-        _remember(flight, fetch(flight, "known"))
-    seen = flight.seen[_place(flight.count - flight.late, len(flight.seen))]
+        _remember(flight, ring, fetch(flight, "known"))
+    seen = ring[_place(flight.count - flight.late, len(ring))]
     for k in range(13):
         flight.known[k] = seen[k]
 
 
 @register_jitable
-def _remember(flight, state):
+def _remember(flight, ring, state):
     """Remember what is known in a control period."""
-    seen = flight.seen[_place(flight.count, len(flight.seen))]
+    seen = ring[_place(flight.count, len(ring))]
     for k in range(13):
         seen[k] = state[k]
 
 
 @register_jitable
-def _act(flight):
+def _act(flight, ring):
     """Let the rotors follow the commands, where these do not come late."""
     if flight.age == 0.0 and flight.since == 0.0:
         for k in range(len(flight.acting)):
             flight.acting[k] = flight.commands[k]
         return
-    asked = flight.asked[_place(flight.count, len(flight.asked))]
+    asked = ring[_place(flight.count, len(ring))]
     for k in range(len(asked)):
         asked[k] = flight.commands[k]
     if flight.since == 0.0:
-        _follow(flight)
+        _follow(flight, ring)
 
 
 @register_jitable
-def _follow(flight):
+def _follow(flight, ring):
     """Let the rotors follow the commands of the update that is due."""
-    asked = flight.asked[_place(flight.count - flight.age, len(flight.asked))]
+    asked = ring[_place(flight.count - flight.age, len(ring))]
     for k in range(len(asked)):
         flight.acting[k] = asked[k]
 

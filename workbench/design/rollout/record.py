@@ -26,22 +26,18 @@ class Sizes(NamedTuple):
         rotors: n.
         gains: of the controller, and what it designs.
         memory: numbers that the law remembers.
-        seen: states on their way to the law.
-        asked: commands on their way to the rotors.
     """
 
     rotors: int
     gains: int
     memory: int
-    seen: int = 1
-    asked: int = 1
 
 
-def sizes_of(controller: Controller | None, rotors: int, late: int, age: int) -> Sizes:
-    """Return sizes for a law, None without one, and delays of so many control periods."""
+def sizes_of(controller: Controller | None, rotors: int) -> Sizes:
+    """Return sizes for a law, None without one."""
     gains = len(controller.gain_names) if controller else 0
     memory = len(controller.memory) if controller else 0
-    return Sizes(rotors, gains, memory, late + 1, age + 1)
+    return Sizes(rotors, gains, memory)
 
 
 def flight_dtype(sizes: Sizes, estimate: dict[str, Any] | None = None) -> np.dtype:
@@ -74,9 +70,8 @@ def flight_dtype(sizes: Sizes, estimate: dict[str, Any] | None = None) -> np.dty
         motion          of the gyro at the last control update, sampled whether there was one
         acceleration    angular, and of the origin, at the start [rad/s², m/s²]
         late, look      what the law sees: from how many periods ago, and how long after their
-                        beginning [s]; seen is a ring of states
-        age, since      which commands act: from how many updates ago, and from when on [s]; asked
-                        is a ring of commands
+                        beginning [s]
+        age, since      which commands act: from how many updates ago, and from when on [s]
         lag             of the quickest rotor [s]
         clearance       height at which the body stands on the ground [m]
         count           control periods flown; lost_at is that at which it was lost, else -1
@@ -126,10 +121,8 @@ def flight_dtype(sizes: Sizes, estimate: dict[str, Any] | None = None) -> np.dty
         "acceleration": (6,),
         "late": (),
         "look": (),
-        "seen": (sizes.seen, 13),
         "age": (),
         "since": (),
-        "asked": (sizes.asked, n),
         "lag": (),
         "clearance": (),
         "count": (),
