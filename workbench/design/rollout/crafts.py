@@ -101,16 +101,21 @@ def prompt_crafts(vehicles: Sequence[Vehicle], law: np.ndarray, speeds: np.ndarr
         law: see `Crafts`.
         speeds: see `Crafts`.
     """
-    bodies = [rigid_body(each.mass, each.inertia, each.p_BoBcm_B) for each in vehicles]
     return Crafts(
         law=law,
-        bodies=np.array([tuple(each) for each in bodies], dtype=BODY),
+        bodies=body_records(vehicles),
         rotors=np.array([rotor_records(each.rotors) for each in vehicles], dtype=ROTOR),
         speeds=speeds,
         seen=np.zeros((len(vehicles), 2)),
         acting=np.zeros((len(vehicles), 2)),
         lags=np.array([min(map(_quickest, each.rotors)) for each in vehicles]),
     )
+
+
+def body_records(vehicles: Sequence[Vehicle]) -> np.ndarray:
+    """Return the bodies of vehicles as records (K), see `BODY`."""
+    bodies = [rigid_body(each.mass, each.inertia, each.p_BoBcm_B) for each in vehicles]
+    return np.array([tuple(each) for each in bodies], dtype=BODY)
 
 
 def rotor_records(rotors: Sequence[Rotor]) -> np.ndarray:
