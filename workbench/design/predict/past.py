@@ -2,7 +2,7 @@
 
 - The share of thrust that the rotors give, and the level force in B (tilt between the measured axes
   and those of the thrust), from accelerations and commands just before.
-- The estimate's error, see `flown.ERROR`: its constant part is the mean since the take-off, a few
+- The estimate's error, see `known.ERROR`: its constant part is the mean since the take-off, a few
   seconds at most.
 - The law's memory. The law runs along the log on what the flight computer knew; where the log has
   the attitude and the thrust that were asked for, the integrals behind these follow them. Integrals
@@ -20,7 +20,9 @@ from scipy.signal import lfilter
 
 from workbench.control.controller import Controller
 from workbench.control.crazyflie_power import CURVE, FULL, SMALL
-from workbench.design.predict.flown import ERROR, FOLLOW, PUSH, Craft, Start
+from workbench.design.predict.driven import PUSH
+from workbench.design.predict.flown import FOLLOW, Craft, Start
+from workbench.design.predict.known import ERROR
 from workbench.design.predict.motion import TURNING, Motion, resampled, rotation
 from workbench.plant.drag import drag_rates
 from workbench.plant.gravity import GRAVITY

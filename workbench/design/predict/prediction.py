@@ -23,10 +23,10 @@ from workbench.control.controller import Controller
 from workbench.design.predict.flown import (
     Course,
     Craft,
-    Observer,
     compiled_flights,
     make_craft,
 )
+from workbench.design.predict.known import Observer
 from workbench.design.predict.motion import Motion, resampled, rotation
 from workbench.design.predict.past import ALL, Effects, Past, air_rates, driven_thrust, lagged
 from workbench.design.response_metrics import lag

@@ -1,9 +1,9 @@
 """Predict a logged flight with other gains or another law, with uncertainty.
 
-The part of the log that the model does not explain is kept as a disturbance over time, see `flown`,
-and acts again. Each vehicle in a sample of uncertain ones has its own disturbance for the log; the
-band covers their flights with the other law. So it is wide where the result depends on unknowns,
-and has no width where it does not: with the original law each of them flies the log.
+The part of the log that the model does not explain is kept as a disturbance over time, see
+`driven`, and acts again. Each vehicle in a sample of uncertain ones has its own disturbance for the
+log; the band covers their flights with the other law. So it is wide where the result depends on
+unknowns, and has no width where it does not: with the original law each of them flies the log.
 """
 
 import dataclasses
@@ -16,17 +16,16 @@ import numpy as np
 
 from workbench.common.errors import WorkbenchError
 from workbench.control.controller import Controller
+from workbench.design.predict.driven import PUSH
 from workbench.design.predict.flown import (
-    ERROR,
     PERIOD,
-    PUSH,
     TRIALS,
     Course,
-    Observer,
     Start,
     compiled_flights,
     make_craft,
 )
+from workbench.design.predict.known import ERROR, Observer
 from workbench.design.predict.motion import Motion, resampled, rotation
 from workbench.design.predict.past import Past, thrust_doubt
 from workbench.plant.drag import drag_area
