@@ -6,7 +6,7 @@ from workbench.dynamics.rigid_body import into_body as into_body
 from workbench.dynamics.rigid_body import into_world as into_world
 from workbench.dynamics.rigid_body import rotation as rotation
 from workbench.estimation.complementary import turning as turning
-from workbench.estimation.covariance import ERRORS as ERRORS
+from workbench.estimation.ekf import ERRORS as ERRORS
 from workbench.estimation.ekf import NOMINAL as NOMINAL
 from workbench.estimation.ekf import corrected as corrected
 from workbench.estimation.ekf import cross as cross

@@ -1,25 +1,30 @@
 """Oracle: the function as Python runs it."""
 
 import ast
+import ctypes
 import fcntl
 import importlib
 import importlib.util
 import logging
 import os
+import pickle
 import re
+import struct
 import subprocess
 import sys
 import textwrap
 import threading
 import time
 from pathlib import Path
+from typing import NamedTuple
 
 import numba
 import numpy as np
 import pytest
+from numba.core.caching import IndexDataCacheFile
+from numba.core.codegen import JITCPUCodegen
 
 from workbench.common import compiled
-from workbench.common.errors import WorkbenchError
 from workbench.control import flight_law
 from workbench.design.rollout import engine
 from workbench.systems.casting import solids, surfaces
@@ -40,12 +45,18 @@ SOURCES, WHAT = ["common/compiled.py"], "twice a number"
 ENOUGH = 300.0
 
 
+class Pair(NamedTuple):
+    first: float
+    second: float
+
+
 @pytest.fixture
-def double_up(tmp_path):
+def double_up(tmp_path, monkeypatch):
     path = tmp_path / "double_up.py"
     path.write_text(SOURCE)
     spec = importlib.util.spec_from_file_location("double_up", path)
     module = importlib.util.module_from_spec(spec)
+    monkeypatch.setitem(sys.modules, "double_up", module)  # code that is loaded imports it
     spec.loader.exec_module(module)
     return module.double_up
 
@@ -56,46 +67,149 @@ def cache(tmp_path, monkeypatch):
     return tmp_path / "cache"
 
 
-def machine_code(folder) -> dict[str, int]:
-    """Return every file of machine code with when it was written."""
-    return {str(path): path.stat().st_mtime_ns for path in folder.rglob("*.code")}
+def kept(folder) -> dict[str, int]:
+    """Return every file of compiled code with when it was written."""
+    return {str(path): path.stat().st_mtime_ns for path in folder.rglob("*.nbc")}
 
 
 def test_it_computes_the_same_and_keeps_the_code_on_disk(double_up, cache):
     fast = compiled.compile_cached(double_up, SOURCES, WHAT)
+    assert fast.signatures == []
     assert fast(1.5) == double_up(1.5) == 4.0
-    assert len(machine_code(cache)) == 1
+    assert len(kept(cache)) == len(fast.signatures) == 1
 
 
 def test_a_second_time_the_code_comes_from_disk_without_a_word(double_up, cache, caplog):
     compiled.compile_cached(double_up, SOURCES, WHAT)(1.0)
-    written = machine_code(cache)
+    written = kept(cache)
     assert "compiling" in caplog.text
     caplog.clear()
     assert compiled.compile_cached(double_up, SOURCES, WHAT)(1.5) == 4.0
-    assert machine_code(cache) == written
+    assert kept(cache) == written
     assert not caplog.records
 
-    fast = compiled.compile_cached(double_up, SOURCES, WHAT)
-    fast(1.5)
-    (code,) = cache.rglob("*.code")
-    whole = code.read_bytes()
-    code.write_bytes(whole[:-1])
-    assert compiled.compile_cached(double_up, SOURCES, WHAT)(1.5) == 4.0
-    assert len(code.read_bytes()) >= len(whole)
+
+def test_a_damaged_file_is_compiled_and_kept_again(double_up, cache, caplog, case):
+    compiled.compile_cached(double_up, SOURCES, WHAT)(1.0)
+    for suffix in (".nbc", ".nbi"):
+        (file,) = cache.rglob(f"*{suffix}")
+        whole = file.read_bytes()
+        for name, content in (
+            ("missing", None),
+            ("empty", b""),
+            ("short", whole[:-1]),
+            ("half", whole[: len(whole) // 2]),
+            ("another number", whole.replace(struct.pack("<d", 1.0), struct.pack("<d", 3.0))),
+            ("zeros, of a system that went down", bytes(len(whole))),
+            ("no pickle", b"code"),
+            ("of a type that is gone", b"cno.such.module\nKind\n."),
+            ("something else", pickle.dumps((1, 2))),
+        ):
+            if content == whole:
+                continue  # the index has no such number
+            file.unlink()
+            if content is not None:
+                file.write_bytes(content)
+            with case(suffix, name):
+                for again in (True, False):
+                    caplog.clear()
+                    assert compiled.compile_cached(double_up, SOURCES, WHAT)(1.5) == 4.0
+                    assert ("compiled twice a number" in caplog.text) == again
+                    assert again or not caplog.records
+
+
+def test_closures_and_functions_without_a_file_are_kept(cache, caplog):
+    made = {"__name__": __name__}
+    exec("def half(x):\n    return 0.5 * x", made)
+
+    def scaled(factor):
+        return lambda x: factor * x
+
+    for make in (lambda: made["half"], lambda: scaled(0.5)):
+        for words in (True, False):
+            caplog.clear()
+            assert compiled.compile_cached(make(), SOURCES, "a half")(3.0) == 1.5
+            assert bool(caplog.records) == words
+    assert len(kept(cache)) == 2
+
+
+def test_each_types_of_arguments_have_their_own_code(cache, caplog):
+    locked = np.array([1.0, 2.0])
+    locked.setflags(write=False)
+    table = [
+        np.array([1.0, 2.0]),
+        locked,
+        np.array([1.0, 0.0, 2.0, 0.0])[::2],
+        np.array([1, 2]),
+        np.array([1.0, 2.0]).astype("c16"),
+        Pair(1.0, 2.0),
+        (1.0, 2.0),
+    ]
+    for words in (True, False):
+        caplog.clear()
+        fast = compiled.compile_cached(ends, SOURCES, "two ends")
+        assert [fast(each) for each in table] == [3.0] * len(table)
+        assert len(kept(cache)) == len(fast.signatures) == len(table)
+        assert bool(caplog.records) == words
+
+
+def ends(numbers):
+    return numbers[0] + numbers[1]
+
+
+def test_code_that_leads_elsewhere_in_this_process_is_not_kept(cache):
+    root = ctypes.CDLL(None).sqrt
+    root.restype, root.argtypes = ctypes.c_double, (ctypes.c_double,)
+    assert compiled.compile_cached(lambda x: root(x), SOURCES, "a root")(4.0) == 2.0
+    assert not kept(cache)
 
 
 def test_code_compiled_otherwise_is_not_used(double_up, cache):
     compiled.compile_cached(double_up, SOURCES, WHAT)(1.0)
     assert compiled.compile_cached(double_up, SOURCES, WHAT, fastmath={"contract"})(1.5) == 4.0
-    assert len(machine_code(cache)) == 2
+    assert len(kept(cache)) == 2
 
 
-def test_code_of_other_sources_is_not_used(double_up, cache):
+def test_code_of_other_sources_is_not_used(cache, monkeypatch, tmp_path, case):
     """The law stands in several files, and numba itself looks at one."""
-    compiled.compile_cached(double_up, SOURCES, WHAT)(1.0)
-    assert compiled.compile_cached(double_up, ["common"], WHAT)(1.5) == 4.0
-    assert len(machine_code(cache)) == 2
+    monkeypatch.setattr(compiled, "_PACKAGE", tmp_path)
+    one, other = tmp_path / "one.py", tmp_path / "folder" / "other.py"
+    other.parent.mkdir()
+    for count, file in enumerate((one, other, one, other)):
+        with case(count, file.name):
+            file.write_text(f"NUMBER = {count}")
+            other.touch()
+            one.touch()
+            for _ in range(2):
+                fast = compiled.compile_cached(ends, ["one.py", "folder"], "two ends")
+                assert fast((1.0, 2.0)) == 3.0
+            assert len(kept(cache)) == count + 1
+
+
+def test_code_of_another_machine_or_release_is_not_used(double_up, cache, monkeypatch, case):
+    known = compiled.release
+
+    def other(package):
+        return lambda name: f"{name}-9.9.dist-info" if name == package else known(name)
+
+    def run(text=""):
+        assert compiled.compile_cached(double_up, SOURCES, WHAT, text=text)(1.5) == 4.0
+        return len(kept(cache))
+
+    assert run() == 1
+    for name, *change in (
+        ("Python", sys, "version", "3.99.0"),
+        ("numba", compiled, "release", other("numba")),
+        ("llvmlite", compiled, "release", other("llvmlite")),
+        ("numpy", compiled, "release", other("numpy")),
+        ("numba's settings", os, "environ", os.environ | {"NUMBA_OPT": "0"}),
+        ("processor", JITCPUCodegen, "magic_tuple", lambda _: ("another",)),
+    ):
+        with monkeypatch.context() as changed, case(name):
+            before = len(kept(cache))
+            changed.setattr(*change)
+            assert run() == before + 1
+    assert run("a user's own") == run() == before + 2
 
 
 def test_what_is_compiled_is_said(double_up, cache, caplog):
@@ -121,21 +235,33 @@ def test_one_process_compiles_and_another_waits_for_it(double_up, cache, caplog,
     """Two that begin at once would both compile for a minute, and each for longer."""
     compiled.compile_cached(double_up, SOURCES, WHAT)(1.0)
     (folder,) = cache.rglob("double_up")
-    for path in folder.rglob("*.code"):
-        path.unlink()
     caplog.clear()
     monkeypatch.setattr(compiled, "PATIENCE", 0.0)
     monkeypatch.setattr(compiled, "PERIOD", 0.0)
-    one = compiled.compile_cached(double_up, SOURCES, WHAT)
+    found = []
+
+    def begin():
+        fast = compiled.compile_cached(double_up, SOURCES, WHAT)
+        thread = threading.Thread(target=lambda: found.append(fast(1.5)))
+        thread.start()
+        return thread
+
+    def wait(until):
+        deadline = time.monotonic() + ENOUGH
+        while not until() and time.monotonic() < deadline:
+            time.sleep(0.01)
+
     with (folder / "lock").open("w") as held:
         fcntl.flock(held, fcntl.LOCK_EX)
-        found = []
-        waiting = threading.Thread(target=lambda: found.append(one(1.5)))
-        waiting.start()
-        deadline = time.monotonic() + ENOUGH
-        while caplog.text.count("waiting for another") < 3 and time.monotonic() < deadline:
-            time.sleep(0.01)
-        assert found == [] == list(machine_code(cache))
+        begin()
+        wait(lambda: found or "waiting" in caplog.text)
+        assert found == [4.0]  # what is there is loaded at once
+        found.clear()
+        for path in folder.rglob("*.nb?"):
+            path.unlink()
+        waiting = begin()
+        wait(lambda: found or caplog.text.count("waiting for another") >= 3)
+        assert found == [] == list(kept(cache))
     waiting.join(ENOUGH)
     assert found == [4.0]
     assert caplog.text.count("which compiles twice a number") >= 3  # as long as it waits
@@ -146,37 +272,26 @@ def test_where_nothing_can_be_written_it_still_computes(double_up, cache):
     assert compiled.compile_cached(double_up, SOURCES, WHAT)(1.5) == 4.0
 
 
-def test_where_code_cannot_be_kept_or_loaded_it_still_computes(double_up, cache, case, monkeypatch):
+def test_where_code_cannot_be_kept_it_still_computes(double_up, cache, monkeypatch):
     def refuses(*_):
-        raise WorkbenchError("the disk is full")
+        raise OSError("the disk is full")
 
-    for name, function in (("keep", refuses), ("load", lambda _: None)):
-        with case(name), monkeypatch.context() as changed:
-            changed.setattr(compiled, name, function)
-            fast = compiled.compile_cached(double_up, SOURCES, WHAT)
-            assert fast(1.5) == fast(1.5) == 4.0
-            assert fast(2) == 5.0
-
-
-def test_numbers_that_machine_code_refuses_are_computed_by_numba(cache):
-    """numpy has two types of whole numbers of 64 bits; the guard knows one of them."""
-    fast = compiled.compile_cached(total, SOURCES, "a total")
-    long, longlong = (np.array([1, 2, 4], each) for each in (np.dtype("l"), np.dtype("q")))
-    assert long.dtype == longlong.dtype
-    for numbers in (long, longlong, longlong, long):
-        assert fast(numbers) == 7
+    monkeypatch.setattr(IndexDataCacheFile, "_open_for_write", refuses)
+    fast = compiled.compile_cached(double_up, SOURCES, WHAT)
+    assert fast(1.5) == fast(1.5) == 4.0
+    assert fast(2) == 5.0
+    assert not kept(cache)
 
 
-def test_arguments_that_are_not_known_here_are_compiled_once(cache, monkeypatch):
-    """Complex numbers are numba's to know."""
-    fast = compiled.compile_cached(total, SOURCES, "a total")
-    parts = (np.array([1.0, 2.0]).astype("c16"),)
-    assert compiled.kinds_of(parts) is None
-    assert fast(*parts) == 3.0
-    with monkeypatch.context() as changed:
-        changed.setattr(compiled, "_told", None)  # compiling calls it
-        assert [fast(*parts), fast(*parts)] == [3.0, 3.0]
-    assert fast(np.array([1.0, 4.0])) == 5.0
+def test_threads_that_begin_at_once_share_what_one_compiles(double_up, cache, caplog):
+    fast, found = compiled.compile_cached(double_up, SOURCES, WHAT), []
+    threads = [threading.Thread(target=lambda: found.append(fast(1.5))) for _ in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join(ENOUGH)
+    assert found == [4.0] * 4
+    assert caplog.text.count("compiled twice a number") == 1
 
 
 def test_with_numba_switched_off_python_computes(cache, monkeypatch):
@@ -186,11 +301,7 @@ def test_with_numba_switched_off_python_computes(cache, monkeypatch):
     fast = compiled.compile_cached(lambda x: ran.append(x) or 2.0 * x, SOURCES, "twice a number")
     assert [fast(1.5), fast(2), fast(0.5)] == [3.0, 4, 1.0]
     assert ran == [1.5, 2, 0.5]
-    assert not machine_code(cache)
-
-
-def total(numbers):
-    return numbers.sum()
+    assert not kept(cache)
 
 
 @pytest.mark.slow
@@ -219,7 +330,7 @@ def test_processes_that_begin_at_once_with_an_empty_cache_agree(cache, tmp_path)
     told = [each.communicate(timeout=ENOUGH) for each in begun]
     assert [out.strip() for out, _ in told] == [str([1.0, 2.0, 3.0, 4.0])] * 3
     assert sum("compiled twice a number" in err for _, err in told) == 1
-    assert len(machine_code(cache)) == 1
+    assert len(kept(cache)) == 1
 
 
 def test_every_file_of_what_is_compiled_is_watched(case):

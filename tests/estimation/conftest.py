@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from workbench.estimation import ekf
-from workbench.estimation.estimators import compiled_update, find_estimator
+from workbench.estimation.estimators import checked_update, find_estimator
 from workbench.estimation.samples import BAROMETER, GPS, MAGNETOMETER, RANGE_FINDER, SAMPLES
 
 G = np.array([0.0, 0.0, 9.81])
@@ -157,13 +157,13 @@ class Kit(NamedTuple):
 
 @pytest.fixture(scope="session")
 def kit():
-    """Return flights, samples and compiled updates."""
+    """Return flights, samples and updates."""
     return Kit(
         PERIOD,
         FLIGHTS,
         flight,
         samples,
         begin,
-        compiled_update(find_estimator("ekf")),
-        compiled_update(find_estimator("complementary")),
+        checked_update(find_estimator("ekf")),
+        checked_update(find_estimator("complementary")),
     )

@@ -121,7 +121,7 @@ def test_an_estimator_is_told_each_new_sample_once_with_its_age(imu, monkeypatch
     told = []
     monkeypatch.setattr(
         systems_navigation,
-        "compiled_update",
+        "checked_update",
         lambda estimator: lambda memory, samples, *rest: told.append((samples.copy(), rest[-1])),
     )
     system = navigation(imu, turn_BM=np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]))

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from workbench.dynamics.air.normals import counted_draws
 from workbench.systems.noise import CountedNoise
 
 
@@ -28,3 +29,13 @@ def test_they_are_standard_normal_and_independent():
 def test_they_follow_from_seed_and_time_alone():
     assert drawn(5.0, samples=20).tolist() == drawn(5.0, samples=20).tolist()
     assert drawn(5.0, samples=20)[:, 0] != pytest.approx(drawn(6.0, samples=20)[:, 0])
+
+
+@pytest.mark.parametrize("size", [1, 6, 7, 18])
+def test_they_are_those_of_compiled_flights(size):
+    seed, samples = 4294967295.0, 50
+    expected = np.empty((samples, size))
+    with np.errstate(over="ignore"):  # the integers wrap around
+        for number in range(samples):
+            counted_draws(seed, number, expected[number])
+    assert drawn(seed, size, samples) == pytest.approx(expected, rel=0.0, abs=1e-15)

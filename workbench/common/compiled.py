@@ -1,40 +1,32 @@
-"""Compile a pure function with numba, and keep the machine code on disk.
+"""Compile a pure function with numba, and keep the code on disk.
 
-numba's own cache depends only on the file with the compiled function, and needs all of numba to
-load its code. The law and the rays consist of several files. So this cache uses a folder named
-after the content of all of them, and `machine_code` loads it.
+numba's own cache depends only on the file with the compiled function. The law and the rays consist
+of several files. So the cache uses a folder named after the content of all of them.
 """
 
 import fcntl
 import hashlib
 import logging
+import os
 import re
+import sys
 import threading
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
+from functools import partial
 from pathlib import Path
 from typing import IO, Any
 
 from workbench.common.cache import PROGRESS_LOGGER, REPEATED, cache_folder, release
 from workbench.common.errors import WorkbenchError
 from workbench.common.jitable import tell_numba
-from workbench.common.machine_code import (
-    Kind,
-    OtherKindError,
-    code_file,
-    keep,
-    kinds_of,
-    load,
-)
 
 _PACKAGE = Path(__file__).parent.parent
 PERIOD = 3.0
 """Period between messages about one wait [s]."""
 PATIENCE = 1.5
 """Longest wait for another process or thread without a message [s]."""
-_COMPILING = threading.RLock()
-"""Lock for one thread at a time, as functions marked for numba are shared by the process."""
 
 
 def compile_cached(
@@ -67,16 +59,10 @@ def compile_cached(
 
 
 class Compiled:
-    """A compiled function. Its first call in a process loads or compiles the machine code.
+    """A compiled function. Its first call in a process loads numba, and loads or compiles the code.
 
-    One process or thread compiles it with messages; others that need it wait, and load it. numba
-    itself is only loaded to compile, and for types of arguments or results that `machine_code` does
-    not support; for those the function is compiled in every process. Arguments are those of
-    `compile_cached`.
-
-    Attributes:
-        run: the machine code that ran last, a third of a microsecond faster to call. For arguments
-            of other kinds, and before the first call, it raises `OtherKindError`.
+    One process or thread compiles it with messages; others that need it wait, and load it.
+    Arguments are those of `compile_cached`.
     """
 
     def __init__(
@@ -98,102 +84,75 @@ class Compiled:
         self._file = file
         self._page = page
         self._options = options
-        self._dispatcher: Any = None
-        self._made: dict[tuple[Kind, ...], Callable[..., Any]] = {}
-        self._making = threading.Lock()
-        self.run: Callable[..., Any] = _nothing
+        self._run: Callable[..., Any] | None = None
+        self._beginning = threading.Lock()
 
     def __call__(self, *args: Any) -> Any:
-        try:
-            return self.run(*args)
-        except OtherKindError:
-            run = self._prepared(args)
-        try:
-            return run(*args)
-        except OtherKindError:  # `machine_code` holds what it refuses for the kinds it has made
-            self._compile(args)
-        return self._dispatcher(*args)
+        run = self._run or self._begun()
+        return run(*args)
 
     @property
     def signatures(self) -> list[Any]:
-        """The kinds of arguments with machine code in this process."""
-        return list(self._made)
+        """The types of arguments with compiled code in this process."""
+        return list(getattr(self._run, "signatures", ()))
 
-    def _prepared(self, args: tuple[Any, ...]) -> Callable[..., Any]:
-        """Return the machine code for arguments, compiled now if missing."""
-        kinds = kinds_of(args)
-        if kinds is None:
-            self._compile(args)
-            return self._dispatcher
-        with self._making:
-            if kinds not in self._made:
-                self._made[kinds] = self._load_or_make(kinds, args)
-        self.run = self._made[kinds]
-        return self.run
+    def _begun(self) -> Callable[..., Any]:
+        """Return what numba makes of the function, or the function if NUMBA_DISABLE_JIT is set."""
+        import numba  # takes a quarter of a second, and most commands compile nothing
 
-    def _load_or_make(self, kinds: tuple[Kind, ...], args: tuple[Any, ...]) -> Callable[..., Any]:
-        """Load machine code for kinds of arguments; compile and store it if missing."""
-        try:
-            folder: Path | None = self._folder()
-        except (WorkbenchError, OSError):  # it runs without a cache, too
-            folder = None
-        file = code_file(folder, self._function, kinds) if folder else None
-        if found := file and load(file):
-            return found
-        with _alone(folder, self._what):
-            if found := file and load(file):  # another one has made it meanwhile
-                return found
-            result = self._compile(args)
-            if file and result:
-                with suppress(WorkbenchError):  # as above; numba's own can be called
-                    keep(file, result, kinds)
-        return (file and load(file)) or self._dispatcher
+        from workbench.common.code_cache import CodeCache
 
-    def _compile(self, args: tuple[Any, ...]) -> Any:
-        """Compile with numba for arguments, and return the `CompileResult`.
+        with self._beginning:
+            if self._run is None:
+                run: Any = numba.njit(**self._options)(self._function)
+                if run is not self._function:
+                    folder = self._folder()
+                    if folder:
+                        run._cache = CodeCache(folder, self._function)
+                    run.compile = partial(self._compile, run, run.compile, folder)
+                self._run = run
+            return self._run
 
-        Return None if NUMBA_DISABLE_JIT is set, to debug a law as plain Python.
+    def _compile(
+        self, run: Any, compile_: Callable[..., Any], folder: Path | None, types: tuple[Any, ...]
+    ) -> Any:
+        """Load or compile the code for types of arguments; numba's dispatcher calls it.
+
+        Args:
+            run: the dispatcher.
+            compile_: its own method.
+            folder: of its cache, or None.
+            types: of the arguments.
 
         Raises:
             WorkbenchError: if a user's own file cannot be compiled.
         """
-        import numba  # takes half a second, only needed to compile
+        from numba.core.compiler_lock import global_compiler_lock
         from numba.core.errors import NumbaError, UnsupportedBytecodeError
 
-        if numba.config.DISABLE_JIT:  # pyrefly: ignore[missing-attribute]
-            self._dispatcher = self._function
-            return None
-        types = tuple(map(numba.typeof, args))
-        if self._dispatcher is not None and types in self._dispatcher.overloads:
-            return self._dispatcher.overloads[types]
-        with _COMPILING:
+        kept = folder and run._cache.holds(types, run.targetctx)
+        with (
+            _alone(None if kept else folder, self._what),
+            global_compiler_lock,  # threads share the functions marked for numba
+            _told(run, self._what, self._parts),
+        ):
             tell_numba()
-            if self._dispatcher is None:
-                self._dispatcher = numba.njit(**self._options)(self._function)
-            with _told(self._dispatcher, self._what, self._parts):
-                try:
-                    self._dispatcher.compile(types)
-                except (NumbaError, UnsupportedBytecodeError) as error:
-                    if not self._file:
-                        raise
-                    raise WorkbenchError(uncompilable(str(error), self._file, self._page)) from None
-        return self._dispatcher.overloads[types]
+            try:
+                return compile_(types)
+            except (NumbaError, UnsupportedBytecodeError) as error:
+                if not self._file:
+                    raise
+                raise WorkbenchError(uncompilable(str(error), self._file, self._page)) from None
 
-    def _folder(self) -> Path:
-        """Return the folder of its cache.
-
-        Raises:
-            WorkbenchError, OSError: if there is none.
-        """
-        folder = cache_folder(_digest(self._sources, self._text, self._options))
-        folder = folder / self._function.__name__
-        folder.mkdir(exist_ok=True)
+    def _folder(self) -> Path | None:
+        """Return the folder of its cache, or None if no folder can be written."""
+        try:
+            folder = cache_folder(_digest(self._sources, self._text, self._options))
+            folder = folder / self._function.__name__
+            folder.mkdir(exist_ok=True)
+        except (WorkbenchError, OSError):  # it runs without a cache, too
+            return None
         return folder
-
-
-def _nothing(*args: Any) -> Any:
-    """Placeholder for machine code that is not loaded yet."""
-    raise OtherKindError
 
 
 def uncompilable(said: str, file: str, page: str) -> str:
@@ -299,9 +258,14 @@ def _locks(file: IO[str]) -> bool:
 
 
 def _digest(sources: Sequence[str], text: str, options: Mapping[str, Any]) -> str:
-    """Return a name for the sources as they are, and for how they are compiled."""
+    """Return a name for the sources as they are, and for what compiles them, and how.
+
+    numba's key for the code names the processor.
+    """
+    made_by = [sys.version, *map(release, ("numba", "llvmlite", "numpy"))]
+    settings = sorted(each for each in os.environ.items() if each[0].startswith("NUMBA_"))
     how = sorted((name, str(value)) for name, value in options.items())
-    digest = hashlib.sha256(f"{release('numba')} {how} {text}".encode())
+    digest = hashlib.sha256(f"{made_by} {settings} {how} {text}".encode())
     for name in sources:
         path = _PACKAGE / name
         for file in sorted(path.rglob("*.py")) if path.is_dir() else [path]:

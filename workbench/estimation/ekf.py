@@ -29,31 +29,14 @@ import numpy as np
 
 from workbench.common.jitable import Scalar, Vector, register_jitable
 from workbench.dynamics.rigid_body import cross, into_body, into_world, rotation
-from workbench.estimation.covariance import (
-    ERRORS as ERRORS,
-)
-from workbench.estimation.covariance import (
-    Block,
-    Covariance,
-    Error,
-    Measured,
-    Three,
-    Transition,
-    blocks_of,
-    carried,
-    fused,
-    scaled,
-    spread,
-    times,
-    transposed,
-    write_blocks,
-)
-from workbench.estimation.samples import AGES, BAROMETER, GPS, IMU, MAGNETOMETER, RANGE_FINDER
+from workbench.estimation.samples import AGES, BAROMETER, GPS, MAGNETOMETER, RANGE_FINDER
 from workbench.plant.gravity import GRAVITY
 
-NONE, EAST, NORTH, UP = (0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
-EXACT = (0.0,) * 15
-
+ERRORS = 15
+"""Number of errors."""
+ATTITUDE, PLACE, VELOCITY = slice(0, 3), slice(3, 6), slice(6, 9)
+GYRO_BIAS, ACCEL_BIAS = slice(9, 12), slice(12, 15)
+"""Rows and columns of the errors in P, F and H."""
 NOMINAL, CHANNELS = 16, 10
 """Sizes of the nominal state, and of measurements: position and velocity of the antenna (6),
 height, heading, distance, and an unused place."""
@@ -217,39 +200,62 @@ def estimate(x: Vector, imu: Vector, p_BI: Vector) -> tuple[Scalar, ...]:
     )
 
 
-@register_jitable(forceinline=True)
-def transition(x: Vector, imu: Vector, dt: Scalar) -> Transition:
-    """Return the derivatives of attitude and velocity errors after a period by all errors before.
+@register_jitable
+def transition(x: Vector, imu: Vector, dt: float) -> np.ndarray:
+    """Return F (15, 15), the errors after a period by those before it.
+
+    With the matrix [f]x of the cross product, R(turn) of a turn, and its right Jacobian J_r:
+
+        d_theta+ = R(w dt)' d_theta - J_r(w dt) dt d_b_g
+        d_v+ = d_v - R_m dt ([f]x (R(w dt/2)' d_theta - J_r(w dt/2) dt/2 d_b_g) + d_b_a)
+        d_p+ = d_p + (d_v + d_v+) dt/2
 
     Args:
         x: nominal state before it (16).
         imu: mean angular velocity and specific force in B (6).
         dt: the period [s].
     """
-    w = (imu[0] - x[10], imu[1] - x[11], imu[2] - x[12])
+    turn = (dt * (imu[0] - x[10]), dt * (imu[1] - x[11]), dt * (imu[2] - x[12]))
     f = (imu[3] - x[13], imu[4] - x[14], imu[5] - x[15])
-    whole = (dt * w[0], dt * w[1], dt * w[2])
-    half = (0.5 * whole[0], 0.5 * whole[1], 0.5 * whole[2])
-    one = (1.0, 0.0, 0.0, 0.0)
-    R = rotation(turned_by((x[0], x[1], x[2], x[3]), half))
-    # - R_m [f x], row by row
-    pull = (
-        cross(f, (R[0], R[1], R[2])) + cross(f, (R[3], R[4], R[5])) + cross(f, (R[6], R[7], R[8]))
-    )
-    by_angle = times(pull, transposed(rotation(turned_by(one, half))))
-    by_bias = times(pull, _right_jacobian(half))
-    return Transition(
-        tt=transposed(rotation(turned_by(one, whole))),
-        tg=scaled(-dt, _right_jacobian(whole)),
-        vt=scaled(dt, by_angle),
-        vg=scaled(-0.5 * dt * dt, by_bias),
-        va=scaled(-dt, R),
-    )
+    half = (0.5 * turn[0], 0.5 * turn[1], 0.5 * turn[2])
+    R_m = rotation(turned_by((x[0], x[1], x[2], x[3]), half))
+    pull = cross(f, R_m[0:3]) + cross(f, R_m[3:6]) + cross(f, R_m[6:9])  # -R_m [f]x
+    F = np.eye(ERRORS)
+    F[ATTITUDE, ATTITUDE] = _matrix(_turned_back(turn))
+    F[ATTITUDE, GYRO_BIAS] = -dt * _matrix(_right_jacobian(turn))
+    F[VELOCITY, ATTITUDE] = dt * _matrix(_times(pull, _turned_back(half)))
+    F[VELOCITY, GYRO_BIAS] = -0.5 * dt * dt * _matrix(_times(pull, _right_jacobian(half)))
+    F[VELOCITY, ACCEL_BIAS] = -dt * _matrix(R_m)
+    F[PLACE] += 0.5 * dt * F[VELOCITY]
+    F[PLACE, VELOCITY] *= 2.0
+    return F
+
+
+@register_jitable
+def _matrix(rows: Vector) -> np.ndarray:
+    """Return a matrix (3, 3) of its rows (9)."""
+    return np.array(rows).reshape(3, 3)
 
 
 @register_jitable(forceinline=True)
-def _right_jacobian(turn: Three) -> Block:
-    """Return J_r(turn), the error at the end of a turn by that of the turn; Solà, equation 183."""
+def _times(A: Vector, B: Vector) -> tuple[Scalar, ...]:
+    """Return the rows of A B (9), of the rows of both (9 each)."""
+    return into_body(B, A[0:3]) + into_body(B, A[3:6]) + into_body(B, A[6:9])
+
+
+@register_jitable(forceinline=True)
+def _turned_back(turn: Vector) -> tuple[Scalar, ...]:
+    """Return the rows (9) of R(turn)'."""
+    x, y, z = turn
+    return rotation(turned_by((1.0, 0.0, 0.0, 0.0), (-x, -y, -z)))
+
+
+@register_jitable(forceinline=True)
+def _right_jacobian(turn: Vector) -> tuple[Scalar, ...]:
+    """Return the rows (9) of J_r(turn), the error at the end of a turn by that of the turn.
+
+    Solà, equation 183, by the series of sine and cosine.
+    """
     x, y, z = turn
     s = x * x + y * y + z * z
     a = 0.5 - s * (1.0 / 24.0 - s / 720.0)
@@ -267,14 +273,32 @@ def _right_jacobian(turn: Three) -> Block:
     )
 
 
-@register_jitable(forceinline=True)
-def _lever(p: Vector, p_BI: Vector) -> Three:
-    return p[0] - p_BI[0], p[1] - p_BI[1], p[2] - p_BI[2]
+@register_jitable
+def noise(settings: Vector, dt: float) -> np.ndarray:
+    """Return Q of a period (15, 15): white noise of the IMU, integrated, and walks of its biases.
+
+    Args:
+        settings: see `settings.EkfSettings`.
+        dt: the period [s].
+    """
+    gyro, accel = settings[0] * settings[0] * dt, settings[1] * settings[1] * dt
+    gyro_walk, accel_walk = settings[2] * settings[2] * dt, settings[3] * settings[3] * dt
+    Q = np.zeros((ERRORS, ERRORS))
+    for t in range(3):
+        p, v, g, a = t + 3, t + 6, t + 9, t + 12
+        Q[t, t], Q[g, g], Q[a, a] = gyro, gyro_walk, accel_walk
+        Q[v, v], Q[p, p] = accel, accel * dt * dt / 3.0
+        Q[p, v] = Q[v, p] = 0.5 * accel * dt
+    return Q
 
 
-@register_jitable(forceinline=True)
-def measured_height(x: Vector, z: Vector, mounting: Vector, settings: Vector) -> Measured:
-    """Return the measurement of the barometer.
+@register_jitable
+def measured(
+    x: Vector, z: np.ndarray, mounting: Vector, settings: Vector
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return H (10, 15), and y - h(x) with its variance (10, 2), of the new samples.
+
+    Without one, a row of H is zero, and the numbers are NaN.
 
     Args:
         x: nominal state (16).
@@ -282,153 +306,102 @@ def measured_height(x: Vector, z: Vector, mounting: Vector, settings: Vector) ->
         mounting: see `samples.Mounting.packed`.
         settings: see `settings.EkfSettings`.
     """
-    imu, back = z[IMU:GPS], -z[AGES]
-    then = propagated(x, imu, back)
-    R = rotation((then[0], then[1], then[2], then[3]))
-    arm = _lever(mounting[6:9], mounting[0:3])
-    row = Measured(
-        t=cross(arm, (R[6], R[7], R[8])),
-        p=UP,
-        v=NONE,
-        g=NONE,
-        a=NONE,
-        gap=z[BAROMETER + 1] - (then[6] + into_world(R, arm)[2]),
-        variance=settings[7] * settings[7],
-    )
-    return carried(row, transition(x, imu, back), back)
+    H, gaps = np.zeros((CHANNELS, ERRORS)), np.full((CHANNELS, 2), math.nan)
+    imu, old = _imu(z), float(z[GPS + 1])
+    ages = (old, old, old, old, old, old, *_three(z, AGES), 0.0)
+    if z[GPS] > 0.0:
+        then = propagated(x, imu, -ages[0])
+        _measure_motion(H, gaps, then, z, mounting, settings)
+    if z[BAROMETER] > 0.0:
+        then = propagated(x, imu, -ages[HEIGHT])
+        _measure_height(H[HEIGHT], gaps[HEIGHT], then, z, mounting, settings)
+    if z[MAGNETOMETER] > 0.0:
+        then = propagated(x, imu, -ages[HEADING])
+        _measure_heading(H[HEADING], gaps[HEADING], then, z, mounting, settings)
+    if z[RANGE_FINDER] > 0.0:
+        then = propagated(x, imu, -ages[DISTANCE])
+        _measure_distance(H[DISTANCE], gaps[DISTANCE], then, z, mounting, settings)
+    age, F = 0.0, np.eye(ERRORS)
+    for i in range(CHANNELS):
+        if not math.isnan(gaps[i, 0]):
+            if ages[i] != age:  # several sensors often sample at the same time
+                age = ages[i]
+                F = transition(x, imu, -age)
+            H[i] = H[i] @ F
+    return H, gaps
 
 
-@register_jitable(forceinline=True)
-def measured_heading(x: Vector, z: Vector, mounting: Vector, settings: Vector) -> Measured:
-    """Return the measurement of the magnetometer; arguments as for `measured_height`."""
-    imu, back = z[IMU:GPS], -z[AGES + 1]
-    then = propagated(x, imu, back)
-    R = rotation((then[0], then[1], then[2], then[3]))
-    m_x, m_y, m_z = mounting[15], mounting[16], mounting[17]
+@register_jitable
+def _measure_motion(
+    H: np.ndarray, gaps: np.ndarray, x: Vector, z: np.ndarray, mounting: Vector, settings: Vector
+) -> None:
+    """Write rows of position and velocity of the antenna, as functions of the state then.
+
+    Args:
+        H: places for them, first.
+        gaps: places for y - h(x) and variance of each, first.
+        x: nominal state at the time of the sample (16).
+        z: see `samples`.
+        mounting: see `samples.Mounting.packed`.
+        settings: see `settings.EkfSettings`.
+    """
+    R, arm = rotation(x[0:4]), _arm(mounting, 3)
+    w_x, w_y, w_z = _three(z, 0)
+    turn = cross((w_x - x[10], w_y - x[11], w_z - x[12]), arm)
+    r, u = into_world(R, arm), into_world(R, turn)
+    for i in range(3):
+        axis = (R[3 * i], R[3 * i + 1], R[3 * i + 2])  # of W, in B
+        position = settings[5] if i == 2 else settings[4]
+        H[i, ATTITUDE], H[i, 3 + i] = cross(arm, axis), 1.0
+        gaps[i] = z[GPS + 2 + i] - (x[4 + i] + r[i]), position * position
+        H[3 + i, ATTITUDE], H[3 + i, 6 + i] = cross(turn, axis), 1.0
+        H[3 + i, GYRO_BIAS] = cross(axis, arm)
+        gaps[3 + i] = z[GPS + 5 + i] - (x[7 + i] + u[i]), settings[6] * settings[6]
+
+
+@register_jitable
+def _measure_height(
+    H: np.ndarray, gap: np.ndarray, x: Vector, z: np.ndarray, mounting: Vector, settings: Vector
+) -> None:
+    """Write the row of the barometer (15); arguments as for `_measure_motion`."""
+    R, arm = rotation(x[0:4]), _arm(mounting, 6)
+    H[ATTITUDE], H[PLACE] = cross(arm, R[6:9]), (0.0, 0.0, 1.0)
+    gap[0] = z[BAROMETER + 1] - (x[6] + into_world(R, arm)[2])
+    gap[1] = settings[7] * settings[7]
+
+
+@register_jitable
+def _measure_heading(
+    H: np.ndarray, gap: np.ndarray, x: Vector, z: np.ndarray, mounting: Vector, settings: Vector
+) -> None:
+    """Write the row of the magnetometer (15); arguments as for `_measure_motion`."""
+    R, (m_x, m_y, m_z) = rotation(x[0:4]), _three(mounting, 15)
     level = m_x * m_x + m_y * m_y
-    k = (z[MAGNETOMETER + 1], z[MAGNETOMETER + 2], z[MAGNETOMETER + 3])
-    n_x, n_y, _ = into_world(R, k)
+    n_x, n_y, _ = into_world(R, _three(z, MAGNETOMETER + 1))
     # a wrong tilt turns the horizontal part of a dipping field; this uses the known field, because
     # noise of the measured one in H would look like information about the tilt
-    row = Measured(
-        t=into_body(R, (-m_z * m_x / level, -m_z * m_y / level, 1.0)),
-        p=NONE,
-        v=NONE,
-        g=NONE,
-        a=NONE,
-        gap=math.atan2(n_x * m_y - n_y * m_x, n_x * m_x + n_y * m_y),
-        variance=settings[8] * settings[8] / level,
-    )
-    return carried(row, transition(x, imu, back), back)
+    H[ATTITUDE] = into_body(R, (-m_z * m_x / level, -m_z * m_y / level, 1.0))
+    gap[0] = math.atan2(n_x * m_y - n_y * m_x, n_x * m_x + n_y * m_y)
+    gap[1] = settings[8] * settings[8] / level
 
 
-@register_jitable(forceinline=True)
-def measured_distance(x: Vector, z: Vector, mounting: Vector, settings: Vector) -> Measured:
-    """Return the measurement of the range finder; arguments as for `measured_height`."""
-    imu, back = z[IMU:GPS], -z[AGES + 2]
-    then = propagated(x, imu, back)
-    R = rotation((then[0], then[1], then[2], then[3]))
-    up = (R[6], R[7], R[8])
-    arm = _lever(mounting[9:12], mounting[0:3])
-    n = (mounting[12], mounting[13], mounting[14])
-    down = -into_world(R, n)[2]
-    height = then[6] + into_world(R, arm)[2]
-    by_place, by_view = cross(arm, up), cross(n, up)
-    tilt = height / (down * down)
-    row = Measured(
-        t=(
-            by_place[0] / down + tilt * by_view[0],
-            by_place[1] / down + tilt * by_view[1],
-            by_place[2] / down + tilt * by_view[2],
-        ),
-        p=(0.0, 0.0, 1.0 / down),
-        v=NONE,
-        g=NONE,
-        a=NONE,
-        gap=z[RANGE_FINDER + 1] - height / down if down > LEAST_LOOK else math.nan,
-        variance=settings[9] * settings[9],
-    )
-    return carried(row, transition(x, imu, back), back)
-
-
-@register_jitable(forceinline=True)
-def measured_motion(
-    x: Vector, z: Vector, mounting: Vector, settings: Vector
-) -> tuple[Measured, Measured, Measured, Measured, Measured, Measured]:
-    """Return position and velocity as measured by the GPS; arguments as for `measured_height`."""
-    imu, back = z[IMU:GPS], -z[GPS + 1]
-    F = transition(x, imu, back)
-    then = propagated(x, imu, back)
-    R = rotation((then[0], then[1], then[2], then[3]))
-    arm = _lever(mounting[3:6], mounting[0:3])
-    turn = cross((z[0] - x[10], z[1] - x[11], z[2] - x[12]), arm)
-    y, v = into_world(R, arm), into_world(R, turn)
-    level, height, speed = settings[4], settings[5], settings[6]
-    y = (then[4] + y[0], then[5] + y[1], then[6] + y[2])
-    v = (then[7] + v[0], then[8] + v[1], then[9] + v[2])
-    east, north, up = (R[0], R[1], R[2]), (R[3], R[4], R[5]), (R[6], R[7], R[8])
-    return (
-        carried(_placed(east, arm, EAST, z[GPS + 2] - y[0], level), F, back),
-        carried(_placed(north, arm, NORTH, z[GPS + 3] - y[1], level), F, back),
-        carried(_placed(up, arm, UP, z[GPS + 4] - y[2], height), F, back),
-        carried(_driven(east, arm, turn, EAST, z[GPS + 5] - v[0], speed), F, back),
-        carried(_driven(north, arm, turn, NORTH, z[GPS + 6] - v[1], speed), F, back),
-        carried(_driven(up, arm, turn, UP, z[GPS + 7] - v[2], speed), F, back),
-    )
-
-
-@register_jitable(forceinline=True)
-def _placed(r: Three, arm: Three, axis: Three, gap: Scalar, deviation: Scalar) -> Measured:
-    """Return the measurement of a coordinate of the antenna's position, with a row r of R_WB."""
-    return Measured(
-        t=cross(arm, r), p=axis, v=NONE, g=NONE, a=NONE, gap=gap, variance=deviation * deviation
-    )
-
-
-@register_jitable(forceinline=True)
-def _driven(
-    r: Three, arm: Three, turn: Three, axis: Three, gap: Scalar, deviation: Scalar
-) -> Measured:
-    """Return the measurement of a coordinate of the antenna's velocity, with a row r of R_WB."""
-    return Measured(
-        t=cross(turn, r),
-        p=NONE,
-        v=axis,
-        g=cross(r, arm),
-        a=NONE,
-        gap=gap,
-        variance=deviation * deviation,
-    )
-
-
-def rows_of(
-    x: Vector, z: Vector, mounting: Vector, settings: Vector, rows: np.ndarray, gaps: np.ndarray
+@register_jitable
+def _measure_distance(
+    H: np.ndarray, gap: np.ndarray, x: Vector, z: np.ndarray, mounting: Vector, settings: Vector
 ) -> None:
-    """Write H (10, 15), y - h(x) and variance of every measurement with a new sample.
+    """Write the row of the range finder (15), unless it looks too far aside.
 
-    Args:
-        x: nominal state (16).
-        z: see `samples`.
-        mounting: see `samples.Mounting.packed`.
-        settings: see `settings.EkfSettings`.
-        rows: places for H; zero where there is no new sample.
-        gaps: places for y - h(x) and variance (10, 2); NaN where there is no new sample.
+    Arguments are as for `_measure_motion`.
     """
-    rows[:, :] = 0.0
-    gaps[:, :] = math.nan
-    found: list[tuple[int, Measured]] = []
-    if z[GPS] > 0.0:
-        found += enumerate(measured_motion(x, z, mounting, settings))
-    if z[BAROMETER] > 0.0:
-        found.append((HEIGHT, measured_height(x, z, mounting, settings)))
-    if z[MAGNETOMETER] > 0.0:
-        found.append((HEADING, measured_heading(x, z, mounting, settings)))
-    if z[RANGE_FINDER] > 0.0:
-        found.append((DISTANCE, measured_distance(x, z, mounting, settings)))
-    for channel, m in found:
-        if not math.isnan(m.gap):
-            rows[channel] = m.t + m.p + m.v + m.g + m.a
-            gaps[channel] = m.gap, m.variance
+    R, arm, n = rotation(x[0:4]), _arm(mounting, 9), _three(mounting, 12)
+    down = -into_world(R, n)[2]
+    if down > LEAST_LOOK:
+        distance = (x[6] + into_world(R, arm)[2]) / down
+        by_place, by_view = cross(arm, R[6:9]), cross(n, R[6:9])
+        for i in range(3):
+            H[i] = (by_place[i] + distance * by_view[i]) / down
+        H[PLACE] = (0.0, 0.0, 1.0 / down)
+        gap[0], gap[1] = z[RANGE_FINDER + 1] - distance, settings[9] * settings[9]
 
 
 @register_jitable
@@ -444,47 +417,84 @@ def update(
         mounting: see `samples.Mounting.packed`.
         dt: since the previous update [s]; 0 at the first, which only measures.
     """
-    x = memory[:NOMINAL]
-    matrix = memory[COVARIANCE:INNOVATIONS].reshape(ERRORS, ERRORS)
-    P = blocks_of(matrix)
+    x, P, told = nominal_of(memory), covariance_of(memory), innovations_of(memory)
     if dt > 0.0:
-        F = transition(x, z[IMU:GPS], dt)
-        after = propagated(x, z[IMU:GPS], dt)
-        for i in range(NOMINAL):
-            x[i] = after[i]
-        P = spread(P, F, settings, dt)
-    told = memory[INNOVATIONS:SIZE].reshape(CHANNELS, 2)
+        F = transition(x, _imu(z), dt)
+        x = propagated(x, _imu(z), dt)
+        spread = F @ P @ F.T + noise(settings, dt)
+        P[:, :] = 0.5 * (spread + spread.T)  # rounding errors would make it less symmetric
     told[:, :] = math.nan
-    error = EXACT
-    if z[GPS] > 0.0:
-        motion = measured_motion(x, z, mounting, settings)
-        for channel in range(len(motion)):
-            P, error = _take_in(P, error, motion[channel], settings, told[channel])
-    if z[BAROMETER] > 0.0:
-        height = measured_height(x, z, mounting, settings)
-        P, error = _take_in(P, error, height, settings, told[HEIGHT])
-    if z[MAGNETOMETER] > 0.0:
-        heading = measured_heading(x, z, mounting, settings)
-        P, error = _take_in(P, error, heading, settings, told[HEADING])
-    if z[RANGE_FINDER] > 0.0:
-        distance = measured_distance(x, z, mounting, settings)
-        P, error = _take_in(P, error, distance, settings, told[DISTANCE])
-    write_blocks(P, matrix)
-    found = corrected(x, error)
-    for i in range(NOMINAL):
-        x[i] = found[i]
+    if z[GPS] + z[BAROMETER] + z[MAGNETOMETER] + z[RANGE_FINDER] > 0.0:
+        dx = np.zeros(ERRORS)
+        H, gaps = measured(x, z, mounting, settings)
+        for i in range(CHANNELS):
+            if not math.isnan(gaps[i, 0]):
+                told[i] = _take_in(P, dx, H[i], gaps[i, 0], gaps[i, 1], settings[10])
+        x = corrected(x, dx)
+    memory[:NOMINAL] = x
 
 
 @register_jitable
 def _take_in(
-    P: Covariance, error: Error, m: Measured, settings: Vector, told: np.ndarray
-) -> tuple[Covariance, Error]:
-    """Update with a measurement, and write its innovation and variance."""
-    if math.isnan(m.gap):
-        return P, error
-    found = fused(P, error, m, settings[10])
-    told[0], told[1] = found.innovation, found.s
-    return found.P, found.error
+    P: np.ndarray, dx: np.ndarray, H: np.ndarray, gap: float, r: float, gate: float
+) -> tuple[float, float]:
+    """Update P and dx in place with a measured number; return its innovation and variance.
+
+    Args:
+        P: covariance (15, 15).
+        dx: error (15).
+        H: row of the number (15).
+        gap: y - h(x).
+        r: variance of its noise.
+        gate: limit of the innovation in standard deviations, beyond which it has no effect.
+    """
+    PH = P @ H
+    s = float(H @ PH) + r
+    innovation = gap - float(H @ dx)
+    if innovation * innovation <= gate * gate * s:
+        K = PH / s
+        dx += K * innovation
+        P -= K.reshape(ERRORS, 1) * K * s  # in this order symmetric to the bit
+    return innovation, s
+
+
+@register_jitable
+def nominal_of(memory: np.ndarray) -> tuple[float, ...]:
+    """Return the nominal state (16) of a memory; Python computes faster with its own numbers."""
+    q_w, q_x, q_y, q_z = float(memory[0]), float(memory[1]), float(memory[2]), float(memory[3])
+    p, v = _three(memory, 4), _three(memory, 7)
+    return (q_w, q_x, q_y, q_z) + p + v + _three(memory, 10) + _three(memory, 13)
+
+
+@register_jitable
+def covariance_of(memory: np.ndarray) -> np.ndarray:
+    """Return P (15, 15) of a memory, a view."""
+    return memory[COVARIANCE:INNOVATIONS].reshape(ERRORS, ERRORS)
+
+
+@register_jitable
+def innovations_of(memory: np.ndarray) -> np.ndarray:
+    """Return innovations and variances (10, 2) of a memory, a view."""
+    return memory[INNOVATIONS:SIZE].reshape(CHANNELS, 2)
+
+
+@register_jitable
+def _imu(z: np.ndarray) -> tuple[float, ...]:
+    """Return mean angular velocity and specific force in B (6) of samples."""
+    return _three(z, 0) + _three(z, 3)
+
+
+@register_jitable
+def _three(numbers: Vector, at: int) -> tuple[float, float, float]:
+    """Return three of some numbers, from a place on."""
+    return float(numbers[at]), float(numbers[at + 1]), float(numbers[at + 2])
+
+
+@register_jitable
+def _arm(mounting: Vector, at: int) -> tuple[float, float, float]:
+    """Return a sensor's position from the IMU, in B [m], by its place in the mounting."""
+    x, y, z = _three(mounting, at)
+    return x - float(mounting[0]), y - float(mounting[1]), z - float(mounting[2])
 
 
 def nominal(state: Vector, p_BI: Vector) -> np.ndarray:

@@ -21,9 +21,8 @@ from typing import Any
 
 import numpy as np
 
-from workbench.common.compiled import compile_cached
 from workbench.common.errors import WorkbenchError, unknown_name
-from workbench.common.jitable import mark_functions, unique
+from workbench.common.jitable import mark_functions
 from workbench.common.own_file import (
     at_most_lines,
     check_names,
@@ -60,14 +59,6 @@ from workbench.estimation.settings import (
 )
 from workbench.plant.gravity import GRAVITY
 
-SOURCES = (
-    "common/bounded_loops.py",
-    "estimation",
-    "estimators.py",
-    "dynamics/rigid_body.py",
-    "plant/gravity.py",
-)
-"""Sources of the compiled updates, below `workbench/`."""
 ARGUMENTS = {
     "update": ("memory", "z", "settings", "mounting", "dt"),
     "begin": ("state", "mounting", "drawn", "known"),
@@ -138,7 +129,7 @@ class Estimator:
 
     def deviations(self, memory: np.ndarray) -> np.ndarray:
         """Return the standard deviations of its errors (15), NaN if it has no covariance."""
-        found: np.ndarray = np.sqrt(np.maximum(np.diag(self._covariance(memory)), 0.0))
+        found: np.ndarray = np.sqrt(np.maximum(self._covariance(memory).diagonal(), 0.0))
         return found
 
     def covariance(self, memory: np.ndarray) -> np.ndarray:
@@ -167,12 +158,8 @@ def _begin_ekf(
     return memory
 
 
-def _ekf_covariance(memory: np.ndarray) -> np.ndarray:
-    return memory[ekf.COVARIANCE : ekf.INNOVATIONS].reshape(ekf.ERRORS, ekf.ERRORS)
-
-
 def _ekf_innovations(memory: np.ndarray) -> np.ndarray:
-    return memory[ekf.INNOVATIONS : ekf.SIZE]
+    return ekf.innovations_of(memory).ravel()
 
 
 def _begin_complementary(
@@ -200,7 +187,7 @@ _KNOWN = (
         EkfSettings,
         ekf.update,
         _begin_ekf,
-        _ekf_covariance,
+        ekf.covariance_of,
         _ekf_innovations,
     ),
 )
@@ -371,53 +358,26 @@ def _check_finite(where: str, estimator: Estimator, memory: np.ndarray) -> None:
     )
 
 
-@lru_cache(maxsize=8)
-def compiled_update(estimator: Estimator) -> Callable[..., None]:
-    """Return the update of an estimator, compiled at its first call.
+def checked_update(estimator: Estimator) -> Callable[..., None]:
+    """Return the update of an estimator.
 
-    Errors in a user's own update are raised as `WorkbenchError`.
+    That of a user's own file raises a `WorkbenchError` for any error, and for a number that is not
+    finite.
     """
-    what, file = f"the estimator {estimator.name}", estimator.file
+    file, update = estimator.file, estimator.update
     if file is None:
-        return compile_cached(estimator.update, SOURCES, what, parts=40)
-    update = estimator.update
-
-    def run(
-        memory: np.ndarray, z: np.ndarray, settings: np.ndarray, mounting: np.ndarray, dt: float
-    ) -> None:
-        update(memory, z, settings, mounting, dt)
-
-    compiled = compile_cached(
-        unique(run, estimator.key),
-        SOURCES,
-        what,
-        parts=20,
-        text=estimator.text,
-        file=str(file),
-        page="docs/estimation.md",
-    )
+        return update
 
     def checked(
         memory: np.ndarray, z: np.ndarray, settings: np.ndarray, mounting: np.ndarray, dt: float
     ) -> None:
         before = memory.copy()
-
-        def again() -> None:
-            """Let Python run the update, as machine code knows no lines."""
-            with np.errstate(divide="raise", over="ignore", invalid="ignore"):
-                update(before, z, settings, mounting, dt)
-
-        with own_errors(file, "update"):
-            try:
-                compiled(memory, z, settings, mounting, dt)
-            except WorkbenchError:
-                raise
-            except Exception:
-                again()
-                raise
+        divides = np.errstate(divide="raise", over="ignore", invalid="ignore")
+        with own_errors(file, "update"), divides:
+            update(memory, z.copy(), settings, mounting, dt)
             if not np.isfinite(memory).all():
                 with non_finite_named(file, "update"):
-                    again()
+                    update(before, z, settings, mounting, dt)
         _check_finite(str(file), estimator, memory)
 
     return checked
@@ -434,7 +394,6 @@ def known_motion(memory: np.ndarray, rates: np.ndarray, p_BI: Sequence[float]) -
     Returns:
         q_WB, p_WB [m], w_WB_W [rad/s] and v_WB_W [m/s].
     """
-    found = np.array(ekf.estimate(memory[: ekf.NOMINAL], rates, p_BI))
-    R = rotation(found[:4].tolist())
-    found[7:10] = into_world(R, found[7:10].tolist())
-    return found
+    motion = ekf.estimate(ekf.nominal_of(memory), rates.tolist(), p_BI)
+    w_WB = into_world(rotation(motion[:4]), motion[7:10])
+    return np.array([*motion[:7], *w_WB, *motion[10:]])

@@ -124,10 +124,11 @@ def mean_smoothed(
         states: of the section for each component, two a piece (6).
         rows: the vectors (K, 3).
     """
-    mean, states = [0.0] * 3, list(states)
-    for row in rows:
-        for i, value in enumerate(row):
-            x_1, x_2 = states[2 * i : 2 * i + 2]
-            mean[i] += output(section, x_1, x_2, value) / len(rows)
-            states[2 * i : 2 * i + 2] = after(section, x_1, x_2, value)
-    return mean, states
+    mean, ends, count = [0.0] * 3, [], len(rows)
+    for i, values in enumerate(zip(*rows, strict=True)):
+        x_1, x_2 = states[2 * i : 2 * i + 2]
+        for value in values:
+            mean[i] += output(section, x_1, x_2, value) / count
+            x_1, x_2 = after(section, x_1, x_2, value)
+        ends += [x_1, x_2]
+    return mean, ends

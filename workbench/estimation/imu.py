@@ -219,5 +219,8 @@ def with_noise(exact: Vector, n: Vector, R_BS: Vector) -> Six:
 
 def next_drift(noise: ImuNoise, drift: Vector, number: int, seed: float) -> np.ndarray:
     """Return the drift of the biases (6) at the reading after one with a number."""
+    kept: np.ndarray = np.array(noise.kept) * drift
+    if not any(noise.driven):
+        return kept  # without a draw, which takes a fiftieth of a flight's time
     (drawn,) = normal_rows(seed, np.array([2 * number + 1]))
-    return np.array(noise.kept) * drift + np.array(noise.driven) * drawn
+    return kept + np.array(noise.driven) * drawn

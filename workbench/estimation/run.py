@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from workbench.estimation import ekf
-from workbench.estimation.estimators import TRIANGLE, Estimator, compiled_update, known_motion
+from workbench.estimation.estimators import TRIANGLE, Estimator, checked_update, known_motion
 from workbench.estimation.samples import (
     AGES,
     BAROMETER,
@@ -121,7 +121,7 @@ def run_estimator(
     """
     imu = _split(samples.imu)
     count = len(imu.stamp)
-    update, places = compiled_update(estimator), mounting.packed()
+    update, places = checked_update(estimator), mounting.packed()
     numbers = np.array(settings, dtype=float)
     inputs = _inputs(samples, imu)
     memory = np.array(begin, dtype=float)

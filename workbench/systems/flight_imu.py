@@ -54,12 +54,18 @@ ON_TIME = 1e-6
 
 
 class _Sampling(NamedTuple):
-    """How samples are taken: settings, physics steps between two, and what of them is filtered."""
+    """How samples are taken: physics steps between two, what of them is filtered, and the filters.
 
-    settings: GyroSettings
+    Attributes:
+        gyro: coefficients of the gyro's filters, see `gyro_filter`.
+        accel: of the accelerometer's low-pass, see `lowpass`.
+    """
+
     steps: int
     filters_gyro: bool
     filters_force: bool
+    gyro: Sequence[float]
+    accel: Sequence[float]
 
 
 class Samples(NamedTuple):
@@ -155,8 +161,14 @@ class FlightImu(DiscreteSystem):
         live = context.get_numeric_parameter(self.settings_index).value()
         settings = GyroSettings(*live.tolist())
         steps = sample_steps(settings.gyro_rate, self._step, self._readout)
-        smooths = works(settings.accel_lowpass, steps * self._step)
-        return _Sampling(settings, steps, filters_gyro(settings, steps * self._step), smooths)
+        period = steps * self._step
+        return _Sampling(
+            steps,
+            filters_gyro(settings, period),
+            works(settings.accel_lowpass, period),
+            gyro_filter(settings, period),
+            lowpass(settings.accel_lowpass, settings.accel_lowpass_order, period),
+        )
 
     def _began(self, context: Context) -> bool:
         """Return whether the last update took a sample."""
@@ -170,9 +182,8 @@ class FlightImu(DiscreteSystem):
 
     def _passed(self, context: Context) -> float:
         """Return the physics steps since the last update, negative if it took no sample."""
-        if not self._began(context):
-            return -1.0
-        return context.get_time() / self._step - self._values(context, self._number)[0]
+        number = self._values(context, self._number)[0]
+        return context.get_time() / self._step - number if number >= 0.0 else -1.0
 
     def _count(self, context: Context) -> int:
         """Return the number of samples since the last update, up to now."""
@@ -191,7 +202,8 @@ class FlightImu(DiscreteSystem):
             turn = turn + noise[:, 0:3].mean(axis=0)
             # of what one exact sample stands for: the last rate, and the mean force
             each = noise.reshape(len(samples), -1, 6)
-            samples = samples + np.hstack([each[:, -1, 0:3], each[:, :, 3:6].mean(axis=1)])
+            samples[:, 0:3] += each[:, -1, 0:3]
+            samples[:, 3:6] += each[:, :, 3:6].mean(axis=1)
         return self._filtered(context, samples, turn)
 
     def _exact(self, context: Context) -> tuple[np.ndarray, np.ndarray]:
@@ -244,23 +256,21 @@ class FlightImu(DiscreteSystem):
 
     def _filtered(self, context: Context, samples: np.ndarray, turn: Any) -> Samples:
         """Return what samples (K, 6) lead to, given the mean of the angular velocity (3)."""
-        settings, steps, *_ = self._sampled(context)
         rows: list[list[float]] = samples.tolist()
-        began, gyro = self._began(context), gyro_filter(settings, steps * self._step)
+        began, found = self._began(context), self._sampled(context)
         filters: Sequence[float] = at_rest(rows[0][0:3])
         if began:
             filters = self._values(context, self._gyro_filters)
-        rates: Sequence[float] = ()
+        before = filters
         for row in rows:
-            rates = filtered_rates(gyro, filters, row[0:3])
-            filters = stepped_filters(gyro, filters, row[0:3])
+            before, filters = filters, stepped_filters(found.gyro, filters, row[0:3])
+        rates = filtered_rates(found.gyro, before, rows[-1][0:3])
         if self._imu is None:
             return Samples(filters, rates, [0.0] * 6, rows[-1], [0.0] * 6)
-        section = lowpass(settings.accel_lowpass, settings.accel_lowpass_order, steps * self._step)
         accel = self._values(context, self._accel_filters)
         if not began:
             accel = [0.0, rows[0][3], 0.0, rows[0][4], 0.0, rows[0][5]]
-        force, accel = mean_smoothed(section, accel, [row[3:6] for row in rows])
+        force, accel = mean_smoothed(found.accel, accel, [row[3:6] for row in rows])
         return Samples(filters, rates, accel, rows[-1], [*turn, *force])
 
     def _update(self, context: Context, discrete_state: DiscreteValues) -> None:
@@ -293,8 +303,9 @@ class FlightImu(DiscreteSystem):
         output_vector.SetFromVector(sensed(state.tolist(), rates))
 
     def _calc_imu(self, context: Context, output_vector: BasicVector) -> None:
-        groups = (self._reading, self._rates)
-        values = [number for group in groups for number in self._values(context, group)]
         if self._is_due(context):
-            values = [*self._samples(context).reading, *self._samples(context).rates]
-        output_vector.SetFromVector(values)
+            samples = self._samples(context)
+            output_vector.SetFromVector([*samples.reading, *samples.rates])
+        else:
+            held = [self._values(context, group) for group in (self._reading, self._rates)]
+            output_vector.SetFromVector(sum(held, []))

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Mapping
+from typing import NamedTuple
 
 import numpy as np
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues
@@ -9,7 +10,7 @@ from pydrake.systems.framework import BasicVector, Context, DiscreteValues
 from workbench.control.flight_mode import GPS_LATE, Health, ModeState
 from workbench.control.mode import FlightMode
 from workbench.estimation import ekf
-from workbench.estimation.estimators import TRIANGLE, Estimator, compiled_update, known_motion
+from workbench.estimation.estimators import TRIANGLE, Estimator, checked_update, known_motion
 from workbench.estimation.samples import (
     AGES,
     BAROMETER,
@@ -22,14 +23,32 @@ from workbench.estimation.samples import (
 from workbench.estimation.settings import HEARD
 from workbench.plant.geodesy import in_world
 from workbench.plant.home import Home
+from workbench.systems.cached import cached
 from workbench.systems.discrete_system import DiscreteSystem
 
 SIZES = {"gps": 7, "barometer": 3, "magnetometer": 4, "range_finder": 2}
 """Size of a delivered sample with its stamp, for each of `HEARD`."""
 
 
-DECIDING = {"gps": slice(0, 2), "magnetometer": slice(7, 8)}
-"""Channels of `ekf.update` that show whether it used a sample: east and north, heading."""
+DECIDING = {"gps": (GPS, slice(0, 2)), "magnetometer": (MAGNETOMETER, slice(7, 8))}
+"""Flag of a new sample, and channels of `ekf.update` that show whether it used it: east and north,
+heading."""
+
+
+class Heard(NamedTuple):
+    """What sensors gave since the update before.
+
+    Attributes:
+        z: see `estimation.samples` (25).
+        stamps: of the last sample of each of `HEARD` (4) [s], NaN without one.
+        fix: the last sample of the GPS without its stamp (6); empty if it is unconnected.
+        gyro_repeats: whether the gyro's readings equal those of the update before.
+    """
+
+    z: np.ndarray
+    stamps: list[float]
+    fix: list[float]
+    gyro_repeats: bool
 
 
 class Navigation(DiscreteSystem):
@@ -86,7 +105,7 @@ class Navigation(DiscreteSystem):
         super().__init__()
         self._repeats, self._gps_repeats = repeats, gps_repeats
         self.estimator = estimator
-        self._run = compiled_update(estimator)
+        self._run = checked_update(estimator)
         self._mounting, self._places = mounting, mounting.packed()
         self._R_BM, self._home, self._period = np.array(turn_BM), home, period
         self._known = known
@@ -101,8 +120,9 @@ class Navigation(DiscreteSystem):
         self._rates = self.DeclareDiscreteState(np.full(3, np.nan))
         self._fix = self.DeclareDiscreteState(np.full(SIZES["gps"] - 1, np.nan))
         self._imu = self.DeclareVectorInputPort("imu", 9)
-        self._heard = [self.DeclareVectorInputPort(name, SIZES[name]) for name in HEARD]
+        self._ports = [self.DeclareVectorInputPort(name, SIZES[name]) for name in HEARD]
         self._mode = self.DeclareVectorInputPort("mode", len(ModeState._fields))
+        self._heard = cached(self._listen, "heard", {self.all_sources_ticket()})
         self._memory = self.DeclareVectorOutputPort("memory", memory.size, self._calc_memory)
         self._state = self.DeclareVectorOutputPort("state", 13, self._calc_state)
         self.DeclareVectorOutputPort("deviations", ekf.ERRORS, self._calc_deviations)
@@ -139,7 +159,7 @@ class Navigation(DiscreteSystem):
             return
         settings = context.get_numeric_parameter(0).CopyToVector()
         dt = self._period if context.get_time() > 0.5 * self._period else 0.0
-        self._run(memory, self._samples(context), settings, self._places, dt)
+        self._run(memory, self._heard(context).z, settings, self._places, dt)
         output.SetFromVector(memory)
 
     def _calc_state(self, context: Context, output: BasicVector) -> None:
@@ -165,37 +185,30 @@ class Navigation(DiscreteSystem):
         output.SetFromVector(self.estimator.innovations(self._memory.Eval(context)))
 
     def _update(self, context: Context, discrete_state: DiscreteValues) -> None:
-        discrete_state.set_value(self._memory_state, self._memory.Eval(context))
+        memory, heard = self._memory.Eval(context), self._heard(context)
+        discrete_state.set_value(self._memory_state, memory)
         discrete_state.set_value(self._held, self._state.Eval(context))
-        stamps = [
-            port.Eval(context)[0] if port.HasValue(context) else np.nan for port in self._heard
-        ]
-        discrete_state.set_value(self._stamps, stamps)
-        gps = self._heard[HEARD.index("gps")]
-        if gps.HasValue(context):
-            discrete_state.set_value(self._fix, gps.Eval(context)[1:])
-        renewed = np.array(
-            [
-                self._takes_in(context, "gps"),
-                self._repeats or not self._gyro_repeats(context),
-                self._takes_in(context, "magnetometer"),
-            ]
+        discrete_state.set_value(self._stamps, heard.stamps)
+        if heard.fix:
+            discrete_state.set_value(self._fix, heard.fix)
+        renewed = (
+            self._takes_in(context, heard.z, memory, "gps"),
+            self._repeats or not heard.gyro_repeats,
+            self._takes_in(context, heard.z, memory, "magnetometer"),
         )
-        ages = context.get_discrete_state(self._since).value() + self._period
-        discrete_state.set_value(self._since, np.where(renewed, 0.0, ages))
+        ages = context.get_discrete_state(self._since).value().tolist()
+        since = [0.0 if new else age + self._period for new, age in zip(renewed, ages, strict=True)]
+        discrete_state.set_value(self._since, since)
         discrete_state.set_value(self._rates, self._imu.Eval(context)[:3])
 
-    def _takes_in(self, context: Context, kind: str) -> bool:
+    def _takes_in(self, context: Context, z: np.ndarray, memory: np.ndarray, kind: str) -> bool:
         """Return whether a sensor has a new sample that the estimate uses, or is absent."""
-        place = HEARD.index(kind)
-        if not self._heard[place].HasValue(context):
-            return kind != "gps"  # without GPS the position is soon unknown
-        before = context.get_discrete_state(self._stamps).value()[place]
-        if self._fresh(context, place, before) is None:
-            return False
-        memory, gate = self._memory.Eval(context), self._gate(context)
-        told = self.estimator.innovations(memory).reshape(-1, 2)[DECIDING[kind]]
-        return not (told[:, 0] ** 2 > gate**2 * told[:, 1]).any()
+        flag, channels = DECIDING[kind]
+        if z[flag] > 0.0:
+            told = self.estimator.innovations(memory).reshape(-1, 2)[channels]
+            return not (told[:, 0] ** 2 > self._gate(context) ** 2 * told[:, 1]).any()
+        # without GPS the position is soon unknown
+        return kind != "gps" and not self._ports[HEARD.index(kind)].HasValue(context)
 
     def _gate(self, context: Context) -> float:
         """Return the number of standard deviations beyond which a sample is rejected."""
@@ -204,55 +217,47 @@ class Navigation(DiscreteSystem):
             return np.inf
         return float(context.get_numeric_parameter(0)[names.index("ekf_gate")])
 
-    def _samples(self, context: Context) -> np.ndarray:
-        """Return what sensors gave since the update before, see `estimation.samples`."""
-        found = np.zeros(SAMPLES)
-        found[:6] = self._imu.Eval(context)[:6]
-        before = context.get_discrete_state(self._stamps).value()
+    def _listen(self, context: Context) -> Heard:
+        """Return what sensors gave since the update before."""
+        imu = self._imu.Eval(context).tolist()
+        samples = [
+            port.Eval(context).tolist() if port.HasValue(context) else [math.nan]
+            for port in self._ports
+        ]
+        stamps = [sample[0] for sample in samples]
+        before = context.get_discrete_state(self._stamps).value().tolist()
         gps, barometer, magnetometer, range_finder = (
-            self._fresh(context, place, before[place]) for place in range(len(HEARD))
+            None if math.isnan(sample[0]) or sample[0] == stamp else sample
+            for sample, stamp in zip(samples, before, strict=True)
         )
-        if gps is not None:
-            stamp, latitude, longitude, altitude = gps[:4].tolist()
+        repeats = imu[:3] == context.get_discrete_state(self._rates).value().tolist()
+        z, time = np.zeros(SAMPLES), context.get_time()
+        z[:6] = imu[:6]
+        if gps and not self._is_frozen(context, gps, repeats):
+            stamp, latitude, longitude, altitude, *velocity = gps
             place = in_world(latitude, longitude, altitude, self._home)
-            found[GPS : GPS + 8] = 1.0, context.get_time() - stamp, *place, *gps[4:]
-        if barometer is not None:
-            found[BAROMETER : BAROMETER + 2] = 1.0, barometer[2]
-            found[AGES] = context.get_time() - barometer[0]
-        if magnetometer is not None:
-            found[MAGNETOMETER] = 1.0
-            found[MAGNETOMETER + 1 : MAGNETOMETER + 4] = self._R_BM @ magnetometer[1:]
-            found[AGES + 1] = context.get_time() - magnetometer[0]
-        if range_finder is not None and np.isfinite(range_finder[1]):
-            found[RANGE_FINDER : RANGE_FINDER + 2] = 1.0, range_finder[1]
-            found[AGES + 2] = context.get_time() - range_finder[0]
-        return found
+            z[GPS : GPS + 8] = 1.0, time - stamp, *place, *velocity
+        if barometer:
+            z[BAROMETER : BAROMETER + 2] = 1.0, barometer[2]
+            z[AGES] = time - barometer[0]
+        if magnetometer:
+            z[MAGNETOMETER] = 1.0
+            z[MAGNETOMETER + 1 : MAGNETOMETER + 4] = self._R_BM @ magnetometer[1:]
+            z[AGES + 1] = time - magnetometer[0]
+        if range_finder and math.isfinite(range_finder[1]):
+            z[RANGE_FINDER : RANGE_FINDER + 2] = 1.0, range_finder[1]
+            z[AGES + 2] = time - range_finder[0]
+        return Heard(z, stamps, samples[HEARD.index("gps")][1:], repeats)
 
-    def _fresh(self, context: Context, place: int, before: float) -> np.ndarray | None:
-        """Return a new sample with its stamp, None without one."""
-        port = self._heard[place]
-        if not port.HasValue(context):
-            return None
-        sample: np.ndarray = port.Eval(context)
-        stamp = float(sample[0])
-        if math.isnan(stamp) or stamp == before:
-            return None
-        frozen = HEARD[place] == "gps" and self._is_frozen(context, sample)
-        return None if frozen else sample
-
-    def _is_frozen(self, context: Context, gps: np.ndarray) -> bool:
+    def _is_frozen(self, context: Context, gps: list[float], gyro_repeats: bool) -> bool:
         """Return whether a GPS sample with its stamp (7) repeats the previous one."""
-        if self._gps_repeats or self._gyro_repeats(context):
+        if self._gps_repeats or gyro_repeats:
             return False
         late = context.get_discrete_state(self._since).value()[0] > GPS_LATE
         if not late and not self._in_the_air(context):
             return False
-        return np.array_equal(gps[1:], context.get_discrete_state(self._fix).value())
-
-    def _gyro_repeats(self, context: Context) -> bool:
-        """Return whether the gyro's readings equal those of the previous update."""
-        rates = self._imu.Eval(context)[:3]
-        return np.array_equal(rates, context.get_discrete_state(self._rates).value())
+        fix: list[float] = context.get_discrete_state(self._fix).value().tolist()
+        return gps[1:] == fix
 
     def _in_the_air(self, context: Context) -> bool:
         """Return whether the drone flies, from take-off to landing."""

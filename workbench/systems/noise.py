@@ -11,8 +11,7 @@ from pydrake.common import RandomDistribution, RandomGenerator
 from pydrake.systems.framework import BasicVector, Context, DiagramBuilder, InputPort
 from pydrake.systems.primitives import RandomSource
 
-from workbench.common.compiled import compile_cached
-from workbench.dynamics.air.normals import counted_draws
+from workbench.dynamics.air.normals import COUNT, normal_rows
 from workbench.plant.sensors import Noise
 from workbench.systems.discrete_system import DiscreteSystem
 
@@ -23,9 +22,6 @@ def add_noise(builder: DiagramBuilder, port: InputPort, period: float) -> Random
     builder.AddNamedSystem(f"{port.get_system().get_name()}_noise", source)
     builder.Connect(source.get_output_port(), port)
     return source
-
-
-compiled_draws = compile_cached(counted_draws, ("dynamics/air/normals.py",), "the noise of sensors")
 
 
 class CountedNoise(DiscreteSystem):
@@ -49,7 +45,10 @@ class CountedNoise(DiscreteSystem):
     def _calc(self, context: Context, output: BasicVector) -> None:
         number = round(context.get_time() / self._period)
         seed = context.get_numeric_parameter(0)[0]
-        compiled_draws(seed, number, output.get_mutable_value())
+        draws = output.get_mutable_value()
+        blocks = -(-len(draws) // COUNT)  # as `normals.counted_draws` does it in compiled flights
+        rows = normal_rows(seed, number * blocks + np.arange(blocks))
+        draws[:] = rows.reshape(-1)[: len(draws)]
 
 
 def add_counted_noise(builder: DiagramBuilder, port: InputPort, period: float) -> CountedNoise:

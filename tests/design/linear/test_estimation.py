@@ -8,7 +8,7 @@ from workbench.design.linear import estimation as module
 from workbench.design.linear.estimation import perfect_samples, settled_gain
 from workbench.design.linear.operating_point import parse_point
 from workbench.design.linear.study import LinearStudy
-from workbench.estimation import covariance, ekf
+from workbench.estimation import ekf
 from workbench.estimation.samples import Mounting
 from workbench.estimation.settings import EkfSettings
 from workbench.scenario.scenario import Scenario, SensorsConfig
@@ -27,12 +27,8 @@ def test_the_settled_gain_is_that_of_the_riccati_equation(monkeypatch):
     x = ekf.initial(HOVER, PLACES[:3], ekf.InitialDeviations())[: ekf.NOMINAL]
     z = perfect_samples(HOVER, np.array([0, 0, 0, 0, 0, ekf.GRAVITY]), PLACES)
     K, P = settled_gain(SETTINGS, PLACES, DUTIES, PERIOD, x, z)
-    F = np.eye(15)
-    motion = ekf.transition(x, z[:6], PERIOD)
-    F[:9] = covariance.transition_rows(motion, PERIOD)
-    Q = np.zeros((15, 15))
-    covariance.write_blocks(covariance.spread(covariance.blocks_of(Q), motion, SETTINGS, PERIOD), Q)
-    ekf.rows_of(x, z, PLACES, SETTINGS, H := np.empty((10, 15)), gaps := np.empty((10, 2)))
+    F, Q = ekf.transition(x, z[:6], PERIOD), ekf.noise(SETTINGS, PERIOD)
+    H, gaps = ekf.measured(x, z, PLACES, SETTINGS)
     duty = np.repeat([DUTIES["gps"], DUTIES["barometer"]], [6, 2])
     R = np.diag(gaps[:8, 1] / duty)
     wanted = np.zeros((15, 15))

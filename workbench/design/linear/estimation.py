@@ -12,8 +12,8 @@ import numpy as np
 
 from workbench.design.linear.model import MEASURED, NOMINAL
 from workbench.dynamics.rigid_body import cross, into_body, into_world, rotation
-from workbench.estimation import covariance, ekf
-from workbench.estimation.estimators import Estimator, compiled_update
+from workbench.estimation import ekf
+from workbench.estimation.estimators import Estimator, checked_update
 from workbench.estimation.samples import (
     BAROMETER,
     GPS,
@@ -50,7 +50,7 @@ MEASURES = {
     "magnetometer": slice(7, 8),
     "range_finder": slice(8, 9),
 }
-"""Rows of `ekf.rows_of` that a sensor fills."""
+"""Rows of `ekf.measured` that a sensor fills."""
 
 
 @dataclass(frozen=True)
@@ -187,13 +187,8 @@ def settled_gain(
         x: nominal state (16).
         z: perfect samples in the steady flight.
     """
-    F = np.eye(ekf.ERRORS)
-    whole = ekf.transition(x, z[:6], period)
-    F[:9] = covariance.transition_rows(whole, period)
-    Q = np.zeros((ekf.ERRORS, ekf.ERRORS))
-    covariance.write_blocks(covariance.spread(covariance.blocks_of(Q), whole, settings, period), Q)
-    H, gaps = np.empty((ekf.CHANNELS, ekf.ERRORS)), np.empty((ekf.CHANNELS, 2))
-    ekf.rows_of(x, z, places, settings, H, gaps)
+    F, Q = ekf.transition(x, z[:6], period), ekf.noise(settings, period)
+    H, gaps = ekf.measured(x, z, places, settings)
     information = np.zeros(ekf.CHANNELS)
     for kind, duty in duties.items():
         variance = gaps[MEASURES[kind], 1]
@@ -228,8 +223,7 @@ def _settled_ekf(
 
     def update(x: np.ndarray, z: np.ndarray) -> np.ndarray:
         before = np.array(ekf.propagated(x, z[:6], period))
-        H, gaps = np.empty((ekf.CHANNELS, ekf.ERRORS)), np.empty((ekf.CHANNELS, 2))
-        ekf.rows_of(before, z, places, settings, H, gaps)
+        _, gaps = ekf.measured(before, z, places, settings)
         return np.array(ekf.corrected(before, K @ np.nan_to_num(gaps[:, 0])))
 
     # it advances by a period in an update; the initial one is that at the previous update
@@ -251,7 +245,7 @@ def _averaged(
 
     The memory is that one period before the state, which has advanced from the given one.
     """
-    run, places = compiled_update(estimator), mounting.packed()
+    run, places = checked_update(estimator), mounting.packed()
 
     def one(memory: np.ndarray, z: np.ndarray) -> np.ndarray:
         after = memory.copy()

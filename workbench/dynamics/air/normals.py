@@ -19,6 +19,10 @@ SHIFTS = (np.uint64(30), np.uint64(27), np.uint64(31), np.uint64(11))
 FRACTION = 2.0**-53
 COUNT = 6
 """Number of numbers of a sample: three pairs."""
+with np.errstate(over="ignore"):  # the integers wrap around
+    PLACES = np.arange(1, COUNT + 1, dtype=np.uint64) * STEP
+    STRIDE = np.uint64(COUNT) * STEP
+"""Places of a sample's numbers in the generator's sequence, and from one sample to the next."""
 Normals = tuple[float, float, float, float, float, float]
 
 
@@ -63,12 +67,13 @@ def normal_rows(seed: float, numbers: np.ndarray) -> np.ndarray:
     """
     with np.errstate(over="ignore"):  # the integers wrap around
         first = mixed(np.uint64(seed) + STEP)
-        places = np.arange(1, COUNT + 1, dtype=np.uint64) * STEP
-        states = first + (numbers.astype(np.uint64) * np.uint64(COUNT) * STEP)[:, None] + places
+        states = first + (numbers.astype(np.uint64) * STRIDE)[:, None] + PLACES
         shares = (mixed(states) >> SHIFTS[3]).astype(float)
     length = np.sqrt(-2.0 * np.log((shares[:, 0::2] + 1.0) * FRACTION))
     turn = 2.0 * math.pi * FRACTION * shares[:, 1::2]
-    return np.stack([length * np.cos(turn), length * np.sin(turn)], axis=2).reshape(-1, COUNT)
+    drawn = np.empty((len(numbers), COUNT))
+    drawn[:, 0::2], drawn[:, 1::2] = length * np.cos(turn), length * np.sin(turn)
+    return drawn
 
 
 @register_jitable
