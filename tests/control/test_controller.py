@@ -10,7 +10,8 @@ from workbench.control.controller import SHIPPED, load_controller
 from workbench.control.flight_law import flight_law
 from workbench.design.linear.study import LinearStudy
 from workbench.design.rollout.batch import Batch
-from workbench.design.rollout.flight import make_fly_block
+from workbench.design.rollout.flights import make_fly
+from workbench.design.rollout.gyro import KNOW_TRUTH
 from workbench.scenario.parameters import parameter_table
 from workbench.scenario.scenario import Scenario, Start
 from workbench.session.session import Session
@@ -238,6 +239,6 @@ def test_functions_of_two_laws_have_names_of_their_own(tmp_path):
     made = [
         (function.__module__, function.__qualname__)
         for law in laws
-        for function in (law.update, *flight_law(law)[2:], make_fly_block(law))
+        for function in (law.update, *flight_law(law)[2:], make_fly(law, KNOW_TRUTH))
     ]
     assert len(set(made)) == len(made)
