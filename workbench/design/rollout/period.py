@@ -78,7 +78,8 @@ class Times(NamedTuple):
 
 def make_times() -> Times:
     """Return places for the times of 16 lanes."""
-    return Times(*(np.zeros(LANES) for _ in range(4)), np.zeros(LANES, dtype=bool))
+    now, end, spans, sizes = np.zeros((4, LANES))
+    return Times(now, end, spans, sizes, np.zeros(LANES, dtype=bool))
 
 
 class Knowing(NamedTuple):
