@@ -10,12 +10,11 @@ are the slow part of a Kalman filter with the gains L [1/s] and W [1/s²]: in st
 is wrong by d v / g. Both begin with what the log shows at the start.
 """
 
-import math
 from typing import NamedTuple
 
 from workbench.common.jitable import register_jitable
 from workbench.design.rollout.fields import fetch, store
-from workbench.design.rollout.period import Knowing
+from workbench.design.rollout.gyro import KNOW_TRUTH
 from workbench.plant.gravity import GRAVITY
 
 ERROR = 11
@@ -95,20 +94,5 @@ def _look(flight, clock, observer, passed):
     return fetch(flight, "known")
 
 
-@register_jitable(forceinline=True)
-def _mode_state(flight):
-    return fetch(flight, "known")
-
-
-@register_jitable(forceinline=True)
-def _never(observer, now):
-    return math.inf
-
-
-@register_jitable(forceinline=True)
-def _no_sample(flight, observer, now):
-    """Do nothing: all that is heard is in the error."""
-
-
-KNOW_WRONG = Knowing(_know, _look, _mode_state, _never, _no_sample, "wrong")
+KNOW_WRONG = KNOW_TRUTH._replace(know=_know, look=_look, key="wrong")
 """The law knows the motion, but for the estimate's error."""

@@ -28,6 +28,7 @@ from workbench.design.predict.flown import (
 from workbench.design.predict.known import ERROR, Observer
 from workbench.design.predict.motion import Motion, resampled, rotation
 from workbench.design.predict.past import Past, thrust_doubt
+from workbench.design.rollout.motion import LANES
 from workbench.plant.drag import drag_area
 from workbench.plant.vehicle import Vehicle
 
@@ -39,8 +40,6 @@ LONG = 1.0
 """Length of a gap in the log from which on it is reported [s]."""
 DRAWS = 40
 """Number of vehicles sampled for the band."""
-TOGETHER = 16
-"""Vehicles that fly at a time, after the nominal one: as many as take no longer than a few."""
 
 
 @dataclass(frozen=True)
@@ -225,7 +224,7 @@ class Explained:
 
     def _beside(self, number: int) -> slice:
         """Return which vehicles fly together with one, which is the first of them."""
-        return slice(number, min(number + (TOGETHER if number else 1), self.drawn))
+        return slice(number, min(number + (LANES if number else 1), self.drawn))
 
     def _explain(self, some: slice) -> list[np.ndarray]:
         """Return the disturbance (K, 9) of each of some sampled vehicles for the log."""
