@@ -46,7 +46,7 @@ from workbench.estimation.imu import measured
 from workbench.plant.drag import AIR_DENSITY, drag_area
 from workbench.plant.vehicle import Vehicle
 
-SOURCES = ("design/identify/fit.py", "design/rollout/crafts.py", "dynamics", "estimation")
+SOURCES = ("design/identify/fit.py", "dynamics", "estimation")
 FAR = 1e6
 """Above the ground, which has no effect there [m]."""
 SHORTEST, LONGEST = 0.5e-3, 2.1e-3
