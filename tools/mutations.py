@@ -90,7 +90,7 @@ MUTATIONS = (
         f"{SYSTEMS}/rotors.py",
         "whole_moment = into_world(R_WB, (m_x - g_x, m_y - g_y, m_z - g_z))",
         "whole_moment = into_world(R_WB, (m_x + g_x, m_y + g_y, m_z + g_z))",
-        (ORACLE,),
+        ("tests/systems/test_rotors.py", ORACLE),
     ),
     Mutation(
         "drag torque: the other sign",
