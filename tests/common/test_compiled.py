@@ -26,6 +26,8 @@ from numba.core.codegen import JITCPUCodegen
 
 from workbench.common import compiled
 from workbench.control import flight_law
+from workbench.design.identify import fit
+from workbench.design.predict import flown
 from workbench.design.rollout import engine
 from workbench.systems.casting import solids, surfaces
 
@@ -340,6 +342,8 @@ def test_every_file_of_what_is_compiled_is_watched(case):
         ("workbench.systems.casting.solids", solids.SOURCES),
         ("workbench.systems.casting.surfaces", surfaces.SOURCES),
         ("workbench.design.rollout.flights", engine.SOURCES),
+        ("workbench.design.predict.driven", flown.SOURCES),
+        ("workbench.design.identify.fit", fit.SOURCES),
     ]
     package = Path(compiled.__file__).parent.parent
     for start, sources in table:

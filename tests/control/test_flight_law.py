@@ -9,26 +9,24 @@ import scipy.signal
 from pydrake.common.eigen_geometry import Quaternion
 from pydrake.math import RotationMatrix
 
+from tests.dynamics.wrench import wrench_on
 from workbench.control.controller import load_controller
 from workbench.control.flight_law import (
-    ALL_PARTS,
     FILTERED,
     PLAIN,
     allocate,
     commanded_wrench,
     flight_law,
+    full_speed,
     known_body,
     law_constants,
-    packed,
+    resolved,
     smoothed_setpoint,
-    unpacked,
 )
 from workbench.control.flight_state import mass_velocity, still_air_drag, thrust_attitude
 from workbench.control.guidance import LIFT, MOTORS, Guidance, Measured, Setpoint
 from workbench.control.mixer import mix
 from workbench.control.stopped_rotors import mix_without
-from workbench.dynamics.rigid_body import rotation
-from workbench.dynamics.vehicle_step import rotor_rows, vehicle_wrench
 from workbench.estimation.filters import lowpass
 from workbench.plant.drag import AIR_DENSITY, drag_area, drag_rates
 from workbench.plant.rotors import wrench_matrix
@@ -167,55 +165,15 @@ def test_an_update_estimates_and_commands(vehicle, gains, random_signals):
         assert after == pytest.approx(wanted, abs=1e-12)
 
 
-def test_packing_loses_nothing(vehicle):
-    constants = law_constants(vehicle)
-    back = unpacked(*packed(constants))
-    for name, value in constants._asdict().items():
-        assert np.array(getattr(back, name)).tolist() == np.array(value).tolist(), name
-
-
-def packed_commands(signals, gains, constants, filtered, settings=PLAIN) -> np.ndarray:
-    """Return the commands of an update in place with packed constants, as compiled code has it."""
-    state, _, reference, guide = (np.array(signal) for signal in signals)
-    found = np.zeros(4)
-    flight_law(LAW).update_in_place(
-        state,
-        1.0,
-        Setpoint(reference, guide, STRAIGHT),
-        np.array(gains),
-        np.array(WHOLE),
-        unpacked(*packed(constants)),
-        np.array([*LAW.closed, *[0.0] * len(LAW.points)]),
-        sampled_estimate(PERIOD),
-        np.array(settings),
-        filtered,
-        np.array(LAW.initial_memory),
-        found,
-        ALL_PARTS,
-    )
-    return found
-
-
-def test_an_update_in_place_with_packed_constants_is_the_update(vehicle, gains, random_signals):
-    """Drake may hand over the same memory to read and to write."""
-    rng = np.random.default_rng(12)
-    constants = law_constants(vehicle)
-    signals = random_signals(rng)
-    filtered = rng.normal(size=FILTERED)
-    wanted, wanted_after = updated(signals, gains, constants, filtered)
-    assert packed_commands(signals, gains, constants, filtered) == pytest.approx(wanted, rel=1e-12)
-    assert filtered == pytest.approx(wanted_after, rel=1e-12)
-
-
 def test_commands_of_a_resolution_are_the_nearest_ones(vehicle, gains, random_signals):
     rng = np.random.default_rng(13)
     constants = law_constants(vehicle)
+    most = [full_speed(constants, i) for i in range(4)]
+    assert most == pytest.approx([rotor.max_rot_velocity for rotor in vehicle.rotors])
     step = vehicle.rotors[0].max_rot_velocity / 50.0
     for _ in range(50):
-        signals, filtered = random_signals(rng), rng.normal(size=FILTERED)
-        exact = packed_commands(signals, gains, constants, filtered.copy())
-        coarse = PLAIN._replace(command_steps=50.0)
-        found = packed_commands(signals, gains, constants, filtered, coarse)
+        exact, _ = updated(random_signals(rng), gains, constants, rng.normal(size=FILTERED))
+        found = [resolved(*each, 50.0) for each in zip(exact, most, strict=True)]
         assert found == pytest.approx(step * np.round(exact / step), abs=1e-9)
 
 
@@ -280,13 +238,10 @@ def test_an_odd_vehicle_hovers_leaning_back_on_the_weight_alone(odd_vehicle, gai
     assert wrench[3:] == pytest.approx(np.zeros(3), abs=1e-9)
 
 
-def drag_wrench(state, speeds, pressure, rotors):
+def drag_wrench(state, speeds, half_drag, rotors):
     """Return the wrench of drag alone in still air."""
     bare = [dataclasses.replace(rotor, motor_constant=0.0) for rotor in rotors]
-    still, whole, none = [0.0] * 4, [1.0] * 4, [0.0] * 3
-    motion = (rotation(state[0:4]), state[7:10], state[10:13], state[6])
-    rows = rotor_rows(bare, 0.0)
-    return np.array(vehicle_wrench(*motion, speeds, still, whole, none, pressure, none, rows))
+    return wrench_on(bare, state, speeds, half_drag=half_drag)
 
 
 def test_the_drag_that_the_law_expects_is_the_one_that_acts(vehicle):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from pydrake.systems.analysis import Simulator
 
-from workbench.dynamics.vehicle_step import loaded, power_share
+from workbench.dynamics.rotors import loaded_voltage, power_share
 from workbench.plant.vehicle import BatteryPack
 from workbench.systems.battery import PERIOD, Battery
 
@@ -66,9 +66,9 @@ def test_voltage_follows_charge_and_current(vehicle):
         assert supply[0] == pytest.approx(voltage / 12.6)
         for part, current in ((1.0, 900.0), (2.0, 900.0 * 2.0**1.5)):
             power = sum(power_share(part * thrust) for thrust in hover)
-            loaded_voltage = 12.6 * loaded(supply, power)
-            assert loaded_voltage == pytest.approx(voltage - 1e-3 * current)
-    assert loaded(supply, 1e9) == 0.0
+            loaded = 12.6 * loaded_voltage(*supply[:2], power)
+            assert loaded == pytest.approx(voltage - 1e-3 * current)
+    assert loaded_voltage(*supply[:2], 1e9) == 0.0
 
 
 def test_its_terminals_have_the_loaded_voltage_and_the_current(vehicle):
@@ -97,7 +97,7 @@ def test_a_battery_without_a_voltage_takes_nothing_from_the_rotors(vehicle):
     context = battery.CreateDefaultContext()
     context.SetDiscreteState([0.1])
     supply = battery.GetOutputPort("supply").Eval(context)
-    assert loaded(supply, 1e9) == 1.0
+    assert loaded_voltage(*supply[:2], 1e9) == 1.0
 
 
 def test_charge_never_falls_below_empty(vehicle):

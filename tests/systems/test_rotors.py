@@ -1,4 +1,4 @@
-"""Rotors around a plant: the closed form of a lag, and the pure wrench of `vehicle_step`."""
+"""Rotors around a plant: the closed form of a lag, and the load of their equations, turned."""
 
 import dataclasses
 import math
@@ -9,14 +9,9 @@ from pydrake.multibody.tree import BodyIndex
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.primitives import Linearize
 
-from workbench.dynamics.rigid_body import into_body, rotation
-from workbench.dynamics.rotor_response import rotor_constants, speed_slope
-from workbench.dynamics.vehicle_step import (
-    rotor_rows,
-    static_thrust,
-    thrust_change,
-    vehicle_wrench,
-)
+from tests.dynamics.wrench import wrench_on
+from workbench.dynamics.rigid_body import rotation
+from workbench.dynamics.rotors import speed_slope
 from workbench.systems.rotors import Rotors_
 
 UP, DOWN = 0.0125, 0.025
@@ -130,24 +125,18 @@ def test_in_equilibrium_the_rate_is_the_mean_of_both(rotors):
 
 
 def test_its_wrench_is_the_pure_one_turned(rotors, turning):
-    rows = rotor_rows(turning, 0.0)
     for seed in range(20):
         state, commands, speeds, wind = drawn(seed)
         context = fixed(rotors, state, commands, speeds, wind)
-        slopes = [
-            speed_slope(u, w, rotor_constants(rotor, 0.0))
-            for u, w, rotor in zip(commands, speeds, turning, strict=True)
-        ]
-        R_WB = rotation(state[:4])
-        motion = (R_WB, state[7:10], state[10:13], state[6])
-        pure = vehicle_wrench(*motion, speeds, slopes, [1.0] * 4, wind, 0.0, (0.0,) * 3, rows)
-        R = np.array(R_WB).reshape(3, 3)
+        slopes = [speed_slope(*each) for each in zip(turning, commands, speeds, strict=True)]
+        pure = wrench_on(turning, state, speeds, slopes, wind=wind)
+        R = np.array(rotation(state[:4])).reshape(3, 3)
         wanted = [*(R @ pure[3:]), *(R @ pure[:3])]
         assert wrench(rotors, context) == pytest.approx(wanted, rel=1e-9, abs=1e-9)
-        moving = (into_body(R_WB, state[10:13] - wind), into_body(R_WB, state[7:10]), R_WB[6:9])
+        # what is along the axis of a rotor that alone turns is its thrust
         thrusts = [
-            static_thrust(speed, 1.0, row) + thrust_change(*moving, state[6], speed, 1.0, row)
-            for speed, row in zip(speeds, rows, strict=True)
+            wrench_on([rotor], state, [speed], wind=wind)[:3] @ rotor.axis_B
+            for rotor, speed in zip(turning, speeds, strict=True)
         ]
         assert rotors.GetOutputPort("thrusts").Eval(context) == pytest.approx(thrusts)
 

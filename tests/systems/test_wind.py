@@ -5,8 +5,7 @@ import pytest
 from pydrake.systems.analysis import Simulator
 
 from workbench.dynamics.air.normals import COUNT, draw_normals
-from workbench.dynamics.air.settings import AirSettings
-from workbench.dynamics.air.update import wind_at
+from workbench.dynamics.air.update import turbulent_wind
 from workbench.systems.noise import noise_seed
 from workbench.systems.wind import Wind, WindSettings
 
@@ -31,16 +30,16 @@ def blowing(settings, seed=SEED, periods=64):
 
 def test_turbulence_is_that_of_the_pure_functions():
     live = {"wind_x": 4.0, "wind_y": -2.0, "turbulence": 8.0}
-    settings = np.array(AirSettings(**live))
+    settings = WindSettings(**live)
     eddies, after, wanted = np.zeros(6), np.zeros(6), []
     for number in range(64):
         noise = np.empty(COUNT)
         with np.errstate(over="ignore"):
             draw_normals(float(noise_seed(SEED, "air")), number, noise)
-        time = number * PERIOD
-        wanted.append(wind_at(time, STATE, noise, settings, PERIOD, eddies, after))
+        blown = turbulent_wind(settings, STATE, noise, eddies, PERIOD, after)
+        wanted.append(np.array(blown) + [4.0, -2.0, 0.0])
         eddies = after.copy()
-    assert blowing(WindSettings(**live)) == pytest.approx(np.array(wanted), rel=1e-9)
+    assert blowing(settings) == pytest.approx(np.array(wanted), rel=1e-9)
 
 
 def test_a_gust_is_that_of_its_time():
@@ -51,6 +50,11 @@ def test_a_gust_is_that_of_its_time():
     share = np.where(inside, 0.5 * (1.0 - np.cos(2.0 * np.pi * (time - 0.1) / 0.2)), 0.0)
     assert found[:, 0] == pytest.approx(6.0 * share, abs=1e-12)
     assert found[:, 2] == pytest.approx(np.ones(64))
+
+
+def test_without_turbulence_noise_changes_nothing():
+    settings = WindSettings(wind_x=3.0)
+    assert blowing(settings, 1).tolist() == blowing(settings, 2).tolist()
 
 
 def test_equal_seeds_give_equal_winds():

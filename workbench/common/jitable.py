@@ -83,16 +83,6 @@ def made_function(source: str, names: dict[str, Any], key: str) -> Callable[...,
     return marked
 
 
-def taking(size: int) -> Callable[..., Any]:
-    """Return a function that makes a tuple of the first numbers of a sequence.
-
-    Machine code keeps the numbers of a tuple in registers, but reads those of an array again after
-    each write to any array.
-    """
-    numbers = "".join(f"s[{place}], " for place in range(size))
-    return made_function(f"def take(s):\n    return ({numbers})", {}, f"take_{size}")
-
-
 def tell_numba() -> None:
     """Register all functions marked so far with numba; needed before any compilation."""
     from numba.extending import register_jitable as register

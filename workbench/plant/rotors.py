@@ -44,10 +44,10 @@ class Rotor:
         inertia: of all turning parts about the spin axis [kg·m²]; 0 if not stated.
         inflow_coefficient: thrust lost, over speeds of the rotor and of the hub through the air
             along the axis [N / (rad/s · m/s)]; `k_z` of RotorPy, `drag_coeff_z` of
-            gym-pybullet-drones. See `dynamics.vehicle_step`.
+            gym-pybullet-drones. See `systems.rotors`.
         ground_effect_coefficient: c of the share c (r / 4h)² by which thrust grows at the height h
             above the ground, r being the propeller's radius; `gnd_eff_coeff` of
-            gym-pybullet-drones. See `dynamics.vehicle_step`.
+            gym-pybullet-drones. See `systems.rotors`.
         propeller_radius: r of the ground effect [m].
         linear_motor_constant: thrust over speed, in addition to that over squared speed [N·s]: for
             a measured curve that is not exactly quadratic, such as those of the UIUC propeller data

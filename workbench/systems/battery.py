@@ -4,7 +4,7 @@ The voltage without load follows from the charge by the description's curve. Und
 by resistance times current, as in gz-sim's LinearBatteryPlugin. The current that empties the
 capacity at the rate of the charge is capacity P / P_hover / duration, see `Battery`. So the model
 needs only capacity, resistance and the duration of a hover, and no motor efficiency. The effect of
-the voltage on the rotors is in `dynamics.vehicle_step`.
+the voltage on the rotors is in `systems.rotors`.
 
 The flight computer estimates the charge from voltage and current at the terminals with a
 first-order observer. It integrates the current, and at each update corrects a fixed share of the
@@ -43,7 +43,7 @@ class Battery(DiscreteSystem):
             compensation assumes it; the true one if unconnected.
     Output ports:
         charge (1), 1 full, 0 empty.
-        supply (4): see `vehicle_step.loaded`.
+        supply (4): see `systems.rotors`.
         terminals (2): voltage under load [V] and current [A]; only if the vehicle has a battery.
     Numeric parameter 0: duration in hover [s], and the share of sag that is compensated.
     """
@@ -84,7 +84,7 @@ class Battery(DiscreteSystem):
         return max(0.0, charge - used)
 
     def supply_at(self, charge: float, duration: float, compensation: float) -> list[float]:
-        """Return the supply (4), see `vehicle_step.loaded`, if the true charge is known.
+        """Return the supply (4), see `systems.rotors`, if the true charge is known.
 
         Args:
             charge: 0 .. 1.
@@ -134,7 +134,7 @@ def voltage_curve(vehicle: Vehicle) -> np.ndarray:
 
 
 def voltage_drop(vehicle: Vehicle, duration: float) -> float:
-    """Return the voltage drop per power of the rotors, see `vehicle_step.loaded` [N^-3/2].
+    """Return the voltage drop per power of the rotors [N^-3/2], see `rotors.loaded_voltage`.
 
     Args:
         vehicle: has the battery; without one the result is 0.

@@ -1,22 +1,21 @@
 """Excitation flights of one minute with noise in the loop, compiled: the truth of the tests.
 
-The vehicle is the workbench's (`step_vehicle`); law, delays, filters and noise are written here, so
-that what `identify` reads was made by nothing of its own.
+Vehicle, law, delays, filters and noise are all written here, so that what `identify` reads was made
+by nothing of its own. Steps are of Heun's method.
 """
 
 import dataclasses
 import math
 from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
 from workbench.common.compiled import compile_cached
+from workbench.common.jitable import register_jitable
 from workbench.design.identify.flight import Flight
-from workbench.dynamics.rigid_body import into_body, into_world, rigid_body, rotation
-from workbench.dynamics.vehicle_step import rotor_rows, step_vehicle
 from workbench.estimation.filters import lowpass
-from workbench.estimation.imu import measured
 from workbench.plant.drag import AIR_DENSITY, drag_area
 from workbench.plant.rotors import allocation_matrix
 from workbench.plant.vehicle import Vehicle
@@ -119,58 +118,126 @@ def excitation(rng: np.random.Generator, duration: float, speed: float, climb: f
     return asked
 
 
-def _fly(
-    asked, rotors, body, pressure, allocation, gains, caps, hover, law, noise, section, delay, out
-):  # type: ignore[no-untyped-def]
-    n = len(rotors)
-    state = np.zeros(13)
+class Body(NamedTuple):
+    """A rigid body: mass, inertia about its centre of mass and its inverse, that centre in B, and
+    half the air's density times its drag area."""
+
+    mass: float
+    inertia: np.ndarray
+    inverse: np.ndarray
+    center: np.ndarray
+    half_drag: float
+
+
+class Propellers(NamedTuple):
+    """Constants of n rotors, see `plant.rotors.Rotor`."""
+
+    p_BR: np.ndarray
+    axis_B: np.ndarray
+    direction: np.ndarray
+    motor_constant: np.ndarray
+    linear_speed: np.ndarray
+    moment_constant: np.ndarray
+    inertia: np.ndarray
+    time_constant_up: np.ndarray
+    time_constant_down: np.ndarray
+    max_rot_velocity: np.ndarray
+    rotor_drag_coefficient: np.ndarray
+
+
+@register_jitable
+def _attitude(q):  # type: ignore[no-untyped-def]
+    """Return R_WB of a quaternion."""
+    w, x, y, z = q / math.sqrt(np.sum(q * q))
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+
+
+@register_jitable
+def _rates(state, commands, air, twist, body, rotors):  # type: ignore[no-untyped-def]
+    """Return the derivative of a state, and the specific force at the origin in B.
+
+    A state is a quaternion, place and velocity in W, angular velocity in B, and rotor speeds.
+    """
+    q, v, w, speeds = state[0:4], state[7:10], state[10:13], state[13:]
+    R, rates = _attitude(q), np.zeros(len(state))
+    through, center = R.T @ (v - air), body.center
+    way = through + np.cross(w, center)
+    force, moment = -body.half_drag * math.sqrt(np.sum(way * way)) * way, twist.copy()
+    for i in range(len(speeds)):
+        axis, turn, speed = rotors.axis_B[i], rotors.direction[i], speeds[i]
+        error = min(max(commands[i], 0.0), rotors.max_rot_velocity[i]) - speed
+        up = 0.5 * error * (1.0 + (error / math.sqrt(error * error + 9.0)) ** 3)
+        slope = up / rotors.time_constant_up[i] + (error - up) / rotors.time_constant_down[i]
+        rates[13 + i] = slope
+        thrust = rotors.motor_constant[i] * speed * (speed + rotors.linear_speed[i])
+        way = through + np.cross(w, rotors.p_BR[i])
+        way = way - np.sum(way * axis) * axis
+        push = thrust * axis - rotors.rotor_drag_coefficient[i] * speed * way
+        force = force + push
+        moment = moment + np.cross(rotors.p_BR[i] - center, push)
+        moment = moment - turn * (rotors.moment_constant[i] * thrust) * axis
+        spin = turn * rotors.inertia[i] * axis
+        moment = moment - slope * spin - np.cross(w, speed * spin)
+    turning = body.inverse @ (moment - np.cross(w, body.inertia @ w))
+    felt = force / body.mass - np.cross(turning, center) - np.cross(w, np.cross(w, center))
+    rates[0] = -0.5 * np.sum(q[1:] * w)
+    rates[1:4] = 0.5 * (q[0] * w + np.cross(q[1:], w))
+    rates[4:7] = v
+    rates[7:10] = R @ felt
+    rates[9] -= 9.80665
+    rates[10:13] = turning
+    return rates, felt
+
+
+def _fly(asked, rotors, body, allocation, gains, caps, hover, law, noise, section, delay, out):  # type: ignore[no-untyped-def]
+    n = len(hover)
+    state = np.zeros(13 + n)
     state[0] = 1.0
     state[6] = 30.0
-    last, none, air, twist = np.zeros(6), np.zeros(6), np.zeros(3), np.zeros(3)
-    mean = np.zeros(6)
-    shares = np.ones(n)
-    supply = np.array([1.0, 0.0, 0.0, 1.0])
-    speeds = hover.copy()
+    state[13:] = hover
+    air, twist = np.zeros(3), np.zeros(3)
     commands = hover.copy()
     waiting = np.zeros((delay + 1, n))
     waiting[:] = hover
-    middles, slopes, ends = np.zeros(n), np.zeros(n), np.zeros(n)
     filtered = np.zeros((3, 2))
-    mass = body[0]
-    p = np.zeros(3)
     gyro = np.zeros(3)
     up = 0.0
     for k in range(len(out)):
-        exact = into_body(rotation(state[0:4]), state[7:10])
-        R = rotation(state[0:4])
+        R, v = _attitude(state[0:4]), state[7:10]
         for i in range(3):
-            u = exact[i] + noise[k, i]
+            u = state[10 + i] + noise[k, i]
             x_1, x_2 = filtered[i, 0], filtered[i, 1]
             gyro[i] = section[6] * x_1 + section[7] * x_2 + section[8] * u
             filtered[i, 0] = section[0] * x_1 + section[1] * x_2 + section[4] * u
             filtered[i, 1] = section[2] * x_1 + section[3] * x_2 + section[5] * u
             out[k, i] = gyro[i]
-        v_B = into_body(R, state[10:13])
+        v_B = R.T @ v
         for i in range(3):
             out[k, 6 + i] = v_B[i] + noise[k, 6 + i]
         if k % 2 == 0:
             want = asked[k // 2]
-            a_x = law[0] * (want[0] - state[10])
-            a_y = law[0] * (want[1] - state[11])
+            a_x = law[0] * (want[0] - v[0])
+            a_y = law[0] * (want[1] - v[1])
             most = law[3]
             a_x = min(max(a_x, -most), most)
             a_y = min(max(a_y, -most), most)
-            up += 0.5 * law[1] * (want[2] - state[12]) * 0.002
-            a_z = law[1] * (want[2] - state[12]) + up
-            b_x, b_y, _ = into_body(R, np.array([a_x, a_y, 0.0]))
-            b = into_body(R, np.array([0.0, 0.0, 1.0]))
+            up += 0.5 * law[1] * (want[2] - v[2]) * 0.002
+            a_z = law[1] * (want[2] - v[2]) + up
+            b_x, b_y, _ = R.T @ np.array([a_x, a_y, 0.0])
+            b = R[2]
             # the tilt that is wanted, less the one that there is
             e_x = b[1] + b_y / 9.80665 - want[4]
             e_y = -b[0] - b_x / 9.80665 - want[5]
             e_x = min(max(e_x, -0.4), 0.4)
             e_y = min(max(e_y, -0.4), 0.4)
             a_z = min(max(a_z, -law[4]), law[4])
-            thrust = mass * (9.80665 + a_z) / max(0.5, b[2])
+            thrust = body.mass * (9.80665 + a_z) / max(0.5, b[2])
             r = law[2]
             wish = np.array(
                 [
@@ -188,9 +255,9 @@ def _fly(
                     + allocation[i, 2] * wish[1]
                     + allocation[i, 3] * wish[2]
                 )
-                lin = rotors[i, 15]
-                T = max(T, 0.0) / rotors[i, 16]
-                commands[i] = min(math.sqrt(0.25 * lin * lin + T) - 0.5 * lin, rotors[i, 19])
+                lin, most = rotors.linear_speed[i], rotors.max_rot_velocity[i]
+                T = max(T, 0.0) / rotors.motor_constant[i]
+                commands[i] = min(math.sqrt(0.25 * lin * lin + T) - 0.5 * lin, most)
                 commands[i] = max(commands[i], 0.3 * hover[i])
         for i in range(n):
             out[k, 9 + i] = commands[i]
@@ -198,45 +265,16 @@ def _fly(
         late = waiting[(k + 1) % (delay + 1)]
         for i in range(3):
             air[i] = 0.999 * air[i] + noise[k, 9 + i]
-            none[i] = 0.0
             twist[i] = 0.99 * twist[i] + noise[k, 12 + i]
-        t_W = into_world(R, twist)
-        for i in range(3):
-            none[3 + i] = t_W[i]
-        new, acceleration = step_vehicle(
-            state,
-            last,
-            speeds,
-            late,
-            shares,
-            air,
-            none,
-            pressure,
-            supply,
-            body,
-            rotors,
-            0.001,
-            middles,
-            slopes,
-            ends,
-        )
-        # the physics has accelerations in the middle of its steps, a log at their beginning
-        for i in range(6):
-            mean[i] = 0.5 * (last[i] + acceleration[i])
-        exact_force = measured(state, mean, p)
-        for i in range(3):
-            out[k, 3 + i] = exact_force[3 + i] + noise[k, 3 + i]
-        for i in range(13):
-            state[i] = new[i]
-        for i in range(6):
-            last[i] = acceleration[i]
-        for i in range(n):
-            speeds[i] = ends[i]
+        first, felt = _rates(state, late, air, twist, body, rotors)
+        out[k, 3:6] = felt + noise[k, 3:6]
+        second, _ = _rates(state + 0.001 * first, late, air, twist, body, rotors)
+        state = state + 0.0005 * (first + second)
 
 
 compiled_fly = compile_cached(
     _fly,
-    ("dynamics", "estimation"),
+    ("common/jitable.py",),
     "the flights of a test",
     text=Path(__file__).read_text(encoding="utf-8"),
 )
@@ -268,9 +306,19 @@ def fly(
     margin = min(1.5, 0.5 * (vehicle.thrust_to_weight - 1.0) * 9.8 / 2.0)
     compiled_fly(
         excitation(rng, duration, 2.5, margin),
-        rotor_rows(flown.rotors, STEP),
-        rigid_body(flown.mass, flown.inertia, flown.p_BoBcm_B).packed(),
-        0.5 * AIR_DENSITY * drag_area(flown.mass),
+        Propellers(
+            *(
+                np.array([getattr(rotor, name) for rotor in flown.rotors], dtype=float)
+                for name in Propellers._fields
+            )
+        ),
+        Body(
+            flown.mass,
+            flown.inertia,
+            np.linalg.inv(flown.inertia),
+            np.array(flown.p_BoBcm_B),
+            0.5 * AIR_DENSITY * drag_area(flown.mass),
+        ),
         allocation_matrix(flown.rotors, flown.p_BoBcm_B),
         np.diag(vehicle.inertia).copy(),
         most_moments(vehicle),

@@ -11,11 +11,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy import signal
+from scipy.integrate import solve_ivp
 
 from workbench.design.identify.fit import (
     CHANNELS,
+    STEPS,
     Fit,
     Fitter,
+    compiled_follow,
     filtered,
     make_piece,
     model_rows,
@@ -32,6 +35,8 @@ from workbench.design.identify.report import (
     thrust_at,
 )
 from workbench.design.identify.search import Found, combined, identify
+from workbench.design.rollout.crafts import rotor_records
+from workbench.dynamics.rotor_response import split_error
 from workbench.plant.loading import load_vehicle
 from workbench.plant.vehicle import Vehicle
 
@@ -112,6 +117,31 @@ def test_the_model_says_of_each_row_what_was_measured_in_it(vehicle, case):
                 off = np.abs(rows[:, CHANNELS.index(name)] - measured)[5:]
                 # a row in which the command steps may be off by more
                 assert np.quantile(off, 0.75) < 0.002 * np.ptp(measured), name
+
+
+def test_rotors_follow_a_log_as_the_blended_equation_says(vehicle):
+    """Up, down and within the blend, at a sixteenth of the shorter of two time constants."""
+    up, down = 0.0125, 0.025
+    rotor = dataclasses.replace(vehicle.rotors[0], time_constant_up=up, time_constant_down=down)
+    step, begin = up / STEPS, 900.0
+    asked = np.repeat([300.0, 900.0, 903.0, 600.0, 0.0, 9e9], 40)
+    speeds, slopes = np.empty((2, len(asked), 1))
+    speeds[0] = begin
+    compiled_follow(asked[:, None], rotor_records([rotor]), step, speeds, slopes)
+
+    def rate(_, w, command):
+        parts = split_error(command - w[0])
+        return [parts[0] / up + parts[1] / down]
+
+    for k, command in enumerate(np.minimum(asked, rotor.max_rot_velocity)):
+        times = (0.5 * step, step)
+        found = solve_ivp(
+            rate, (0.0, step), [begin], t_eval=times, args=(command,), rtol=1e-11, atol=1e-11
+        )
+        middle, end = found.y[0]
+        assert speeds[k, 0] == pytest.approx(middle, abs=2e-3)
+        assert step * slopes[k, 0] == pytest.approx(end - begin, abs=2e-3)
+        begin = begin + step * slopes[k, 0]
 
 
 def test_the_models_specific_force_is_behind_the_accelerometers_filter(vehicle):

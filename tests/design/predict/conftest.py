@@ -6,7 +6,6 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from workbench.design.predict import flown, prediction
 from workbench.design.predict.motion import Motion, rotation
 from workbench.plant.vehicle import Vehicle
 from workbench.scenario.scenario import Scenario
@@ -16,24 +15,6 @@ STEP = 1 / 128
 """About so long is it between two samples, which are whole control periods apart [s]."""
 POINTS = ((0.0, (0.0, 0.0, 1.5)), (0.5, (1.0, 0.0, 1.5)), (2.5, (1.0, 1.0, 2.0)))
 """Where the pilot goes to, and from when on."""
-
-
-@pytest.fixture
-def interpreted_predictions(monkeypatch):
-    """Let predictions run as Python: to make their machine code takes ten seconds."""
-
-    def functions(controller):
-        made = (flown.make_fly, flown.make_listen, flown.make_refly)
-        return flown.Functions(*(as_python(make(controller)) for make in made))
-
-    def as_python(function):
-        def run(*args):
-            with np.errstate(all="ignore"):  # as machine code has it
-                return function(*args)
-
-        return run
-
-    monkeypatch.setattr(prediction, "compiled_flights", functions)
 
 
 class Simulated(NamedTuple):

@@ -8,7 +8,7 @@ from scipy import linalg
 from scipy.spatial.transform import Rotation
 
 from workbench.control.controller import load_controller
-from workbench.design.predict import flown, prediction
+from workbench.design.predict import driven, flown, known, prediction
 from workbench.design.predict.motion import Motion, rotation
 from workbench.design.predict.past import Past
 from workbench.design.predict.prediction import (
@@ -67,7 +67,7 @@ def past_of(vehicle, flight, listen) -> Past:
     """Return the past of a flight of PX4's law, which has a memory."""
     px4 = load_controller("px4")
     gains = dict(flight_gains(vehicle, controller=px4))
-    craft = flown.make_craft(vehicle, px4, gains, px4.period, 2)
+    craft = flown.make_craft(vehicle, px4, gains, px4.period)
     return Past(flight, vehicle, px4, gains, craft, listen)
 
 
@@ -115,15 +115,12 @@ def test_a_flight_computer_takes_the_start_for_what_it_knew(vehicle):
     off = np.tile(constant, (COUNT, 1))
     off[: at - 299] = -0.2, 0.3, 0.1  # what was before is forgotten
     turn = rotation(true.q)
-    known = turn * Rotation.from_rotvec(off)
-    known = Rotation.concatenate(
-        [known[:at], Rotation.from_rotvec(since) * known[at], known[at + 1 :]]
-    )
-    flight = true._replace(q_known=known.as_quat(scalar_first=True))
+    told = turn * Rotation.from_rotvec(off)
+    told = Rotation.concatenate([told[:at], Rotation.from_rotvec(since) * told[at], told[at + 1 :]])
+    flight = true._replace(q_known=told.as_quat(scalar_first=True))
     start = past_of(vehicle, flight, numbered).start(np.array([at]))
-    taken = np.empty(13)
-    flown.seen(start.states[0], start.errors[0], taken)
-    left = known[at].inv() * Rotation.from_quat(taken[:4], scalar_first=True)
+    taken = known.seen(tuple(start.states[0]), start.errors[0])
+    left = told[at].inv() * Rotation.from_quat(taken[:4], scalar_first=True)
     assert left.magnitude() < 0.02 * np.linalg.norm(since)
     assert taken[4:7] == pytest.approx(flight.p_known[at], abs=1e-12)
     assert taken[10:13] == pytest.approx(flight.v_known[at], abs=1e-12)
@@ -164,21 +161,31 @@ def test_a_push_acts_in_the_axes_that_it_is_stated_in(vehicle):
     pd = load_controller("pd")
     craft = flown.make_craft(vehicle, pd, dict(flight_gains(vehicle, controller=pd)), 1 / 128)
     turn = Rotation.from_euler("ZYX", [0.7, -0.3, 1.2])
+    state = np.array([[*turn.as_quat(scalar_first=True), 0, 0, 10.0, *[0.0] * 6]])
+    ones = np.ones((1, 4))
+    start = flown.Start(
+        states=state,
+        speeds=vehicle.hover_speeds[None],
+        memory=np.zeros((1, 0)),
+        counts=np.zeros(1),
+        errors=np.zeros((1, known.ERROR)),
+        voltages=np.ones(1),
+        shares=ones,
+        pushes=np.zeros((1, 1, driven.PUSH)),
+    )
 
     def ended(push):
-        state, speeds = np.zeros(13), vehicle.hover_speeds.copy()
-        state[0:4], state[6] = turn.as_quat(scalar_first=True), 10.0
-        last, room, ones = np.zeros(6), np.empty((3, len(speeds))), np.ones(len(speeds))
-        flown.fly_period(state, last, speeds, speeds, speeds, ones, push, 0.0, craft, room)
-        return state[7:13]
+        course = flown.Course(np.zeros((1, 1, 8)), np.ones((1, 1)), push[None, None])
+        states = flown.compiled_flights(pd).fly(craft, start, course, known.Observer())
+        return states[0, 1, 7:13]
 
-    still, push = ended(np.zeros(flown.PUSH)), np.array([3.0, -2.0, 1.0])
+    still, push = ended(np.zeros(driven.PUSH)), np.array([3.0, -2.0, 1.0])
     for place, moved in ((slice(0, 3), push), (slice(3, 6), turn.apply(push))):
-        pushed = np.zeros(flown.PUSH)
+        pushed = np.zeros(driven.PUSH)
         pushed[place] = push
         change = (ended(pushed) - still)[3:]
         np.testing.assert_allclose(change, moved / vehicle.mass / 128, atol=0.02 * np.ptp(change))
-    twisted = np.zeros(flown.PUSH)
+    twisted = np.zeros(driven.PUSH)
     twisted[6:9] = 0.02, -0.03, 0.01
     change = turn.inv().apply((ended(twisted) - still)[:3])
     expected = np.linalg.solve(vehicle.inertia, twisted[6:9]) / 128
@@ -189,7 +196,7 @@ def test_the_voltage_is_over_that_which_the_law_takes_for_full(vehicle):
     px4 = load_controller("px4")
     gains = {**flight_gains(vehicle, controller=px4), "vbat": 16.0}
     flight = motion()
-    craft = flown.make_craft(vehicle, px4, dict(gains), px4.period, 2)
+    craft = flown.make_craft(vehicle, px4, dict(gains), px4.period)
     past = Past(flight, vehicle, px4, gains, craft, numbered)
     samples = np.array([10, 300])
     np.testing.assert_allclose(past.start(samples).voltages, flight.voltage[samples] / 16.0)
@@ -197,12 +204,12 @@ def test_the_voltage_is_over_that_which_the_law_takes_for_full(vehicle):
 
 def test_an_estimate_takes_drag_for_tilt_as_its_equations_say():
     """de/dt = eta + d v - L e and deta/dt = -W e, beside the exponential of their matrix."""
-    gain, tilt, drag = observer = flown.Observer(7.0, 10.0, 0.4)
-    v, error, dt = (3.0, -2.0, 1.0), np.zeros(flown.ERROR), 1e-4
+    gain, tilt, drag = observer = known.Observer(7.0, 10.0, 0.4)
+    v, error, dt = (3.0, -2.0, 1.0), np.zeros(known.ERROR), 1e-4
     error[3:8] = 0.2, 0.1, -0.3, 0.5, -0.4
     begun, count = error.copy(), 4000
     for _ in range(count):
-        flown.step_error(error, v, observer, dt)
+        known.step_error(error, v, observer, dt)
     A = np.array([[-gain, 1.0, drag], [-tilt, 0.0, 0.0], [0.0, 0.0, 0.0]])
     for axis in (0, 1):
         after = linalg.expm(A * dt * count) @ [begun[3 + axis], begun[6 + axis], v[axis]]
@@ -214,11 +221,10 @@ def test_an_estimate_takes_drag_for_tilt_as_its_equations_say():
 def predictor(vehicle, monkeypatch):
     """Return a predictor whose flights stay where they begin."""
 
-    def fly(starts, *others):
-        references, keep = others[5], others[11]
-        return np.tile(starts[:, None], (1, references.shape[1] // keep + 1, 1))
+    def fly(craft, start, course, observer, keep):
+        return np.tile(start.states[:, None], (1, course.references.shape[1] // keep + 1, 1))
 
-    made = flown.Functions(fly, numbered, numbered)
+    made = flown.Functions(fly, numbered)
     monkeypatch.setattr(prediction, "compiled_flights", lambda controller: made)
     pd = load_controller("pd")
     return Predictor(vehicle, pd, dict(flight_gains(vehicle, controller=pd)), 1 / 128)

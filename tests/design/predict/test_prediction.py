@@ -34,7 +34,6 @@ def test_nothing_looks_ahead():
     assert means[:, 0].tolist() == [7.5, 27.5]
 
 
-@pytest.mark.usefixtures("interpreted_predictions")
 def test_the_model_predicts_its_own_flight(simulate):
     flown = simulate(Scenario(), duration=3.0)
     controller = load_controller("pd")
@@ -68,7 +67,7 @@ def test_integrals_of_another_firmware_are_those_of_the_log(simulate):
     flown = simulate(Scenario(controller="px4"), duration=1.0)
     px4 = load_controller("px4")
     gains = dict(flight_gains(flown.vehicle, controller=px4))
-    craft = make_craft(flown.vehicle, px4, gains, px4.period, 2)
+    craft = make_craft(flown.vehicle, px4, gains, px4.period)
 
     def listen(*arguments):
         return np.tile(np.arange(float(len(px4.memory))), (int(1.0 / px4.period), 1))
@@ -126,8 +125,7 @@ def test_the_drone_of_these_flights_is_that_of_the_crazyflie_but_for_the_air():
     assert ours.hover_speeds == pytest.approx(plain.hover_speeds)
 
 
-@pytest.mark.slow  # two flights of a quick law, as Python
-@pytest.mark.usefixtures("interpreted_predictions")
+@pytest.mark.slow  # the law of a firmware is compiled
 def test_inner_integrals_hold_the_moment_of_the_air(simulate):
     """A Crazyflie whose rotors' drag acts above its centre of mass, at up to 1 m/s."""
     config = VehicleConfig(model=str(DRONES / "nanobench.urdf"))

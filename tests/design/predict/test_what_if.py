@@ -8,7 +8,6 @@ import pytest
 
 from workbench.control.controller import load_controller
 from workbench.design.predict.motion import resampled
-from workbench.design.predict.prediction import Predictor
 from workbench.design.predict.what_if import Explained, Law, Uncertainty
 from workbench.gains.gains import flight_gains
 from workbench.plant.variation import Variation
@@ -69,23 +68,6 @@ def test_other_gains_make_the_flight_that_the_diagram_makes(simulate):
     changed = np.abs(real - found.logged[:, 4:7]).max()
     assert changed > 0.1
     assert np.abs(found.other[:, 4:7] - real).max() < 0.05 * changed
-
-
-def test_predictions_are_compiled_as_python_makes_them(simulate, request):
-    """Here, where numba has done most of it for the flights above."""
-    flown = simulate(Scenario(), duration=2.0)
-    own, _ = laws(flown.vehicle, {})
-    known = flown.vehicle, own.controller, own.gains, 1 / 128
-    compiled = Predictor(*known)
-    request.getfixturevalue("interpreted_predictions")
-    one, other = (each.predict(flown.motion) for each in (compiled, Predictor(*known)))
-    assert len(one.starts) == len(other.starts) > 3
-    assert one.whole.flown == pytest.approx(other.whole.flown, abs=1e-9)
-    a, b = one.errors[0], other.errors[0]  # the closed loop's
-    assert a.position == pytest.approx(b.position, abs=1e-9)
-    assert a.velocity == pytest.approx(b.velocity, abs=1e-9)
-    assert a.attitude == pytest.approx(b.attitude, abs=1e-7)
-    assert a.position.max() > 1e-6
 
 
 @pytest.mark.slow

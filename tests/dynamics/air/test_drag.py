@@ -8,8 +8,7 @@ from pydrake.autodiffutils import InitializeAutoDiff
 from pydrake.common.eigen_geometry import Quaternion
 from pydrake.math import RotationMatrix
 
-from workbench.dynamics.rigid_body import rotation
-from workbench.dynamics.vehicle_step import rotor_rows, vehicle_wrench
+from tests.dynamics.wrench import STILL, wrench_on
 
 PRESSURE = 0.7
 P_CM = np.array([0.03, -0.05, 0.1])
@@ -56,15 +55,6 @@ def by_vectors(state, speeds, wind, pressure, p_cm, rotors) -> np.ndarray:
     return np.concatenate([R_WB.T @ force, R_WB.T @ moment])
 
 
-def drag_wrench(state, speeds, wind, pressure, p_cm, rotors):
-    """Return the wrench of rotors without thrust."""
-    still = [0.0] * len(rotors)
-    whole = [1.0] * len(rotors)
-    R_WB = rotation(state[0:4])
-    motion = (R_WB, state[7:10], state[10:13], state[6])
-    return vehicle_wrench(*motion, speeds, still, whole, wind, pressure, p_cm, rotors)
-
-
 def drawn(rng) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return state, speeds and wind."""
     return rng.normal(size=13) * 3.0, rng.uniform(0, 1000, 4), rng.normal(size=3) * 8.0
@@ -74,7 +64,7 @@ def test_the_wrench_is_that_of_vectors(rotors):
     rng = np.random.default_rng(2)
     for _ in range(200):
         state, speeds, wind = drawn(rng)
-        found = drag_wrench(state, speeds, wind, PRESSURE, P_CM, rotor_rows(rotors, 0.0))
+        found = wrench_on(rotors, state, speeds, None, None, wind, PRESSURE, P_CM)
         wanted = by_vectors(state, speeds, wind, PRESSURE, P_CM, rotors)
         assert found == pytest.approx(wanted, rel=1e-9, abs=1e-9)
 
@@ -82,7 +72,8 @@ def test_the_wrench_is_that_of_vectors(rotors):
 def test_five_metres_a_second_against_a_square_decimetre():
     """1.225 / 2 · 0.01 · 25 = 0.153 N at the centre of mass, backwards."""
     state = [1.0, *[0.0] * 9, 5.0, 0.0, 0.0]
-    wrench = drag_wrench(state, [], [0.0] * 3, 0.5 * 1.225 * 0.01, [0.0, 0.0, 0.2], [])
+    half_drag, center = 0.5 * 1.225 * 0.01, (0.0, 0.0, 0.2)
+    wrench = wrench_on([], state, [], half_drag=half_drag, center=center)
     assert wrench == pytest.approx([-0.153125, 0, 0, 0, -0.2 * 0.153125, 0])
 
 
@@ -99,14 +90,14 @@ def test_a_rotor_pulls_and_rolls_against_its_way_whichever_way_it_turns(vehicle,
         rolling_moment_coefficient=1e-6,
     )
     state = [1.0, *[0.0] * 9, 2.0, 0.0, 3.0]
-    wrench = drag_wrench(state, [700.0], [0.0] * 3, 0.0, [0.0] * 3, rotor_rows([rotor], 0.0))
+    wrench = wrench_on([rotor], state, [700.0])
     assert wrench == pytest.approx([-0.14, 0, 0, -0.0014, -0.014, 0])
 
 
 def test_what_moves_with_the_air_feels_nothing(rotors):
     state = [0.5, 0.5, -0.5, 0.5, *[0.0] * 6, 3.0, -4.0, 1.0]
-    rows = rotor_rows(rotors, 0.0)
-    wrench = drag_wrench(state, [700.0] * 4, [3.0, -4.0, 1.0], PRESSURE, P_CM, rows)
+    wind = [3.0, -4.0, 1.0]
+    wrench = wrench_on(rotors, state, [700.0] * 4, None, None, wind, PRESSURE, P_CM)
     assert list(wrench) == [0.0] * 6
 
 
@@ -115,9 +106,8 @@ def test_it_carries_derivatives_even_at_rest(rotors):
     state = np.zeros(13)
     state[0] = 1.0
     speeds = [700.0] * 4
-    rows = rotor_rows(rotors, 0.0).tolist()
     every = InitializeAutoDiff(state).ravel().tolist()
-    carried = drag_wrench(every, speeds, [0.0] * 3, PRESSURE, P_CM.tolist(), rows)
+    carried = wrench_on(rotors, every, speeds, None, None, STILL, PRESSURE, P_CM.tolist())
     found = np.array([value.derivatives() for value in carried])
     columns = []
     for index in range(13):

@@ -17,9 +17,9 @@ Motor Delays", arXiv:2404.07837, section IV). Deviations are those of the inform
 blocks of three seconds left out one by one (the sandwich of Huber and White, as a jackknife), so
 that errors which are coloured, or larger in one manoeuvre than in another, count as they are.
 
-The model is the source that flies: the rotors follow the commands of the log
-(`dynamics.rotor_response`). From their speeds, and the measured angular velocity and velocity,
-`dynamics.vehicle_step` has force and moment, `dynamics.rigid_body` the accelerations, and
+The model is the source that flies: the rotors follow the commands of the log as `dynamics.rotors`
+says. From their speeds, and the measured angular velocity and velocity, that and
+`dynamics.air.drag` have force and moment, `dynamics.rigid_body` the accelerations, and
 `estimation.imu` what the accelerometer shows.
 """
 
@@ -36,9 +36,11 @@ from scipy.signal import butter, correlate, lfilter, oaconvolve, sosfiltfilt
 from workbench.common.compiled import compile_cached
 from workbench.design.identify.flight import SHARE, Flight, held_on_grid, on_even_grid
 from workbench.design.identify.quantities import Quantity, with_quantities
-from workbench.dynamics.rigid_body import accelerations, rigid_body
-from workbench.dynamics.rotor_response import step_rotor, within
-from workbench.dynamics.vehicle_step import LAG, ROW, rotor_rows, vehicle_wrench
+from workbench.design.rollout.crafts import body_records, rotor_records
+from workbench.design.rollout.engine import OPTIONS
+from workbench.dynamics.air.drag import drag_force
+from workbench.dynamics.rigid_body import body_acceleration, cross
+from workbench.dynamics.rotors import rotor_load, speed_slope, static_thrust, within
 from workbench.estimation.filters import lowpass
 from workbench.estimation.imu import measured
 from workbench.plant.drag import AIR_DENSITY, drag_area
@@ -89,54 +91,77 @@ CHANNELS = ("turn_x", "turn_y", "turn_z", "level_x", "level_y", "force")
 def _follow(commands: Any, rotors: Any, period: float, speeds: Any, slopes: Any) -> None:
     """Write speeds in the middle of every step, and their mean slopes, that follow commands.
 
-    A slope jumps with the command: its mean is what spins the body up.
+    A slope jumps with the command: its mean is what spins the body up. A step is one of the
+    classical Runge-Kutta method, and its middle is on the cubic through its ends.
 
     Args:
         commands: (N, n) held from each sample to the next [rad/s].
-        rotors: rows of `rotor_rows` for the period.
+        rotors: (n) see `crafts.ROTOR`.
         period: between samples [s].
         speeds: (N, n) places [rad/s]; the first row is where they begin.
         slopes: (N, n) places [rad/s²].
     """
-    for i in range(commands.shape[1]):
-        constants = rotors[i][LAG:ROW]
-        speed = speeds[0, i]
+    for i in range(len(rotors)):
+        rotor, speed = rotors[i], speeds[0, i]
         for k in range(len(commands)):
-            command = within(commands[k, i], constants[0])
-            speeds[k, i], _, end = step_rotor(command, speed, constants)
-            slopes[k, i] = (end - speed) / period
+            command = within(commands[k, i], rotor)
+            first = speed_slope(rotor, command, speed)
+            second = speed_slope(rotor, command, speed + 0.5 * period * first)
+            third = speed_slope(rotor, command, speed + 0.5 * period * second)
+            fourth = speed_slope(rotor, command, speed + period * third)
+            slopes[k, i] = (first + 2.0 * second + 2.0 * third + fourth) / 6.0
+            end = speed + period * slopes[k, i]
+            last = speed_slope(rotor, command, end)
+            speeds[k, i] = 0.5 * (speed + end) + 0.125 * period * (first - last)
             speed = end
 
 
 def _answers(
-    speeds: Any, slopes: Any, gyro: Any, velocity: Any, pressure: float, body: Any, rotors: Any,
+    speeds: Any, slopes: Any, gyro: Any, velocity: Any, half_drag: float, bodies: Any, rotors: Any,
     p_BI: Any, alpha: Any, force: Any,
 ) -> None:  # fmt: skip
-    """Write angular accelerations (N, 3) [rad/s²] and specific forces at p_BI (N, 3) [m/s²]."""
-    n = speeds.shape[1]
-    shares = np.ones(n)
-    still = np.zeros(3)
-    none = np.zeros(6)
+    """Write angular accelerations (N, 3) [rad/s²] and specific forces at p_BI (N, 3) [m/s²].
+
+    Args:
+        speeds: (N, n) of the rotors [rad/s].
+        slopes: (N, n) of their speeds [rad/s²].
+        gyro: (N, 3) angular velocity in B [rad/s].
+        velocity: (N, 3) in still air, in B [m/s].
+        half_drag: see `drag_force`.
+        bodies: (1) see `crafts.BODY`.
+        rotors: (n) see `crafts.ROTOR`.
+        p_BI: of the accelerometer, in B (3) [m].
+        alpha: places.
+        force: places.
+    """
     level = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
-    state = np.zeros(13)
+    body, state, acceleration = bodies[0], np.zeros(13), np.zeros(6)
     state[0] = 1.0
-    acceleration = np.zeros(6)
+    c_x, c_y, c_z = body.p_BoBcm_B
     for k in range(len(speeds)):
-        wrench = vehicle_wrench(
+        w_x, w_y, w_z = gyro[k]
+        v_x, v_y, v_z = velocity[k]
+        w_B, v_B = (w_x, w_y, w_z), (v_x, v_y, v_z)
+        s_x, s_y, s_z = cross(w_B, (c_x, c_y, c_z))
+        f_x, f_y, f_z = drag_force(half_drag, (v_x + s_x, v_y + s_y, v_z + s_z))
+        m_x, m_y, m_z = cross((c_x, c_y, c_z), (f_x, f_y, f_z))
+        for i in range(len(rotors)):
+            rotor, speed, slope = rotors[i], speeds[k, i], slopes[k, i]
+            static = static_thrust(rotor, 1.0, speed)
+            load = rotor_load(rotor, speed, slope, 1.0, static, w_B, v_B, level, FAR)
+            (l_x, l_y, l_z), (t_x, t_y, t_z), momentum = load
+            g_x, g_y, g_z = cross(w_B, momentum)
+            f_x, f_y, f_z = f_x + l_x, f_y + l_y, f_z + l_z
+            m_x, m_y, m_z = m_x + t_x - g_x, m_y + t_y - g_y, m_z + t_z - g_z
+        six = body_acceleration(
             level,
-            gyro[k],
-            velocity[k],
-            FAR,
-            speeds[k],
-            slopes[k],
-            shares,
-            still,
-            pressure,
-            body[13:16],
-            rotors,
-        )
-        six = accelerations(
-            level, gyro[k], none, 0.0, wrench, body[0], body[1:7], body[7:13], body[13:16]
+            w_B,
+            (f_x, f_y, f_z),
+            (m_x, m_y, m_z),
+            body.mass,
+            body.inertia,
+            body.inverse,
+            (c_x, c_y, c_z),
         )
         for i in range(3):
             state[7 + i] = gyro[k, i]
@@ -148,8 +173,8 @@ def _answers(
             force[k, i] = shown[3 + i]
 
 
-compiled_follow = compile_cached(_follow, SOURCES, "the rotors of a log", nogil=True)
-compiled_answers = compile_cached(_answers, SOURCES, "the motion of a log", nogil=True)
+compiled_follow = compile_cached(_follow, SOURCES, "the rotors of a log", **OPTIONS)
+compiled_answers = compile_cached(_answers, SOURCES, "the motion of a log", **OPTIONS)
 
 
 def shifted(values: np.ndarray, late: float) -> np.ndarray:
@@ -349,7 +374,7 @@ def _model_rows(vehicle: Vehicle, values: dict[str, float], piece: Piece) -> np.
         piece: of a flight.
     """
     tried = with_quantities(vehicle, values)
-    rows = rotor_rows(tried.rotors, piece.period)
+    rotors = rotor_records(tried.rotors)
     most = np.array([rotor.max_rot_velocity for rotor in tried.rotors])
     if piece.kind == SHARE:
         supply = piece.voltage ** values.get("voltage", 0.0)
@@ -358,7 +383,7 @@ def _model_rows(vehicle: Vehicle, values: dict[str, float], piece: Piece) -> np.
         commands = piece.commands
     speeds, slopes = np.empty((2, *commands.shape))
     speeds[0] = commands[0]
-    compiled_follow(commands, rows, piece.period, speeds, slopes)
+    compiled_follow(commands, rotors, piece.period, speeds, slopes)
     late = (values.get("delay", 0.0) - piece.early) / piece.period
     speeds, slopes = shifted(speeds, late), shifted(slopes, late)
     if piece.kind == SHARE:
@@ -376,8 +401,8 @@ def _model_rows(vehicle: Vehicle, values: dict[str, float], piece: Piece) -> np.
         piece.gyro,
         piece.velocity,
         0.5 * AIR_DENSITY * drag_area(vehicle.mass),
-        rigid_body(tried.mass, tried.inertia, tried.p_BoBcm_B).packed(),
-        rows,
+        body_records([tried]),
+        rotors,
         np.zeros(3),
         alpha,
         force,

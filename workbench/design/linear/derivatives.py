@@ -23,7 +23,7 @@ from workbench.design.linear.seeds import STATE, gradient, state_seeds, whole
 from workbench.design.linear.update import Update, averaged
 from workbench.design.linear.vehicle import Step, VehicleDerivatives
 from workbench.diagram.core import full_supply, make_vehicle_core
-from workbench.dynamics.rotors import loaded_voltage, static_thrusts
+from workbench.dynamics.rotors import loaded_voltage, power_share, static_thrusts
 from workbench.estimation.filters import lowpass
 from workbench.estimation.gyro import (
     STATES,
@@ -176,7 +176,8 @@ class Derivatives:
 
     def _voltage_at(self, speeds: Sequence[Any]) -> Any:
         """Return the voltage with rotors at speeds (n), over that of a full battery."""
-        return loaded_voltage(self._supply, static_thrusts(self._rotors, self._whole, speeds))
+        statics = static_thrusts(self._rotors, self._whole, speeds)
+        return loaded_voltage(self._supply[0], self._supply[1], sum(map(power_share, statics)))
 
     def _update(self, *signals: np.ndarray) -> Update:
         dividers = self.controller.dividers

@@ -2,7 +2,7 @@
 
 - The share of thrust that the rotors give, and the level force in B (tilt between the measured axes
   and those of the thrust), from accelerations and commands just before.
-- The estimate's error, see `flown.ERROR`: its constant part is the mean since the take-off, a few
+- The estimate's error, see `known.ERROR`: its constant part is the mean since the take-off, a few
   seconds at most.
 - The law's memory. The law runs along the log on what the flight computer knew; where the log has
   the attitude and the thrust that were asked for, the integrals behind these follow them. Integrals
@@ -20,9 +20,10 @@ from scipy.signal import lfilter
 
 from workbench.control.controller import Controller
 from workbench.control.crazyflie_power import CURVE, FULL, SMALL
-from workbench.design.predict.flown import ERROR, FOLLOW, PUSH, Craft
+from workbench.design.predict.driven import PUSH
+from workbench.design.predict.flown import FOLLOW, Craft, Start
+from workbench.design.predict.known import ERROR
 from workbench.design.predict.motion import TURNING, Motion, resampled, rotation
-from workbench.dynamics.vehicle_step import rotor_rows
 from workbench.plant.drag import drag_rates
 from workbench.plant.gravity import GRAVITY
 from workbench.plant.vehicle import Vehicle
@@ -51,32 +52,6 @@ ASKED = (
 """For `crazyflie`: setpoint in its memory, the integral that produces it, the gain of that, and a
 factor on it, in the order of `_told`."""
 INNER = ("x", "y", "z")
-
-
-class Start(NamedTuple):
-    """The start of N predictions of a flight; see `flown.make_fly` for the other attributes.
-
-    Attributes:
-        samples: of the motion (N).
-        states: (N, 13).
-        speeds: (N, n).
-        memory: (N, k).
-        counts: (N).
-        errors: (N, 11).
-        voltages: (N).
-        shares: (N, n).
-        pushes: (N, 1, 9).
-    """
-
-    samples: np.ndarray
-    states: np.ndarray
-    speeds: np.ndarray
-    memory: np.ndarray
-    counts: np.ndarray
-    errors: np.ndarray
-    voltages: np.ndarray
-    shares: np.ndarray
-    pushes: np.ndarray
 
 
 class Effects(NamedTuple):
@@ -243,7 +218,6 @@ class Past:
         counts = np.floor(motion.period * (samples - self._first) / self._craft.period)
         voltage = motion.voltage[samples]
         return Start(
-            samples=samples,
             states=np.column_stack(
                 [
                     motion.q[samples],
@@ -298,11 +272,12 @@ class Past:
     def _held(self, v_B: np.ndarray) -> np.ndarray:
         """Return integrals of `crazyflie`'s rates (N, 3) [deg] that balance the air's moment."""
         gains, vehicle = self._gains, self._vehicle
-        rows = rotor_rows(vehicle.rotors, self._craft.period)
-        pull = rows[:, 6] * vehicle.hover_speeds
-        heights = rows[:, 2] - vehicle.p_BoBcm_B[2]
+        hubs = np.array([rotor.p_BR for rotor in vehicle.rotors])
+        drags = np.array([rotor.rotor_drag_coefficient for rotor in vehicle.rotors])
+        pull = drags * vehicle.hover_speeds
+        heights = hubs[:, 2] - vehicle.p_BoBcm_B[2]
         arm = float(pull @ heights)  # moment about the centre of mass over level velocity [N·s]
-        unit = gains["thrust_max"] / FULL * 0.5 * np.abs(rows[:, 0:2]).sum(axis=0)
+        unit = gains["thrust_max"] / FULL * 0.5 * np.abs(hubs[:, 0:2]).sum(axis=0)
         roll = -arm * v_B[:, 1] / (unit[1] * gains["pid_rate_roll_ki"])
         pitch = -arm * v_B[:, 0] / (unit[0] * gains["pid_rate_pitch_ki"])
         return np.column_stack([np.clip(roll, -33.3, 33.3), np.clip(pitch, -33.3, 33.3), 0 * roll])

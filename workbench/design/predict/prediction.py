@@ -21,11 +21,12 @@ from scipy.spatial.transform import Rotation
 
 from workbench.control.controller import Controller
 from workbench.design.predict.flown import (
+    Course,
     Craft,
-    Observer,
     compiled_flights,
     make_craft,
 )
+from workbench.design.predict.known import Observer
 from workbench.design.predict.motion import Motion, resampled, rotation
 from workbench.design.predict.past import ALL, Effects, Past, air_rates, driven_thrust, lagged
 from workbench.design.response_metrics import lag
@@ -56,8 +57,6 @@ MOVES = 0.3
 """Smallest motion of the setpoint along an axis to measure a lag [m]."""
 TRUE = Observer(drag=0.0)
 """Observer of a flight computer that knows its true motion."""
-PHYSICS = 1 / 500
-"""Longest physics step [s]."""
 
 
 @dataclass(frozen=True)
@@ -145,8 +144,7 @@ class Predictor:
     ) -> None:
         self.vehicle, self.controller, self.gains = vehicle, controller, gains
         self.observer, self.effects = observer or Observer(), effects
-        steps = math.ceil(period / PHYSICS - 1e-9)
-        self.craft: Craft = make_craft(vehicle, controller, gains, period, steps)
+        self.craft: Craft = make_craft(vehicle, controller, gains, period)
         self._functions = compiled_flights(controller)
 
     def predict(
@@ -190,23 +188,12 @@ class Predictor:
     def _fly(self, past: Past, samples: np.ndarray, duration: float, keep: float) -> np.ndarray:
         """Return states (N, h, 13) of closed loops from samples on, at most `keep` [s] apart."""
         start, craft = past.start(samples, self.effects), self.craft
-        references = past.references(samples, duration)
-        return np.asarray(
-            self._functions.fly(
-                start.states,
-                start.speeds,
-                start.memory,
-                start.counts,
-                start.errors,
-                self.observer if self.effects.tilt and past.estimated else TRUE,
-                references,
-                start.voltages,
-                start.shares,
-                start.pushes,
-                0.0,
-                craft,
-                max(1, math.floor(keep / craft.period + 1e-9)),
-            )
+        return self._functions.fly(
+            craft,
+            start,
+            Course(past.references(samples, duration), start.voltages[:, None], start.pushes),
+            self.observer if self.effects.tilt and past.estimated else TRUE,
+            max(1, math.floor(keep / craft.period + 1e-9)),
         )
 
     def _closed(self, motion: Motion, past: Past, samples: np.ndarray, ahead: int) -> Errors:

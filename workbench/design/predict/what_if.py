@@ -1,9 +1,9 @@
 """Predict a logged flight with other gains or another law, with uncertainty.
 
-The part of the log that the model does not explain is kept as a disturbance over time, see `flown`,
-and acts again. Each vehicle in a sample of uncertain ones has its own disturbance for the log; the
-band covers their flights with the other law. So it is wide where the result depends on unknowns,
-and has no width where it does not: with the original law each of them flies the log.
+The part of the log that the model does not explain is kept as a disturbance over time, see
+`driven`, and acts again. Each vehicle in a sample of uncertain ones has its own disturbance for the
+log; the band covers their flights with the other law. So it is wide where the result depends on
+unknowns, and has no width where it does not: with the original law each of them flies the log.
 """
 
 import dataclasses
@@ -16,19 +16,20 @@ import numpy as np
 
 from workbench.common.errors import WorkbenchError
 from workbench.control.controller import Controller
+from workbench.design.predict.driven import PUSH
 from workbench.design.predict.flown import (
-    CLOSES,
-    ERROR,
     PERIOD,
-    PUSH,
     TRIALS,
-    Craft,
+    Course,
+    Start,
     compiled_flights,
     make_craft,
 )
+from workbench.design.predict.known import ERROR, Observer
 from workbench.design.predict.motion import Motion, resampled, rotation
 from workbench.design.predict.past import Past, thrust_doubt
-from workbench.plant.drag import AIR_DENSITY, drag_area
+from workbench.design.rollout.motion import LANES
+from workbench.plant.drag import drag_area
 from workbench.plant.vehicle import Vehicle
 
 COVERED = 0.95
@@ -39,8 +40,6 @@ LONG = 1.0
 """Length of a gap in the log from which on it is reported [s]."""
 DRAWS = 40
 """Number of vehicles sampled for the band."""
-STEP = 1 / 1000
-"""Approximate physics step; an even number of steps makes an update [s]."""
 
 
 @dataclass(frozen=True)
@@ -175,7 +174,7 @@ class Explained:
             (vehicle, (0.0, 0.0, 0.0)),
             *(_drawn(vehicle, uncertain, random) for _ in range(draws)),
         ]
-        self._own = _begun(motion, vehicle, flown, self._craft(flown, vehicle))
+        self._own = _begun(motion, vehicle, flown)
         self._pushes: list[np.ndarray] = []
         self._other, self._flights = self._own, list[np.ndarray]()
 
@@ -191,18 +190,20 @@ class Explained:
         over each of its own periods, so that the impulse is preserved.
         """
         if other != self._other.law:
-            craft = self._craft(other, self.vehicle)
-            self._other, self._flights = _begun(self._motion, self.vehicle, other, craft), []
+            self._other, self._flights = _begun(self._motion, self.vehicle, other), []
         begun, flights = self._other, self._flights
-        for number, real in enumerate(self._drawn):
+        for number in range(self.drawn):
             if number == len(flights):
-                pushes = _averaged(self._explain(number), self.flown.period, begun)
-                flights.append(self._at_own_times(begun, self._fly(begun, real, pushes)))
+                some = self._beside(number)
+                pushes = [_averaged(each, self.flown.period, begun) for each in self._explain(some)]
+                found = self._fly(begun, some, np.array(pushes))
+                flights.extend(self._at_own_times(begun, each) for each in found)
             yield flights[number]
 
     def compare(self, flights: Sequence[np.ndarray]) -> WhatIf:
         """Return the comparison of flights of vehicles, the nominal one first, with the log."""
-        own, pushes = self._own, self._explain(0)
+        own, nominal = self._own, slice(1)
+        (pushes,) = self._explain(nominal)
         whole = len(own.time)
         staying = [each for each in flights if stays(each, own.targets) == whole]
         low, high = _band(staying or [flights[0]])
@@ -211,7 +212,7 @@ class Explained:
             time=own.time,
             setpoint=resampled(self._motion.setpoint, self._motion.period, own.time),
             logged=own.targets,
-            again=self._fly(own, self._drawn[0], pushes),
+            again=self._fly(own, nominal, pushes[None])[0],
             other=flights[0],
             low=low,
             high=high,
@@ -221,18 +222,22 @@ class Explained:
             drawn=len(flights),
         )
 
-    def _explain(self, number: int) -> np.ndarray:
-        """Return the disturbance of a sampled vehicle for the log (K, 9)."""
-        if number == len(self._pushes):
-            pushes = np.zeros((len(self._own.errors), PUSH))
-            states = self._fly(self._own, self._drawn[number], pushes, TRIALS)
+    def _beside(self, number: int) -> slice:
+        """Return which vehicles fly together with one, which is the first of them."""
+        return slice(number, min(number + (LANES if number else 1), self.drawn))
+
+    def _explain(self, some: slice) -> list[np.ndarray]:
+        """Return the disturbance (K, 9) of each of some sampled vehicles for the log."""
+        if some.stop > len(self._pushes):
+            pushes = np.zeros((some.stop - (some.start or 0), len(self._own.voltages), PUSH))
+            states = self._fly(self._own, some, pushes, TRIALS)
             if not np.isfinite(states).all():
                 raise WorkbenchError(
                     f"{self._motion.name}: {self.vehicle.name} cannot be brought along this log: "
                     "name the drone that flew, and the law that flew it"
                 )
-            self._pushes.append(pushes)
-        return self._pushes[number]
+            self._pushes.extend(pushes)
+        return self._pushes[some]
 
     def _at_own_times(self, begun: "_Begun", states: np.ndarray) -> np.ndarray:
         """Return states at the updates of the law that flew."""
@@ -240,32 +245,23 @@ class Explained:
             return states
         return resampled(states, begun.law.period, self._own.time - begun.time[0])
 
-    def _craft(self, law: Law, real: Vehicle) -> Craft:
-        steps = max(1, round(0.5 * law.period / STEP)) * 2
-        return make_craft(self.vehicle, law.controller, law.gains, law.period, steps, flown=real)
-
-    def _fly(
-        self, begun: "_Begun", real: "_Real", pushes: np.ndarray, trials: int = 1
-    ) -> np.ndarray:
-        """Return states (K+1, 13), see `flown.make_refly`; several trials also write the pushes."""
-        vehicle, wind = real
-        craft = self._craft(begun.law, vehicle)._replace(wind=wind)
-        return np.asarray(
-            compiled_flights(begun.law.controller).refly(
-                begun.targets,
-                begun.speeds,
-                begun.memory,
-                begun.updates,
-                begun.errors,
-                begun.references,
-                begun.voltages,
-                np.ones(len(craft.rotors)),
+    def _fly(self, begun: "_Begun", some: slice, pushes: np.ndarray, trials: int = 1) -> np.ndarray:
+        """Return states of some vehicles (N, K+1, 13); several trials also write the pushes."""
+        vehicles, winds = zip(*self._drawn[some], strict=True)
+        law = begun.law
+        craft = make_craft(self.vehicle, law.controller, law.gains, law.period, vehicles)
+        return compiled_flights(law.controller).fly(
+            craft._replace(drag_areas=[drag_area(each.mass) for each in vehicles], winds=winds),
+            begun.start,
+            Course(
+                begun.references[None],
+                begun.voltages[None],
                 pushes,
-                0.5 * AIR_DENSITY * drag_area(vehicle.mass),
-                1.0 / CLOSES,
-                craft,
-                trials,
-            )
+                begun.errors[None],
+                begun.targets[None, 1:],
+            ),
+            Observer(),
+            trials=trials,
         )
 
 
@@ -278,28 +274,24 @@ class _Begun(NamedTuple):
 
     Attributes:
         law: the law.
+        start: of one flight.
         time: (K+1) [s].
         targets: states of the log (K+1, 13).
         errors: of the estimate (K, 11).
-        memory: (k).
-        updates: number of updates before.
-        speeds: of the rotors (n).
         references: (K, 8).
         voltages: (K).
     """
 
     law: Law
+    start: Start
     time: np.ndarray
     targets: np.ndarray
     errors: np.ndarray
-    memory: np.ndarray
-    updates: float
-    speeds: np.ndarray
     references: np.ndarray
     voltages: np.ndarray
 
 
-def _begun(motion: Motion, vehicle: Vehicle, law: Law, craft: Craft) -> _Begun:
+def _begun(motion: Motion, vehicle: Vehicle, law: Law) -> _Begun:
     first, last = motion.airborne
     begin = motion.period * first
     updates = math.floor(motion.period * (last - first) / law.period + 1e-9)
@@ -316,19 +308,19 @@ def _begun(motion: Motion, vehicle: Vehicle, law: Law, craft: Craft) -> _Begun:
     errors[:, 0:3], errors[:, 3:6] = (at(motion.p_known) - p)[:-1], (at(motion.v_known) - v)[:-1]
     errors[:, 8:11] = (rotation(q).inv() * rotation(q_known)).as_rotvec()[:-1]
     listen = compiled_flights(law.controller).listen
+    craft = make_craft(vehicle, law.controller, law.gains, law.period)
     past = Past(motion, vehicle, law.controller, law.gains, craft, listen)
     start = past.start(np.array([first]))
-    references = past.references(np.array([first]), craft.period * updates)[0]
-    times = begin + craft.period * np.arange(len(references))
+    references = past.references(np.array([first]), law.period * updates)[0]
+    times = begin + law.period * np.arange(len(references))
     voltage = resampled(motion.voltage[:, None], motion.period, times)[:, 0] / past.full_voltage
+    targets = np.column_stack([q, p, rotation(q).apply(at(motion.w)), v])
     return _Begun(
         law,
+        start._replace(states=targets[:1], shares=np.ones_like(start.shares)),
         time,
-        np.column_stack([q, p, rotation(q).apply(at(motion.w)), v]),
+        targets,
         errors,
-        start.memory[0],
-        float(start.counts[0]),
-        start.speeds[0],
         references,
         np.where(np.isfinite(voltage), voltage, 1.0),
     )

@@ -10,7 +10,7 @@ from workbench.control.flight_law import law_constants
 from workbench.design.rollout.fields import packed_dtype
 from workbench.design.rollout.motion import LANES, Room
 from workbench.design.rollout.record import law_dtype, law_record
-from workbench.dynamics.rigid_body import RigidBody, rigid_body
+from workbench.dynamics.rigid_body import rigid_body
 from workbench.dynamics.rotors import RotorConstants
 from workbench.plant.payload import NO_PAYLOAD, Payload, laden
 from workbench.plant.rotors import Rotor
@@ -19,7 +19,7 @@ from workbench.plant.vehicle import Vehicle
 from workbench.scenario.scenario import Rates
 
 BODY = packed_dtype({"mass": (), "inertia": (6,), "inverse": (6,), "p_BoBcm_B": (3,)})
-"""See `RigidBody`."""
+"""See `rigid_body.RigidBody`."""
 ROTOR = packed_dtype(
     {name: (3,) if name in ("p_BR", "axis_B") else () for name in RotorConstants._fields}
 )
@@ -80,45 +80,68 @@ def make_crafts(
     payloads = payloads or [NO_PAYLOAD] * len(variations)
     known = {each: law_record(law_constants(vehicle, each)) for each in {p.known for p in payloads}}
     delays = [each.delays(rates.physics_step, rates.control_period) for each in variations]
-    flown = list(zip(variations, payloads, strict=True))
-    rotors = [[_lagged(rotor, each) for rotor in vehicle.rotors] for each in variations]
-    return Crafts(
-        law=np.concatenate([known[each.known] for each in payloads])
+    flown = zip(variations, payloads, strict=True)
+    return prompt_crafts(
+        [laden(_varied(vehicle, variation), payload) for variation, payload in flown],
+        np.concatenate([known[each.known] for each in payloads])
         if payloads
         else np.zeros(0, law_dtype(len(vehicle.rotors))),
-        bodies=np.array([tuple(_flown(vehicle, *each)) for each in flown], dtype=BODY),
-        rotors=np.array([[_constants(rotor) for rotor in each] for each in rotors], dtype=ROTOR),
-        speeds=np.array([vehicle.hover_speeds] * len(variations)),
+        np.array([vehicle.hover_speeds] * len(variations)),
+    )._replace(
         seen=np.array([each.seen for each in delays]),
         acting=np.array([each.acting for each in delays]),
-        lags=np.array([min(map(_quickest, each)) for each in rotors]),
     )
 
 
-def _flown(vehicle: Vehicle, variation: Variation, payload: Payload) -> RigidBody:
-    """Return what moves."""
+def prompt_crafts(vehicles: Sequence[Vehicle], law: np.ndarray, speeds: np.ndarray) -> Crafts:
+    """Return vehicles (K) whose laws see and act without delay.
+
+    Args:
+        vehicles: as they fly.
+        law: see `Crafts`.
+        speeds: see `Crafts`.
+    """
+    return Crafts(
+        law=law,
+        bodies=body_records(vehicles),
+        rotors=np.array([rotor_records(each.rotors) for each in vehicles], dtype=ROTOR),
+        speeds=speeds,
+        seen=np.zeros((len(vehicles), 2)),
+        acting=np.zeros((len(vehicles), 2)),
+        lags=np.array([min(map(_quickest, each.rotors)) for each in vehicles]),
+    )
+
+
+def body_records(vehicles: Sequence[Vehicle]) -> np.ndarray:
+    """Return the bodies of vehicles as records (K), see `BODY`."""
+    bodies = [rigid_body(each.mass, each.inertia, each.p_BoBcm_B) for each in vehicles]
+    return np.array([tuple(each) for each in bodies], dtype=BODY)
+
+
+def rotor_records(rotors: Sequence[Rotor]) -> np.ndarray:
+    """Return rotors as records (n), see `ROTOR`."""
+    rows = [tuple(getattr(each, name) for name in RotorConstants._fields) for each in rotors]
+    return np.array(rows, dtype=ROTOR)
+
+
+def _varied(vehicle: Vehicle, variation: Variation) -> Vehicle:
+    """Return a vehicle with the mass, inertia and rotor lag of a variation."""
     (xx, xy, xz), (_, yy, yz), (_, _, zz) = (variation.inertia * vehicle.inertia).tolist()
-    varied = dataclasses.replace(
+    lag = variation.rotor_lag
+    rotors = tuple(
+        dataclasses.replace(
+            rotor,
+            time_constant_up=lag * rotor.time_constant_up,
+            time_constant_down=lag * rotor.time_constant_down,
+        )
+        for rotor in vehicle.rotors
+    )
+    return dataclasses.replace(
         vehicle,
         mass=variation.mass * vehicle.mass,
         I_BBcm_B=((xx, xy, xz), (xy, yy, yz), (xz, yz, zz)),
+        rotors=rotors,
     )
-    whole = laden(varied, payload)
-    return rigid_body(whole.mass, whole.inertia, whole.p_BoBcm_B)
-
-
-def _lagged(rotor: Rotor, variation: Variation) -> Rotor:
-    """Return a rotor with the lag of a variation."""
-    lag = variation.rotor_lag
-    return dataclasses.replace(
-        rotor,
-        time_constant_up=lag * rotor.time_constant_up,
-        time_constant_down=lag * rotor.time_constant_down,
-    )
-
-
-def _constants(rotor: Rotor) -> tuple[Any, ...]:
-    return tuple(getattr(rotor, name) for name in RotorConstants._fields)
 
 
 def _quickest(rotor: Rotor) -> float:

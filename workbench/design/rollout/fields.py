@@ -11,8 +11,9 @@ from typing import Any
 import numpy as np
 from llvmlite import ir
 from numba.core import cgutils, types
-from numba.extending import intrinsic
+from numba.core.extending import intrinsic as numba_intrinsic
 
+intrinsic: Any = numba_intrinsic  # callers give less than what it decorates takes
 BYTES = 8
 """Of each number in a record: all are float64 [bytes]."""
 
@@ -123,7 +124,7 @@ def _at(builder: Any, base: Any, place: Any) -> Any:
 
 def _parts(context: Any, builder: Any, kind: Any, value: Any) -> list[Any]:
     """Return the numbers of a tuple, or of a number, as float64."""
-    if not isinstance(kind, types.BaseTuple):
+    if isinstance(kind, (types.Number, types.Boolean)):
         return [context.cast(builder, value, kind, types.float64)]
     parts = zip(kind, cgutils.unpack_tuple(builder, value), strict=True)
     return [context.cast(builder, part, each, types.float64) for each, part in parts]

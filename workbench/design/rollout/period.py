@@ -78,7 +78,8 @@ class Times(NamedTuple):
 
 def make_times() -> Times:
     """Return places for the times of 16 lanes."""
-    return Times(*(np.zeros(LANES) for _ in range(4)), np.zeros(LANES, dtype=bool))
+    now, end, spans, sizes = np.zeros((4, LANES))
+    return Times(now, end, spans, sizes, np.zeros(LANES, dtype=bool))
 
 
 class Rings(NamedTuple):
@@ -162,9 +163,10 @@ def make_fly_period(update: Callable[..., None], knowing: Knowing, key: str) -> 
         going = True
         while going:
             for i in range(len(flights)):
-                now, end = times.now[i], times.end[i]
-                until = min(_next_event(flights[i], clock, now), due(sensors, now))
-                until = until if until < end - ON_TIME else end
+                now, end, until = times.now[i], times.end[i], times.end[i]
+                if now < end:
+                    until = min(_next_event(flights[i], clock, now), due(sensors, now))
+                    until = until if until < end - ON_TIME else end
                 times.spans[i] = until - now
                 times.now[i] = until
             advance(room, times.sizes, times.third, times.spans, clock.sags, pushed)
