@@ -158,7 +158,7 @@ def test_rotors_may_be_commanded(tmp_path):
         batch.rotor_commands[:] = np.sqrt(row / constants)
         batch.step()
     for mine, theirs in (
-        (batch.attitude, flown.q_WB),
+        (batch.attitude / np.linalg.norm(batch.attitude, axis=1, keepdims=True), flown.q_WB),
         (batch.position, flown.p_WB),
         (batch.angular_velocity, flown.w_WB),
         (batch.velocity, flown.v_WB),

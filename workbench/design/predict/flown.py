@@ -62,7 +62,17 @@ class Craft(NamedTuple):
         """When things happen: updates of the law, and of nothing else."""
         one = np.ones(1)
         estimate = sampled_estimate(self.period)
-        return Clock(self.period, self.period, math.inf, estimate, False, math.inf, 0.0, one, one)
+        return Clock(
+            step=self.period,
+            period=self.period,
+            mode_period=math.inf,
+            estimate=estimate,
+            sags=False,
+            battery_period=math.inf,
+            used=0.0,
+            charges=one,
+            voltages=one,
+        )
 
 
 def make_craft(
@@ -247,7 +257,9 @@ def begun(craft: Craft, start: Start) -> np.ndarray:
     flights["law"], flights["lag"] = crafts.law, crafts.lags
     flights["error"], flights["shares"], flights["count"] = start.errors, start.shares, start.counts
     # the law flies to where its reference is, all the time, however low
-    flights["holding"], flights["mode_updates"], flights["clearance"] = 0.0, 1.0, -math.inf
+    flights["holding"], flights["clearance"] = 0.0, -math.inf
+    for updates in ("mode_updates", "battery_updates"):  # the next one never comes
+        flights[updates] = 1.0
     air = flights["air"]
     air["wind_x"], air["wind_y"], air["wind_z"] = np.transpose(craft.winds)
     air["air_density"], air["drag_area"] = AIR_DENSITY, craft.drag_areas

@@ -112,10 +112,9 @@ def make_flights(
     flights["air_seed"], flights["drop"] = candidates.seeds, drop
     flights["sag_compensation"] = sag_compensation
     flights["gyro"] = candidates.gyros
-    filters = {
-        tuple(each): _gyro_filter(each, rates) for each in np.unique(candidates.gyros, axis=0)
-    }
-    flights["gyro_filter"] = [filters[tuple(each)] for each in candidates.gyros]
+    for settings in np.unique(candidates.gyros, axis=0):
+        same = (candidates.gyros == settings).all(axis=1)
+        flights["gyro_filter"][same] = _gyro_filter(settings, rates)
     late, look = crafts.seen.T
     age, since = crafts.acting.T
     flights["late"], flights["look"] = late, look * rates.physics_step

@@ -188,9 +188,9 @@ def make_fly_period(update: Callable[..., None], knowing: Knowing, key: str) -> 
                 write_drive(flight, room, i)
         for i in range(len(flights)):
             flight = flights[i]
+            flight.count += 1.0
             if flight.lost_at < 0.0:
                 read_motion(flight, room, i)
-                flight.count += 1.0
                 if _is_lost(fetch(flight, "state"), flight.clearance):
                     flight.lost_at = flight.count
 
@@ -416,9 +416,11 @@ def _update_mode(flight, clock, now, state):
 
 @register_jitable
 def _update_battery(flight, clock, now):
-    """Update the battery, if there is one and that is due."""
-    if clock.sags and now > flight.battery_updates * clock.battery_period - ON_TIME:
-        flight.battery_updates += 1.0
+    """Update the battery, if that is due; without one, a step of the integrator ends all the same."""
+    if now < flight.battery_updates * clock.battery_period - ON_TIME:
+        return
+    flight.battery_updates += 1.0
+    if clock.sags:
         flight.charge = max(0.0, flight.charge - clock.used * _power(flight))
         flight.open_circuit = np.interp(flight.charge, clock.charges, clock.voltages)
 
@@ -439,8 +441,7 @@ def next_multiple(now, period):
 def _next_event(flight, clock, now):
     """Return when something next happens to a flight, besides its sensors' samples [s]."""
     begin, found = flight.count * clock.period, flight.mode_updates * clock.mode_period
-    if clock.sags:
-        found = min(found, flight.battery_updates * clock.battery_period)
+    found = min(found, flight.battery_updates * clock.battery_period)
     if begin + flight.look > now + ON_TIME:
         found = min(found, begin + flight.look)
     if begin + flight.since > now + ON_TIME:
