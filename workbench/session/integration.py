@@ -38,6 +38,23 @@ period with `runge_kutta5`."""
 AIR, AIR_SHORT, GROUND = "runge_kutta5", "runge_kutta3", "cenic"
 
 
+def air_step(period: float, lag: float, turns_fast: bool) -> tuple[float, bool]:
+    """Return the step in the air [s], and whether it is of third order, else of fifth.
+
+    Args:
+        period: of control [s].
+        lag: time constant of the quickest rotor [s].
+        turns_fast: whether the body turns faster than `FAST`.
+    """
+    size = _part(period, min(0.5 * LONGEST_STEP if turns_fast else LONGEST_STEP, lag))
+    return size, size <= SHORT * lag
+
+
+def _part(period: float, longest: float) -> float:
+    """Return the longest part of a period of which as many as fill it are no longer [s]."""
+    return period / math.ceil(period / longest - 1e-9)
+
+
 class Integration:
     """Advances a Simulator, with the integrator that each control period needs."""
 
@@ -61,13 +78,11 @@ class Integration:
         """Set the integrator for the control period that begins now."""
         root, airframe = self._simulator.get_context(), self._airframe
         air = not airframe.may_touch(root, self._period)
-        longest = LONGEST_STEP
-        if math.hypot(*airframe.body_state(root)[7:10].tolist()) > FAST:
-            longest *= 0.5
-        # explicit steps of the rotors' speeds: of fifth order in the air, those of Euler in CENIC
-        longest = min(longest, self._lag if air else 0.5 * self._lag)
-        size = self._period / math.ceil(self._period / longest - 1e-9)
-        scheme = (AIR_SHORT if size <= SHORT * self._lag else AIR) if air else GROUND
+        turns_fast = math.hypot(*airframe.body_state(root)[7:10].tolist()) > FAST
+        size, third = air_step(self._period, self._lag, turns_fast)
+        scheme = AIR_SHORT if third else AIR
+        if not air:  # steps of the rotors' speeds are those of Euler in CENIC
+            scheme, size = GROUND, _part(self._period, min(size, 0.5 * self._lag))
         if scheme == self._scheme and size == self._size:
             return
         self._scheme, self._size = scheme, size

@@ -18,7 +18,7 @@ from workbench.design.predict.driven import FIELDS, PUSH, make_fly, make_listen
 from workbench.design.predict.known import ERROR, Observer
 from workbench.design.rollout import engine
 from workbench.design.rollout.crafts import Crafts, prompt_crafts
-from workbench.design.rollout.flights import begin
+from workbench.design.rollout.flights import begin, set_steps
 from workbench.design.rollout.motion import LANES, make_room
 from workbench.design.rollout.period import Clock, make_times
 from workbench.design.rollout.record import flight_dtype, law_record, sizes_of
@@ -254,7 +254,8 @@ def begun(craft: Craft, start: Start) -> np.ndarray:
         flights["gains"] = craft.gains
     if sizes.memory:
         flights["memory"] = start.memory
-    flights["law"], flights["lag"] = crafts.law, crafts.lags
+    flights["law"] = crafts.law
+    set_steps(flights, crafts.lags, craft.period)
     flights["error"], flights["shares"], flights["count"] = start.errors, start.shares, start.counts
     # the law flies to where its reference is, all the time, however low
     flights["holding"], flights["clearance"] = 0.0, -math.inf

@@ -25,13 +25,11 @@ from workbench.dynamics.rigid_body import into_body, into_world, rotation
 from workbench.estimation.ekf import NOMINAL
 from workbench.estimation.ekf import estimate as estimated_motion
 from workbench.estimation.estimators import Estimator
-from workbench.estimation.filters import after, output, works
+from workbench.estimation.filters import after, output
 from workbench.estimation.gyro import (
     at_rest,
     body_rates,
     filtered_rates,
-    filters_gyro,
-    sample_steps,
     stepped_filters,
 )
 from workbench.estimation.imu import mean_rate, measured
@@ -65,6 +63,7 @@ def estimate_fields(senses: Senses) -> dict[str, Any]:
         "bias": (6,),
         "drift": (6,),
         "accel_filter": (SECTION,),
+        "accel_filters": (),
         "accel_states": (6,),
         "readings": (KINDS, senses.hearing.depth, 1 + MOST),
         "biases": (KINDS, MOST),
@@ -78,7 +77,7 @@ def _read_imu(flight, clock, sensors, z):
     """Write mean angular velocity and specific force since the last update to z (6)."""
     state, p_BS, step = fetch(flight, "state"), sensors.p_BS, clock.step
     steps, number = round(clock.period / step), int(flight.count)
-    every = sample_steps(flight.gyro[0], step, steps)
+    every = int(flight.gyro_every)
     now, before, end, middle = np.empty((4, MOTION))
     motion = point_motion(state, p_BS)
     for k in range(MOTION):
@@ -90,8 +89,7 @@ def _read_imu(flight, clock, sensors, z):
     turn = w_B
     if began:
         count = steps // every
-        smooths = works(flight.gyro[5], every * step)
-        filtered = filters_gyro(flight.gyro, every * step) or smooths
+        filtered = flight.gyro_filters > 0.0 or flight.accel_filters > 0.0
         parts = count if filtered else 2 - count % 2  # where nothing is filtered, two stand for all
         turn = mean_rate(before[0:4], now[0:4], clock.period)
     share, each = 1.0 / parts, count // parts

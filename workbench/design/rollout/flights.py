@@ -29,11 +29,12 @@ from workbench.design.rollout.period import (
 from workbench.design.rollout.record import Sizes, flight_dtype
 from workbench.design.rollout.senses import Senses
 from workbench.dynamics.air.settings import AirSettings
-from workbench.estimation.filters import lowpass
-from workbench.estimation.gyro import GyroSettings, gyro_filter, sample_steps
+from workbench.estimation.filters import lowpass, works
+from workbench.estimation.gyro import GyroSettings, filters_gyro, gyro_filter, sample_steps
 from workbench.estimation.imu import drawn_bias
 from workbench.plant.vehicle import Vehicle
 from workbench.scenario.scenario import Rates
+from workbench.session.integration import air_step
 from workbench.systems.acceleration_estimate import sampled_estimate
 from workbench.systems.battery import PERIOD, hover_power, voltage_curve
 
@@ -112,14 +113,13 @@ def make_flights(
     flights["air_seed"], flights["drop"] = candidates.seeds, drop
     flights["sag_compensation"] = sag_compensation
     flights["gyro"] = candidates.gyros
-    for settings in np.unique(candidates.gyros, axis=0):
-        same = (candidates.gyros == settings).all(axis=1)
-        flights["gyro_filter"][same] = _gyro_filter(settings, rates)
+    _set_gyros(flights, candidates.gyros, rates)
+    set_steps(flights, crafts.lags, rates.control_period)
     late, look = crafts.seen.T
     age, since = crafts.acting.T
     flights["late"], flights["look"] = late, look * rates.physics_step
     flights["age"], flights["since"] = age, since * rates.physics_step
-    flights["lag"], flights["clearance"] = crafts.lags, clearance
+    flights["clearance"] = clearance
     if senses:
         _begin_estimates(flights, senses, candidates, rates)
     begin(flights, candidates.starts, crafts.speeds, memory)
@@ -158,10 +158,25 @@ def make_rings(crafts: Crafts) -> Rings:
     return Rings(np.zeros((count, late, 13)), np.zeros((count, age, rotors)))
 
 
-def _gyro_filter(settings: np.ndarray, rates: Rates) -> tuple[float, ...]:
-    live = GyroSettings(*settings.tolist())
-    every = sample_steps(live.gyro_rate, rates.physics_step, rates.control_steps)
-    return gyro_filter(live, every * rates.physics_step)
+def _set_gyros(flights: np.ndarray, gyros: np.ndarray, rates: Rates) -> None:
+    """Write what follows from the settings of gyros (N, 7)."""
+    for settings in np.unique(gyros, axis=0):
+        same = (gyros == settings).all(axis=1)
+        live = GyroSettings(*settings.tolist())
+        every = sample_steps(live.gyro_rate, rates.physics_step, rates.control_steps)
+        period = every * rates.physics_step
+        flights["gyro_every"][same] = every
+        flights["gyro_filters"][same] = filters_gyro(live, period)
+        flights["gyro_filter"][same] = gyro_filter(live, period)
+
+
+def set_steps(flights: np.ndarray, lags: np.ndarray, period: float) -> None:
+    """Write the steps of the integrator, for the lags of the quickest rotors (N) [s]."""
+    for lag in np.unique(lags):
+        for prefix, turns_fast in (("", False), ("fast_", True)):
+            step, third = air_step(period, float(lag), turns_fast)
+            flights[f"{prefix}step"][lags == lag] = step
+            flights[f"{prefix}third"][lags == lag] = third
 
 
 def _begin_estimates(
@@ -179,10 +194,12 @@ def _begin_estimates(
         }
     flights["bias"] = [seeds[seed] for seed in candidates.noises[:, 0]]
     for settings in np.unique(candidates.gyros, axis=0):
+        same = (candidates.gyros == settings).all(axis=1)
         live = GyroSettings(*settings.tolist())
-        every = sample_steps(live.gyro_rate, rates.physics_step, rates.control_steps)
-        section = lowpass(live.accel_lowpass, live.accel_lowpass_order, every * rates.physics_step)
-        flights["accel_filter"][(candidates.gyros == settings).all(axis=1)] = section
+        period = float(flights["gyro_every"][same][0]) * rates.physics_step
+        section = lowpass(live.accel_lowpass, live.accel_lowpass_order, period)
+        flights["accel_filter"][same] = section
+        flights["accel_filters"][same] = works(live.accel_lowpass, period)
 
 
 def make_fly(controller: Controller, knowing: Knowing) -> Callable[..., None]:

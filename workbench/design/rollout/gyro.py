@@ -13,8 +13,6 @@ from workbench.estimation.gyro import (
     at_rest,
     body_rates,
     filtered_rates,
-    filters_gyro,
-    sample_steps,
     sensed,
     stepped_filters,
 )
@@ -28,11 +26,10 @@ ON_TIME = 1e-6
 def _know(flight, clock, sensors):
     """Write the state that the law knows at a control update."""
     state = fetch(flight, "state")
-    every = sample_steps(flight.gyro[0], clock.step, round(clock.period / clock.step))
-    if filters_gyro(flight.gyro, every * clock.step):
+    if flight.gyro_filters > 0.0:
         rates, states = body_rates(state), at_rest(body_rates(state))
         if flight.sampled > 0.0:
-            rates, states = _filtered(flight, clock, state, every, clock.period)
+            rates, states = _filtered(flight, clock, state, clock.period)
         else:
             coefficients = fetch(flight, "gyro_filter")
             states = stepped_filters(coefficients, states, rates)
@@ -48,32 +45,31 @@ def _know(flight, clock, sensors):
 def _look(flight, clock, sensors, passed):
     """Return the state (13) as the gyro tells it between two control updates."""
     state = fetch(flight, "state")
-    every = sample_steps(flight.gyro[0], clock.step, round(clock.period / clock.step))
-    if not filters_gyro(flight.gyro, every * clock.step):
+    if flight.gyro_filters == 0.0:
         return state
-    rates, _ = _filtered(flight, clock, state, every, passed)
+    rates, _ = _filtered(flight, clock, state, passed)
     return sensed(state, rates)
 
 
 @register_jitable
-def _filtered(flight, clock, state, every, passed):
+def _filtered(flight, clock, state, passed):
     """Return what the filters give after the samples since the last update, and their states.
 
     Args:
         flight: its record.
         clock: see `Clock`.
         state: of the body now (13).
-        every: steps of physics between two samples.
         passed: since the last update [s].
     """
-    count = math.floor(passed / clock.step / every + ON_TIME)
+    period = flight.gyro_every * clock.step
+    count = math.floor(passed / period + ON_TIME)
     coefficients, states = fetch(flight, "gyro_filter"), fetch(flight, "gyro_states")
     rates, now, between = fetch(flight, "rates"), np.empty(MOTION), np.empty(MOTION)
     motion = point_motion(state, ORIGIN)
     for k in range(MOTION):
         now[k] = motion[k]
     for number in range(1, count + 1):
-        motion_between(flight.motion, now, passed, number * every * clock.step / passed, between)
+        motion_between(flight.motion, now, passed, number * period / passed, between)
         sample = body_rate(between)
         rates = filtered_rates(coefficients, states, sample)
         states = stepped_filters(coefficients, states, sample)

@@ -7,7 +7,6 @@ Runge-Kutta formulae", 1980) and `runge_kutta3` (Kutta's), at fixed steps. The r
 follows from the quaternion as it is, as in Drake's plant: so both give the same flight to rounding.
 """
 
-import math
 from typing import NamedTuple
 
 import numpy as np
@@ -109,9 +108,8 @@ WEIGHTS_3 = ((1 / 2, 0.0, 0.0), (-1.0, 2.0, 0.0), (1 / 6, 2 / 3, 1 / 6))
 TABLEAU_5, TABLEAU_3 = np.array(WEIGHTS_5), np.array(WEIGHTS_3)
 STAGES = len(WEIGHTS_5)
 STATES = 13
-FAST, LONGEST_STEP, SHORT, STRETCH = 5.0, 1 / 128, 0.2, 1.01
-"""The steps of `session.integration`, and by how much Drake lengthens the last step before an
-event."""
+STRETCH = 1.01
+"""By how much Drake lengthens the last step before an event."""
 
 
 class Room(NamedTuple):
@@ -370,25 +368,6 @@ def _scatter(places, state, rotors):
     for number in range(len(rotors)):
         for i in range(LANES):
             rotors[number].speed[i] = places[len(state) + number * LANES + i]
-
-
-@register_jitable
-def chosen_step(period, w_WB, lag):
-    """Return the steps that an integrator takes in a control period [s], and whether it is of third
-    order, see `session.integration`.
-
-    Args:
-        period: of control [s].
-        w_WB: angular velocity at its beginning (3) [rad/s].
-        lag: time constant of the quickest rotor [s].
-    """
-    w_x, w_y, w_z = w_WB
-    longest = LONGEST_STEP
-    if math.sqrt(w_x * w_x + w_y * w_y + w_z * w_z) > FAST:
-        longest *= 0.5
-    longest = min(longest, lag)
-    size = period / math.ceil(period / longest - 1e-9)
-    return size, size <= SHORT * lag
 
 
 @register_jitable

@@ -19,12 +19,13 @@ from workbench.control.flight_law import allocate, flight_law, full_speed, resol
 from workbench.control.flight_mode import flying
 from workbench.control.guidance import Setpoint
 from workbench.design.rollout.fields import fetch, put, store
-from workbench.design.rollout.motion import LANES, advance, chosen_step
+from workbench.design.rollout.motion import LANES, advance
 from workbench.design.tumbling import TUMBLING_RATE, TUMBLING_SPEED
 from workbench.dynamics.air.normals import COUNT as NORMALS
 from workbench.dynamics.air.normals import draw_normals
 from workbench.dynamics.air.update import push_share, steady_wind, turbulent_wind
 from workbench.dynamics.rotors import loaded_voltage, power_share, turning_share
+from workbench.session.integration import FAST
 
 NO_BRAKE = (0.0,) * 13
 """There are no obstacles here: the numbers of `Guidance` after the point to hold."""
@@ -147,19 +148,20 @@ def make_fly_period(update: Callable[..., None], knowing: Knowing, key: str) -> 
                 continue
             times.now[i] = flight.count * clock.period
             know(flight, clock, sensors)
-            _see(flight, rings.seen[i])
+            _see(flight, rings.seen, i)
             if clock.sags:
                 flight.voltage = _voltage(flight)
             update(flight, clock)
-            _act(flight, rings.asked[i])
+            _act(flight, rings.asked, i)
             pushed = _blow(flight, clock) or pushed
             _update_mode(flight, clock, times.now[i], mode_state(flight))
             _update_battery(flight, clock, times.now[i])
             sample(flight, sensors, times.now[i])
             write_air(flight, room, i)
             write_drive(flight, room, i)
-            w_WB = (flight.state[7], flight.state[8], flight.state[9])
-            times.sizes[i], times.third[i] = chosen_step(clock.period, w_WB, flight.lag)
+            fast = _turns_fast(fetch(flight, "state"))
+            times.sizes[i] = flight.fast_step if fast else flight.step
+            times.third[i] = (flight.fast_third if fast else flight.third) > 0.0
         going = True
         while going:
             for i in range(len(flights)):
@@ -179,9 +181,9 @@ def make_fly_period(update: Callable[..., None], knowing: Knowing, key: str) -> 
                 read_motion(flight, room, i)
                 since = now - flight.count * clock.period
                 if flight.look > 0.0 and abs(since - flight.look) < ON_TIME:
-                    _remember(flight, rings.seen[i], look(flight, clock, sensors, since))
+                    _remember(flight, rings.seen, i, look(flight, clock, sensors, since))
                 if flight.since > 0.0 and abs(since - flight.since) < ON_TIME:
-                    _follow(flight, rings.asked[i])
+                    _follow(flight, rings.asked, i)
                 _update_mode(flight, clock, now, mode_state(flight))
                 _update_battery(flight, clock, now)
                 sample(flight, sensors, now)
@@ -317,45 +319,45 @@ def write_drive(flight, room, i):
 
 
 @register_jitable
-def _see(flight, ring):
+def _see(flight, seen, i):
     """Let the law see what is known, or what was known earlier where sensing is late."""
     if flight.late == 0.0:
         return
     if flight.look == 0.0:
-        _remember(flight, ring, fetch(flight, "known"))
-    seen = ring[_place(flight.count - flight.late, len(ring))]
+        _remember(flight, seen, i, fetch(flight, "known"))
+    place = _place(flight.count - flight.late, seen.shape[1])
     for k in range(13):
-        flight.known[k] = seen[k]
+        flight.known[k] = seen[i, place, k]
 
 
 @register_jitable
-def _remember(flight, ring, state):
+def _remember(flight, seen, i, state):
     """Remember what is known in a control period."""
-    seen = ring[_place(flight.count, len(ring))]
+    place = _place(flight.count, seen.shape[1])
     for k in range(13):
-        seen[k] = state[k]
+        seen[i, place, k] = state[k]
 
 
 @register_jitable
-def _act(flight, ring):
+def _act(flight, asked, i):
     """Let the rotors follow the commands, where these do not come late."""
     if flight.age == 0.0 and flight.since == 0.0:
         for k in range(len(flight.acting)):
             flight.acting[k] = flight.commands[k]
         return
-    asked = ring[_place(flight.count, len(ring))]
-    for k in range(len(asked)):
-        asked[k] = flight.commands[k]
+    place = _place(flight.count, asked.shape[1])
+    for k in range(len(flight.acting)):
+        asked[i, place, k] = flight.commands[k]
     if flight.since == 0.0:
-        _follow(flight, ring)
+        _follow(flight, asked, i)
 
 
 @register_jitable
-def _follow(flight, ring):
+def _follow(flight, asked, i):
     """Let the rotors follow the commands of the update that is due."""
-    asked = ring[_place(flight.count - flight.age, len(ring))]
-    for k in range(len(asked)):
-        flight.acting[k] = asked[k]
+    place = _place(flight.count - flight.age, asked.shape[1])
+    for k in range(len(flight.acting)):
+        flight.acting[k] = asked[i, place, k]
 
 
 @register_jitable(forceinline=True)
@@ -416,7 +418,7 @@ def _update_mode(flight, clock, now, state):
 
 @register_jitable
 def _update_battery(flight, clock, now):
-    """Update the battery, if that is due; without one, a step of the integrator ends all the same."""
+    """Update the battery, if that is due; a step of the integrator ends there without one, too."""
     if now < flight.battery_updates * clock.battery_period - ON_TIME:
         return
     flight.battery_updates += 1.0
@@ -464,6 +466,12 @@ def _power(flight):
 def _voltage(flight):
     """Return the voltage of the battery under load, see `dynamics.rotors.loaded_voltage`."""
     return loaded_voltage(flight.open_circuit, flight.drop, _power(flight))
+
+
+@register_jitable(forceinline=True)
+def _turns_fast(state):
+    """Return whether a body turns so fast that the integrator takes shorter steps."""
+    return state[7] * state[7] + state[8] * state[8] + state[9] * state[9] > FAST * FAST
 
 
 @register_jitable

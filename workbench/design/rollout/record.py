@@ -65,14 +65,17 @@ def flight_dtype(sizes: Sizes, estimate: dict[str, Any] | None = None) -> np.dty
         charge          of the battery, 0 .. 1; open_circuit is the voltage that follows, see
                         `dynamics.rotors.loaded_voltage`, and drop, too; sag_compensation is a
                         share; battery_updates are those that it had
-        gyro            `GyroSettings`; gyro_filter its coefficients, gyro_states their states
+        gyro            `GyroSettings`; gyro_every are the steps of physics between its samples,
+                        gyro_filters says whether they are filtered, gyro_filter has coefficients,
+                        gyro_states the states of the filters
         rates           (3) angular velocity in B that the filters give [rad/s]
         motion          of the gyro at the last control update, sampled whether there was one
         acceleration    angular, and of the origin, at the start [rad/s², m/s²]
         late, look      what the law sees: from how many periods ago, and how long after their
                         beginning [s]
         age, since      which commands act: from how many updates ago, and from when on [s]
-        lag             of the quickest rotor [s]
+        step, third     of the integrator [s], and whether it is of third order; fast_step and
+                        fast_third where the body turns fast, see `session.integration.air_step`
         clearance       height at which the body stands on the ground [m]
         count           control periods flown; lost_at is that at which it was lost, else -1
         peak_use        largest share of its speed limit at which a rotor ran
@@ -113,6 +116,8 @@ def flight_dtype(sizes: Sizes, estimate: dict[str, Any] | None = None) -> np.dty
         "drop": (),
         "sag_compensation": (),
         "battery_updates": (),
+        "gyro_every": (),
+        "gyro_filters": (),
         "gyro_filter": (COEFFICIENTS,),
         "gyro_states": (STATES,),
         "rates": (3,),
@@ -123,7 +128,10 @@ def flight_dtype(sizes: Sizes, estimate: dict[str, Any] | None = None) -> np.dty
         "look": (),
         "age": (),
         "since": (),
-        "lag": (),
+        "step": (),
+        "third": (),
+        "fast_step": (),
+        "fast_third": (),
         "clearance": (),
         "count": (),
         "lost_at": (),
