@@ -12,11 +12,10 @@ import pytest
 
 from workbench.control.controller import load_controller
 from workbench.control.flight_law import (
-    gains_reader,
+    flight_law,
     known_body,
     known_vehicle,
     law_constants,
-    memory_reader,
 )
 from workbench.control.guidance import Guidance, Measured, Reference, Setpoint
 from workbench.gains.gains import flight_gains
@@ -56,7 +55,7 @@ def test_a_unit_of_torque_turns_as_by_hand(name, vehicle):
     law, constants = load_controller(name), law_constants(vehicle)
     values = flight_gains(vehicle, controller=law)
     numbers = law.gains(values, known_vehicle(constants), law.period)
-    g, memory = gains_reader(law)(numbers), memory_reader(law)(law.initial_memory)
+    g, memory = flight_law(law).gains(numbers), flight_law(law).memory(law.initial_memory)
     zero = (0.0, 0.0, 0.0)
     level = (1.0, 0.0, 0.0, 0.0)
     elapsed = tuple(n * law.period for n in law.dividers)

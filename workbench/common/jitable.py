@@ -5,7 +5,7 @@ numba takes half a second to load, and most commands compile nothing.
 
 import inspect
 import types
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, TypeVar, overload
 
 Scalar = Any
@@ -66,21 +66,44 @@ def unique(function: Function, key: str) -> Function:
     return function
 
 
-def made_function(source: str, names: dict[str, Any], key: str) -> Callable[..., Any]:
-    """Return the only function in a source text; compiled code may call it.
+def each_of(functions: Sequence[Callable[..., Any]], key: str) -> Callable[..., Any]:
+    """Return a function that returns a tuple of the results of functions, and compiles.
+
+    numba makes no tuple in a loop, so each function adds its result to those before it.
 
     Args:
-        source: the text.
-        names: used in it.
+        functions: that compile, and take the same arguments.
         key: see `unique`.
     """
-    made: dict[str, Any] = {}
-    # machine code that is loaded from the cache imports the module of its function
-    exec(source, {**names, "__name__": __name__}, made)
-    (function,) = made.values()
-    unique(function, key.replace(", ", "_"))
-    marked: Callable[..., Any] = register_jitable(forceinline=True)(function)
-    return marked
+    if not functions:
+        return _none
+    earlier, last = each_of(functions[:-1], key), functions[-1]
+
+    @register_jitable(forceinline=True)
+    def run(*args: Any) -> Any:
+        return earlier(*args) + (last(*args),)
+
+    return unique(run, f"{len(functions)}_{key}")
+
+
+@register_jitable(forceinline=True)
+def _none(*args: Any) -> Any:
+    return ()
+
+
+def attribute(name: str) -> Callable[..., Any]:
+    """Return a function that returns an attribute of a record, and compiles."""
+
+    @register_jitable(forceinline=True)
+    def read(record: Any) -> Any:
+        return getattr(record, name)
+
+    return unique(read, name)
+
+
+def attributes(names: Sequence[str], key: str) -> Callable[..., Any]:
+    """Return a function that returns attributes of a record as a tuple, see `each_of`."""
+    return each_of([attribute(name) for name in names], key)
 
 
 def tell_numba() -> None:

@@ -16,6 +16,8 @@ import types
 from collections import namedtuple
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from importlib.abc import InspectLoader
+from importlib.machinery import ModuleSpec
 from pathlib import Path
 from typing import Any
 
@@ -89,16 +91,30 @@ def run_own(what: str, name: str, file: Path, text: str) -> types.ModuleType:
             f"{file}: name the file with letters, digits and _ only, as my_{what}.py"
         )
     digest = hashlib.sha256(text.encode()).hexdigest()[:12]  # see `jitable.unique`
-    module = types.ModuleType(f"workbench_{what}_{name}_{digest}")
+    whole = f"workbench_{what}_{name}_{digest}"  # machine code on disk finds the module by it
+    loader = _OwnLoader(file, text)
+    module = types.ModuleType(whole)
     module.__file__ = str(file)
-    # machine code on disk finds the module of its functions by this name
-    sys.modules[module.__name__] = module
+    sys.modules[whole] = module
     with own_errors(file, ""):
-        code = bounded_code(text, file)
+        module.__spec__ = ModuleSpec(whole, loader, origin=str(file))
         module.__dict__.update(NAMES)
         with at_most_lines(file):
-            exec(code, module.__dict__)
+            loader.exec_module(module)
     return module
+
+
+class _OwnLoader(InspectLoader):
+    """Loads a module from a text that need not be in its file any more."""
+
+    def __init__(self, file: Path, text: str) -> None:
+        self._file, self._text = file, text
+
+    def get_source(self, fullname: str) -> str:
+        return self._text
+
+    def get_code(self, fullname: str) -> types.CodeType:
+        return bounded_code(self._text, self._file)
 
 
 def stated_update(

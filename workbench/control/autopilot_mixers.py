@@ -59,13 +59,12 @@ Air mode 1 may raise thrust for roll and pitch; 2 also adds yaw first, and reduc
 Source: PX4-Autopilot, ControlAllocationSequentialDesaturation.cpp, ControlAllocationPseudoInverse.
 """
 
-import re
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
-from workbench.common.jitable import made_function, register_jitable
+from workbench.common.jitable import attributes, register_jitable, unique
 from workbench.control.law_parts import between
 from workbench.plant.thrust_frame import ThrustFrame
 
@@ -166,23 +165,31 @@ def column_numbers(rotors: Any, mix: np.ndarray) -> list[float]:
     return [*padded.ravel().tolist(), float(len(rotors))]
 
 
-def per_motor(expression: str, arguments: str, **names: Any) -> Callable[..., Any]:
-    """Return a function that returns a tuple of an expression for each motor, and compiles.
+def per_motor(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Return a function that returns what `function(i, ...)` returns for each motor (8).
 
-    numba makes no tuple in a loop, so the expression is written out for each motor.
-
-    Args:
-        expression: with {i} for the motor's index and {n} for its number from 1.
-        arguments: of the function.
-        names: what the expression uses besides.
+    numba makes no tuple in a loop.
     """
-    parts = "".join(f"{expression.format(i=i, n=i + 1)}, " for i in range(MOST))
-    source = f"def run({arguments}):\n    return ({parts})"
-    return made_function(source, names, re.sub(r"\W+", "_", expression))
+
+    @register_jitable(forceinline=True)
+    def run(*args: Any) -> Any:
+        return (
+            function(0, *args),
+            function(1, *args),
+            function(2, *args),
+            function(3, *args),
+            function(4, *args),
+            function(5, *args),
+            function(6, *args),
+            function(7, *args),
+        )
+
+    return unique(run, function.__name__)
 
 
-_roll, _pitch, _yaw, _thrust = (per_motor(f"g.{name}_{{n}}", "g") for name in COLUMNS)
-_force, _moment_x, _moment_y, _moment_z = (per_motor(f"g.{name}_{{n}}", "g") for name in EFFECTS)
+_roll, _pitch, _yaw, _thrust, _force, _moment_x, _moment_y, _moment_z = (
+    attributes([f"{name}_{k + 1}" for k in range(MOST)], name) for name in (*COLUMNS, *EFFECTS)
+)
 
 
 @register_jitable(forceinline=True)
@@ -231,9 +238,7 @@ def _betaflight_output(i: Any, turns: Any, linear: Any, shares: Any) -> Any:
     return between(u * (1.0 + e * away * bend), 0.0, 1.0)
 
 
-_betaflight_outputs = per_motor(
-    "output({i}, turns, linear, shares)", "turns, linear, shares", output=_betaflight_output
-)
+_betaflight_outputs = per_motor(_betaflight_output)
 
 
 @register_jitable(forceinline=True)
@@ -280,9 +285,7 @@ def _ardupilot_share(i: Any, turns: Any, columns: Any) -> Any:
     return throttle * by_throttle[i] + (roll * by_roll[i] + pitch * by_pitch[i] + yaw * by_yaw[i])
 
 
-_ardupilot_shares = per_motor(
-    "share({i}, turns, columns)", "turns, columns", share=_ardupilot_share
-)
+_ardupilot_shares = per_motor(_ardupilot_share)
 
 
 @register_jitable(forceinline=True)
@@ -407,10 +410,19 @@ def desaturating(u: Any, column: Any, most: Any) -> Any:
     return least_k + most_k
 
 
-added = per_motor("u[{i}] + k * column[{i}]", "u, column, k")
-"""Return outputs moved by k along a column."""
-_within = per_motor("between(u[{i}], 0.0, 1.0)", "u", between=between)
-"""Return outputs limited to 0 .. 1."""
+@register_jitable(forceinline=True)
+def _added(i: Any, u: Any, column: Any, k: Any) -> Any:
+    """Return the output of motor i moved by k along a column."""
+    return u[i] + k * column[i]
+
+
+@register_jitable(forceinline=True)
+def _limited(i: Any, u: Any) -> Any:
+    """Return the output of motor i limited to 0 .. 1."""
+    return between(u[i], 0.0, 1.0)
+
+
+added, _within = per_motor(_added), per_motor(_limited)
 
 
 @register_jitable(forceinline=True)

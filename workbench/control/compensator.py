@@ -1,11 +1,11 @@
 """A python-control system as a part of a control law: sampled, with its states in the memory."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from workbench.common.errors import WorkbenchError
-from workbench.common.jitable import made_function
+from workbench.common.jitable import attribute, attributes, each_of, register_jitable, unique
 from workbench.common.parameter import State
 
 METHODS = ("tustin", "zoh", "foh", "euler", "backward_diff")
@@ -91,16 +91,39 @@ def compensator(name: str, system: Any, method: str = "tustin") -> Compensator:
         memory=tuple(State(each, "1") for each in names),
         designed=designed,
         design=design,
-        run=made_function(_source(name, names), {}, f"{name}_{n}"),
+        run=_runner(name, names),
     )
 
 
-def _source(name: str, states: list[str]) -> str:
-    """Return the source of an update, term by term, for numba and AutoDiffXd."""
+def _runner(name: str, states: Sequence[str]) -> Callable[..., Any]:
+    """Return the update of a compensator, from an input, gains and memory to output and states."""
+    n = len(states)
+    output = _row(f"{name}_c", f"{name}_d", name, states)
+    after = each_of(
+        [_row(f"{name}_a{i + 1}", f"{name}_b{i + 1}", name, states) for i in range(n)], name
+    )
 
-    def row(first: str, last: str) -> str:
-        terms = [f"g.{name}_{first}{j + 1} * m.{state}" for j, state in enumerate(states)]
-        return " + ".join([*terms, f"g.{name}_{last} * u"])
+    @register_jitable(forceinline=True)
+    def run(u: Any, g: Any, m: Any) -> tuple[Any, Any]:
+        return output(u, g, m), after(u, g, m)
 
-    after = "".join(f"{row(f'a{i + 1}', f'b{i + 1}')}, " for i in range(len(states)))
-    return f"def run(u, g, m):\n    return {row('c', 'd')}, ({after})\n"
+    return unique(run, f"{name}_{n}")
+
+
+def _row(first: str, last: str, name: str, states: Sequence[str]) -> Callable[..., Any]:
+    """Return a row of the equations: the states times gains whose names begin with `first`, and the
+    input times the gain `last`.
+    """
+    key, n = f"{first}_{len(states)}", len(states)
+    factors = attributes([f"{first}{j + 1}" for j in range(n)], key)
+    values, through = attributes(states, f"{name}_{n}"), attribute(last)
+
+    @register_jitable(forceinline=True)
+    def row(u: Any, g: Any, m: Any) -> Any:
+        a, x = factors(g), values(m)
+        total = a[0] * x[0]
+        for j in range(1, n):
+            total = total + a[j] * x[j]
+        return total + through(g) * u
+
+    return unique(row, key)

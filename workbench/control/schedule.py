@@ -18,7 +18,7 @@ from types import SimpleNamespace
 from typing import Any
 
 from workbench.common.errors import WorkbenchError, find_row
-from workbench.common.jitable import made_function, register_jitable
+from workbench.common.jitable import attributes, each_of, register_jitable, unique
 
 MOST_SETS = 8
 _DIGITS = r"\d+(\.\d+)?"
@@ -163,28 +163,59 @@ class Schedule:
             scheduled: names of the gains that have sets.
             key: see `jitable.unique`.
         """
-        shares = range(1, len(self.values))
-        lines = [
-            f"    s_{k} = share(quantity, {self.values[k - 1]!r}, {self.values[k]!r})\n"
-            for k in shares
-        ]
-        parts = []
-        for name in gains._fields:
-            if name not in scheduled:
-                parts.append(f"g.{name}")
-                continue
-            sets = self.names(name)
-            terms = [f"s_{k} * (g.{sets[k]} - g.{sets[k - 1]})" for k in shares]
-            parts.append(" + ".join([f"g.{sets[0]}", *terms]))
-        source = (
-            "def update(measured, setpoint, g, vehicle, memory, dt, loops):\n"
-            "    quantity = read(measured, vehicle)\n"
-            f"{''.join(lines)}"
-            f"    now = gains({', '.join(parts)})\n"
-            "    return law(measured, setpoint, now, vehicle, memory, dt, loops)\n"
+        read, values = self.quantity.read, self.values
+        shares = each_of(
+            [_step_share(*ends, key) for ends in zip(values[:-1], values[1:], strict=True)], key
         )
-        names = {"read": self.quantity.read, "share": _share, "gains": gains, "law": law}
-        return made_function(source, names, key)
+        parts = each_of(
+            [
+                _blended(self.names(name), key) if name in scheduled else _unscheduled(name)
+                for name in gains._fields
+            ],
+            key,
+        )
+
+        @register_jitable(forceinline=True)
+        def update(measured, setpoint, g, vehicle, memory, dt, loops):
+            now = gains(*parts(g, shares(read(measured, vehicle))))
+            return law(measured, setpoint, now, vehicle, memory, dt, loops)
+
+        return unique(update, key)
+
+
+def _step_share(low: float, high: float, key: str) -> Callable[..., Any]:
+    """Return the share of the way from one value of the quantity to the next, of the quantity."""
+
+    @register_jitable(forceinline=True)
+    def share(quantity):
+        return _share(quantity, low, high)
+
+    return unique(share, f"{low}_{high}_{key}")
+
+
+def _unscheduled(name: str) -> Callable[..., Any]:
+    """Return a gain without sets, of gains and shares."""
+
+    @register_jitable(forceinline=True)
+    def part(g, shares):
+        return getattr(g, name)
+
+    return unique(part, name)
+
+
+def _blended(names: Sequence[str], key: str) -> Callable[..., Any]:
+    """Return a gain between its sets, of gains and the shares of the ways between them."""
+    sets_of = attributes(names, f"{names[0]}_{key}")
+
+    @register_jitable(forceinline=True)
+    def part(g, shares):
+        sets = sets_of(g)
+        found = sets[0]
+        for k in range(len(shares)):
+            found = found + shares[k] * (sets[k + 1] - sets[k])
+        return found
+
+    return unique(part, f"{names[0]}_{key}")
 
 
 def split_label(name: str) -> tuple[str, str]:
