@@ -484,15 +484,15 @@ MUTATIONS = (
     Mutation(
         "estimate: the age of the barometer with the other sign",
         f"{SYSTEMS}/navigation.py",
-        "found[AGES] = context.get_time() - barometer[0]",
-        "found[AGES] = barometer[0] - context.get_time()",
+        "z[AGES] = time - barometer[0]",
+        "z[AGES] = barometer[0] - time",
         ("tests/systems/test_navigation.py",),
     ),
     Mutation(
         "estimate: the gate of the GPS not squared",
         f"{SYSTEMS}/navigation.py",
-        "gate**2 * told[:, 1]",
-        "gate * told[:, 1]",
+        "self._gate(context) ** 2 * told[:, 1]",
+        "self._gate(context) * told[:, 1]",
         ("tests/systems/test_navigation.py",),
     ),
     Mutation(
@@ -669,8 +669,8 @@ MUTATIONS = (
     Mutation(
         "estimator: a range finder that looks up",
         f"{ESTIMATION}/ekf.py",
-        "if down > LEAST_LOOK else math.nan",
-        "if abs(down) > LEAST_LOOK else math.nan",
+        "if down > LEAST_LOOK:",
+        "if abs(down) > LEAST_LOOK:",
         ("tests/estimation/test_ekf.py",),
     ),
     Mutation(

@@ -93,11 +93,12 @@ def make_fly(controller: Controller) -> Callable[..., Any]:
     key = f"{controller.key}_{KNOW_WRONG.key}"
     fly_period = make_fly_period(make_update(controller), KNOW_WRONG, key)
 
-    def fly(flights, room, times, clock, observer, course, trials, keep, states):
+    def fly(flights, rings, room, times, clock, observer, course, trials, keep, states):
         """Write each `keep`-th state (N, K/keep + 1, 13); this is what gets compiled.
 
         Args:
             flights: their records, see `record.flight_dtype`, with `FIELDS`.
+            rings: see `period.Rings`; nothing comes late.
             room: of their motion, furnished, see `Crafts.furnish`.
             times: see `period.Times`.
             clock: see `period.Clock`.
@@ -129,7 +130,7 @@ def make_fly(controller: Controller) -> Callable[..., Any]:
                         flights[i] = begun[i]
                         write_flight(flights[i], room, i)
                     give_push(flights[i], push)
-                fly_period(flights, room, times, clock, observer)
+                fly_period(flights, rings, room, times, clock, observer)
                 for i in range(many):
                     flights[i].lost_at = -1.0  # a prediction may be as wrong as it is
 

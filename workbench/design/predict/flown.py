@@ -20,7 +20,7 @@ from workbench.design.rollout import engine
 from workbench.design.rollout.crafts import Crafts, prompt_crafts
 from workbench.design.rollout.flights import begin, set_steps
 from workbench.design.rollout.motion import LANES, make_room
-from workbench.design.rollout.period import Clock, make_times
+from workbench.design.rollout.period import Clock, Rings, make_times
 from workbench.design.rollout.record import flight_dtype, law_record, sizes_of
 from workbench.plant.drag import AIR_DENSITY
 from workbench.plant.vehicle import Vehicle
@@ -197,13 +197,16 @@ def compiled_flights(controller: Controller) -> Functions:
         flights = begun(craft, start)
         many, updates = len(flights), course.references.shape[1]
         states = np.empty((many, updates // keep + 1, 13))
-        room, places = make_room(len(start.speeds[0])), make_times()
+        n = len(start.speeds[0])
+        room, places = make_room(n), make_times()
+        nothing = Rings(np.zeros((LANES, 1, 13)), np.zeros((LANES, 1, n)))  # comes late
         for first in range(0, many, LANES):
             some = slice(first, first + LANES)
             each = craft.crafts if len(craft.crafts.bodies) == 1 else craft.crafts.chosen(some)
             each.furnish(room)
             compiled_fly(
                 flights[some],
+                nothing,
                 room,
                 places,
                 craft.clock,
@@ -246,7 +249,7 @@ def compiled_flights(controller: Controller) -> Functions:
 def begun(craft: Craft, start: Start) -> np.ndarray:
     """Return the records of flights that begin, see `record.flight_dtype`, with `driven.FIELDS`."""
     crafts, n = craft.crafts, start.speeds.shape[1]
-    sizes = sizes_of(craft.controller, n, 0, 0)
+    sizes = sizes_of(craft.controller, n)
     many = max(len(start.states), len(crafts.bodies))
     flights = np.zeros(many, flight_dtype(sizes, FIELDS))
     begin(flights, start.states, start.speeds, [])
