@@ -258,7 +258,7 @@ def begun(craft: Craft, start: Start) -> np.ndarray:
     if sizes.memory:
         flights["memory"] = start.memory
     flights["law"] = crafts.law
-    set_steps(flights, crafts.lags, craft.period)
+    set_steps(flights, np.broadcast_to(crafts.lags, many), craft.period)
     flights["error"], flights["shares"], flights["count"] = start.errors, start.shares, start.counts
     # the law flies to where its reference is, all the time, however low
     flights["holding"], flights["clearance"] = 0.0, -math.inf
