@@ -278,7 +278,9 @@ class Stop:
     number: int
 
 
-QUICK, SLOW, LONG = range(3)
+QUICK = 0
+SLOW = 1
+LONG = 2
 """Process that answers: the first answers while a slider moves; the second takes a tenth of a
 second to some seconds, and is asked when a slider is at rest; the third takes minutes, and nothing
 else waits for it."""

@@ -49,7 +49,10 @@ LONGEST_BUILD = 600.0
 """Time limit of a build [s]."""
 
 HOST = "127.0.0.1"
-MOTORS, STATE, RECEIVER, CONSOLE = 9001, 9003, 9004, 5761
+MOTORS = 9001
+STATE = 9003
+RECEIVER = 9004
+CONSOLE = 5761
 """Ports, see above."""
 MOTION, CHANNELS, OUTPUT = struct.Struct("<d3d3d4d3d3dd"), struct.Struct("<d16H"), 68
 """Formats of packets, and size of that of the motors."""
@@ -64,7 +67,8 @@ SILENCE = 2.0
 """Time without any answer after which it counts as dead [s]."""
 WORD = 1.0
 """Time limit for its exit code after its console has closed [s]."""
-BOOT, STARTS = 3.0, 5
+BOOT = 3.0
+STARTS = 5
 """Time limit for its control loop to run after a start [s], and largest number of starts."""
 RELEASE = 1.0
 """Time limit for an ending program to release its ports [s]."""
@@ -73,9 +77,12 @@ READY, ANSWER = 30.0, 10.0
 [s]."""
 ARMED = 1
 """Bit of the mode flags for an armed state."""
-MSP_PID, MSP_SET_PID = 112, 202
-MSP_PID_ADVANCED, MSP_SET_PID_ADVANCED = 94, 95
-MSP_FILTER_CONFIG, MSP_SET_FILTER_CONFIG = 92, 93
+MSP_PID = 112
+MSP_SET_PID = 202
+MSP_PID_ADVANCED = 94
+MSP_SET_PID_ADVANCED = 95
+MSP_FILTER_CONFIG = 92
+MSP_SET_FILTER_CONFIG = 93
 MSP_STATUS = 101
 """Commands of MSP, the protocol by which Betaflight is configured."""
 SETTERS = {

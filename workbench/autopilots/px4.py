@@ -22,11 +22,15 @@ REPLY = 0.2
 """Time limit for the answer to a sensor; then outputs are held, and the answer is lost [s]."""
 BOOT = 60.0
 """Time limit for its first answer [s]."""
-ARMED, LOCKSTEP = 128, 1
+ARMED = 128
+LOCKSTEP = 1
 """Bits of mode and of flags."""
-INERTIAL, MAGNETIC, PRESSURE = 0x3F, 0x1C0, 0x1A00
+INERTIAL = 0x3F
+MAGNETIC = 0x1C0
+PRESSURE = 0x1A00
 """Fields of HIL_SENSOR: accelerometer and gyro, magnetometer, barometer with temperature."""
-SLOW, SATELLITES = 5, 32
+SLOW = 5
+SATELLITES = 32
 """Number of sensor messages per one with magnetometer and barometer, and per satellite position."""
 
 

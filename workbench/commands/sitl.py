@@ -25,7 +25,8 @@ if TYPE_CHECKING:
     from workbench.session.open_loop import AutopilotFlight
 
 HOST = "127.0.0.1"
-PX4_PORT, ARDUPILOT_PORT = 4560, 9002
+PX4_PORT = 4560
+ARDUPILOT_PORT = 9002
 TOLD = 10.0
 """Period between lines of progress [s]."""
 

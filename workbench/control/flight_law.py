@@ -57,10 +57,33 @@ ALL_PARTS = -1.0
 NEAR = 1e-3
 """A centre of mass this near the base link's origin counts as being there [m]."""
 
-DERIVATIVE, SETPOINT, FILTERED = 3, 6, 10
-"""Layout of the filter states: from 0 the velocity of the acceleration estimate (3) [m/s], from
-DERIVATIVE the low-pass after it (3) [m/s²], from SETPOINT the low-pass on the setpoint (4) [m/s,
-rad/s]; FILTERED is their number."""
+FILTERED = 10
+"""Number of the filters' states, see `FilterStates`."""
+
+
+class FilterStates(NamedTuple):
+    """States of the filters before a law.
+
+    Attributes:
+        velocity: of the estimate of the acceleration, in W (3) [m/s].
+        acceleration: of the low-pass after it (3) [m/s²].
+        setpoint: of the low-pass on velocity and yaw rate (4) [m/s, rad/s].
+    """
+
+    velocity: Vector
+    acceleration: Vector
+    setpoint: Vector
+
+
+@register_jitable(forceinline=True)
+def filter_states(numbers: Vector) -> FilterStates:
+    """Return states from a vector of all of them (10)."""
+    return FilterStates(numbers[0:3], numbers[3:6], numbers[6:10])
+
+
+def steady_filters(velocity: Sequence[float]) -> list[float]:
+    """Return all states (10) in steady flight at a velocity in W [m/s], without turning."""
+    return [*velocity, 0.0, 0.0, 0.0, *velocity, 0.0]
 
 
 class ComputerSettings(NamedTuple):
@@ -412,7 +435,7 @@ def flight_law(controller: Controller) -> FlightLaw:
             loops: see `loop_points`.
             estimate: share and rate of the acceleration estimate, see `acceleration_estimate`.
             settings: see `ComputerSettings`.
-            filtered: filter states, see `FILTERED`.
+            filtered: states of the filters (10), see `FilterStates`.
             memory: of the law, in its order.
             speeds: previous commands (n) [rad/s], overwritten by the new ones.
             count: number of previous updates, see `ALL_PARTS`.
@@ -421,14 +444,15 @@ def flight_law(controller: Controller) -> FlightLaw:
             Next filter states, and the next memory of the law; compiled code gives `gains`,
             `filtered` and `memory` as tuples.
         """
-        acceleration, velocity = estimated(state[10:13], filtered[0:3], estimate)
+        states = filter_states(filtered)
+        acceleration, velocity = estimated(state[10:13], states.velocity, estimate)
         share, rate = estimate
         dt = share / rate
         # a low-pass that is off passes its input
         section = lowpass(settings[1], 1.0, dt)
-        acceleration, derivative = smoothed(section, filtered[DERIVATIVE:SETPOINT], acceleration)
+        acceleration, derivative = smoothed(section, states.acceleration, acceleration)
         section = lowpass(settings[0], 1.0, dt)
-        setpoint, asked = smoothed_setpoint(section, filtered[SETPOINT:FILTERED], setpoint)
+        setpoint, asked = smoothed_setpoint(section, states.setpoint, setpoint)
 
         g = read_gains(gains)
         commanded = commanded_wrench(speeds, constants)

@@ -231,7 +231,11 @@ POINTS = points(
         "torque_{}": "1",
     }
 )
-POSITION, VELOCITY, ATTITUDE, RATE, TORQUE = range(0, len(POINTS), 3)
+POSITION = 0
+VELOCITY = 3
+ATTITUDE = 6
+RATE = 9
+TORQUE = 12
 
 _LEVEL = tuple(f"PSC_NE_VEL_{each}" for each in "PID")
 _CLIMB = ("PSC_D_VEL_P", "PSC_D_ACC_P", "PSC_D_ACC_I")

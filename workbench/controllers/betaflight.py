@@ -227,7 +227,11 @@ POINTS = points(
         "torque_{}": "1",
     }
 ) | points({"angle_{}_error": "deg"}, "xy")
-POSITION, VELOCITY, RATE, TORQUE, ANGLE = range(0, 15, 3)
+POSITION = 0
+VELOCITY = 3
+RATE = 6
+TORQUE = 9
+ANGLE = 12
 
 _LEVEL, _CLIMB = ("outer_p_velocity", "outer_i_velocity"), ("outer_p_climb", "outer_i_climb")
 _POSITION = (("outer_p_position",), ("outer_p_position",), ("outer_p_height",))

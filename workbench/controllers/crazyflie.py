@@ -179,7 +179,11 @@ POINTS = points(
         "torque_{}": "1",
     }
 )
-POSITION, VELOCITY, ATTITUDE, RATE, TORQUE = range(0, len(POINTS), 3)
+POSITION = 0
+VELOCITY = 3
+ATTITUDE = 6
+RATE = 9
+TORQUE = 12
 
 
 def _named(group: str, axis: str, names: str) -> tuple[str, ...]:

@@ -73,7 +73,11 @@ POINTS = points(
         "angular_acceleration_{}": "rad/s^2",
     }
 )
-POSITION, VELOCITY, ACCELERATION, ATTITUDE, ANGULAR_ACCELERATION = range(0, len(POINTS), 3)
+POSITION = 0
+VELOCITY = 3
+ACCELERATION = 6
+ATTITUDE = 9
+ANGULAR_ACCELERATION = 12
 
 _POSITION = (("k_position_xy",), ("k_position_xy",), ("k_position_z",))
 _VELOCITY = (("k_velocity_xy",), ("k_velocity_xy",), ("k_velocity_z",))

@@ -72,7 +72,11 @@ POINTS = points(
         "angular_acceleration_{}": "rad/s^2",
     }
 )
-POSITION, VELOCITY, ACCELERATION, ATTITUDE, ANGULAR_ACCELERATION = range(0, len(POINTS), 3)
+POSITION = 0
+VELOCITY = 3
+ACCELERATION = 6
+ATTITUDE = 9
+ANGULAR_ACCELERATION = 12
 
 _POSITION = (("kp_position_xy",), ("kp_position_xy",), ("kp_position_z",))
 _LEVEL, _CLIMB = ("kp_velocity_xy",), ("kp_velocity_z",)

@@ -93,7 +93,11 @@ POINTS = points(
         "torque_{}": "1",
     }
 )
-POSITION, VELOCITY, FORCE, RATE, TORQUE = range(0, len(POINTS), 3)
+POSITION = 0
+VELOCITY = 3
+FORCE = 6
+RATE = 9
+TORQUE = 12
 
 
 def _gains(names: str) -> tuple[str, ...]:

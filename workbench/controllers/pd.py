@@ -81,7 +81,11 @@ POINTS = {
 }
 """Errors, specific force in W without gravity, and angular acceleration in T. The errors of roll
 and pitch are twice the sine of half the angle, about x and y of T."""
-POSITION, VELOCITY, ACCELERATION, ATTITUDE, ANGULAR_ACCELERATION = range(0, len(POINTS), 3)
+POSITION = 0
+VELOCITY = 3
+ACCELERATION = 6
+ATTITUDE = 9
+ANGULAR_ACCELERATION = 12
 """Index of the first of the three points of each stage."""
 
 LOOPS = tuple(

@@ -81,7 +81,12 @@ POINTS = points(
         "angular_acceleration_{}": "rad/s^2",
     }
 )
-POSITION, VELOCITY, ACCELERATION, TILT, RATE, ANGULAR_ACCELERATION = range(0, len(POINTS), 3)
+POSITION = 0
+VELOCITY = 3
+ACCELERATION = 6
+TILT = 9
+RATE = 12
+ANGULAR_ACCELERATION = 15
 
 
 _POSITION = (("kp_position_xy",), ("kp_position_xy",), ("kp_position_z",))

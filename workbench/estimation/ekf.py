@@ -37,9 +37,8 @@ ERRORS = 15
 ATTITUDE, PLACE, VELOCITY = slice(0, 3), slice(3, 6), slice(6, 9)
 GYRO_BIAS, ACCEL_BIAS = slice(9, 12), slice(12, 15)
 """Rows and columns of the errors in P, F and H."""
-NOMINAL, CHANNELS = 16, 10
-"""Sizes of the nominal state, and of measurements: position and velocity of the antenna (6),
-height, heading, distance, and an unused place."""
+NOMINAL = 16
+"""Size of the nominal state."""
 NAMES = (
     "gps_x",
     "gps_y",
@@ -52,6 +51,8 @@ NAMES = (
     "range_finder",
 )
 """Names of the measurements."""
+CHANNELS = len(NAMES) + 1
+"""Number of measurements in the memory; the last place is not used."""
 SETTINGS = (
     "ekf_gps_position",
     "ekf_gps_position",
@@ -64,7 +65,9 @@ SETTINGS = (
     "ekf_range_finder",
 )
 """Parameter with the standard deviation of each measurement."""
-HEIGHT, HEADING, DISTANCE = 6, 7, 8
+HEIGHT, HEADING, DISTANCE = (
+    NAMES.index(name) for name in ("barometer", "magnetometer", "range_finder")
+)
 """Places of the measurements after those of the GPS."""
 COVARIANCE = NOMINAL
 INNOVATIONS = COVARIANCE + ERRORS * ERRORS

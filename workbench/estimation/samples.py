@@ -6,12 +6,21 @@ import numpy as np
 
 from workbench.common.jitable import Vector
 
-IMU, GPS, BAROMETER, MAGNETOMETER, RANGE_FINDER, AGES, SAMPLES = 0, 6, 14, 16, 20, 22, 25
-"""Layout of an array of samples, and its size. IMU: means of angular velocity [rad/s] and specific
-force [m/s²] since the previous update, in B (6). Each other sensor: 1 for a new sample or 0, then
-its values. GPS: age [s], position and velocity of the antenna in W [m, m/s] (7); barometer: height
-[m]; magnetometer: field in B [T] (3); range finder: distance [m]. AGES: ages of the samples of
-these three (3) [s]."""
+# Places in an array of samples. Each sensor but the IMU has 1 for a new sample or 0, then values.
+IMU = 0
+"""Means of angular velocity [rad/s] and specific force [m/s²] since the update before, in B (6)."""
+GPS = 6
+"""Age [s], position and velocity of the antenna in W [m, m/s] (7)."""
+BAROMETER = 14
+"""Height [m]."""
+MAGNETOMETER = 16
+"""Field in B [T] (3)."""
+RANGE_FINDER = 20
+"""Distance [m]."""
+AGES = 22
+"""Ages of the samples of barometer, magnetometer and range finder (3) [s]."""
+SAMPLES = 25
+"""Size of the array."""
 
 
 class Mounting(NamedTuple):

@@ -15,8 +15,12 @@ LONGEST_ID = 16
 LONGEST_LINE = 50
 """Largest number of characters of a STATUSTEXT; longer sentences are split."""
 VOWELS = "aeiou"
-UNKNOWN_16, UNKNOWN_32 = 0xFFFF, 0xFFFFFFFF
-OFF, ARMED, TAKING_OFF, LANDING = 0, 1, 2, 7
+UNKNOWN_16 = 0xFFFF
+UNKNOWN_32 = 0xFFFFFFFF
+OFF = 0
+ARMED = 1
+TAKING_OFF = 2
+LANDING = 7
 """Modes of the topic drone_state, see docs/protocol.md; those between are in flight."""
 ON_THE_GROUND = (OFF, ARMED)
 LANDED = {

@@ -182,7 +182,9 @@ _OTHERS: dict[str, Numbers] = {
 }
 """Allowed with some arguments, see `_filter`, or not known to the process."""
 _SECCOMP: Numbers = (317, 277)
-_CREATE_RULESET, _ADD_RULE, _RESTRICT_SELF = 444, 445, 446
+_CREATE_RULESET = 444
+_ADD_RULE = 445
+_RESTRICT_SELF = 446
 """System calls of Landlock, on all architectures."""
 
 _OPENS_TO_WRITE = os.O_ACCMODE | os.O_CREAT | os.O_TRUNC
@@ -198,19 +200,31 @@ _FCNTL = (0, 1, 2, 3, 4, 5, 6, 7, 36, 37, 38, 1030)
 """Descriptors, their flags, and locks; not the owner of signals."""
 
 # linux/filter.h and linux/seccomp.h
-_LOAD, _EQUAL, _AT_LEAST, _ANY_BIT, _AND, _RETURN = 0x20, 0x15, 0x35, 0x45, 0x54, 0x06
-_ALLOW, _KILL, _ERRNO = 0x7FFF0000, 0x80000000, 0x00050000
-_SET_MODE_FILTER, _GET_ACTION_AVAILABLE, _ALL_THREADS = 1, 2, 1
+_LOAD = 0x20
+_EQUAL = 0x15
+_AT_LEAST = 0x35
+_ANY_BIT = 0x45
+_AND = 0x54
+_RETURN = 0x06
+_ALLOW = 0x7FFF0000
+_KILL = 0x80000000
+_ERRNO = 0x00050000
+_SET_MODE_FILTER = 1
+_GET_ACTION_AVAILABLE = 2
+_ALL_THREADS = 1
 _SET_NO_NEW_PRIVILEGES = 38
 
 # linux/landlock.h
-_READ_FILE, _READ_DIR = 1 << 2, 1 << 3
-_WRITE_FILE, _TRUNCATE = 1 << 1, 1 << 14
+_READ_FILE = 1 << 2
+_READ_DIR = 1 << 3
+_WRITE_FILE = 1 << 1
+_TRUNCATE = 1 << 14
 _CHANGE_FOLDER = 1 << 4 | 1 << 5 | 1 << 7 | 1 << 8
 """Remove folders and files, make folders and plain files."""
 _RIGHTS = {1: 13, 2: 14, 3: 15, 4: 15, 5: 16}
 """Number of rights to files by ABI; those that are not granted are denied."""
-_ALL_NETWORK, _ALL_SCOPES = 3, 3
+_ALL_NETWORK = 3
+_ALL_SCOPES = 3
 _PATH_BENEATH = 1
 
 _SYSTEM = (

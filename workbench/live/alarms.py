@@ -41,15 +41,19 @@ LOOK = 1 / 16
 """Period between checks of everything else [s]."""
 QUIET = 10.0
 """An alarm is repeated if its cause was absent for this long [s]."""
-SEEN, PARTS = 2.0, 3
+SEEN = 2.0
+PARTS = 3
 """A swing is detected over this time [s], and must be present in each of this number of parts."""
 LEAST_RATE, LEAST_SPEED = 0.6, 0.3
 """Least amplitude of a swing: of rates [rad/s], and of vertical speed [m/s]."""
-TURNS, UNEVEN = 4, 0.3
+TURNS = 4
+UNEVEN = 0.3
 """A swing crosses its mean at least this often, at times with at most this relative spread."""
 SLOW_SEEN = (5.0, 15.0)
 """A slow swing, of a velocity or position loop, is detected over one of these times [s]."""
-SLOW_TURNS, SLOW_UNEVEN, STEADY = 5, 0.2, 0.6
+SLOW_TURNS = 5
+SLOW_UNEVEN = 0.2
+STEADY = 0.6
 """Least crossings of the mean, largest relative spread of the times between, and least ratio of
 each half wave to the one before: waves in turbulence vary in size, and a drone with a damping ratio
 of 0.16 comes to rest."""

@@ -11,7 +11,9 @@ from workbench.link.topics import Topic
 from workbench.scenario.faults import PARTS, TURBULENCES
 from workbench.scenario.scenario import Action
 
-INFORMATION, WARNING, FAILURE = 0, 1, 2
+INFORMATION = 0
+WARNING = 1
+FAILURE = 2
 """Severity of an event."""
 RESERVE = "battery_reserve"
 """Name of the parameter for the charge at which the drone lands by itself."""

@@ -15,7 +15,8 @@ from workbench.plant.vehicle import Vehicle
 from workbench.session.snapshot import Snapshot
 from workbench.systems.sensors.readings import LidarScan, Reading
 
-SHORTEST, LONGEST = 1 / 30, 0.5
+SHORTEST = 1 / 30
+LONGEST = 0.5
 """Limits of the period between pictures [s of wall]."""
 BEHIND = 0.1
 """Lag of a flight at which the rate of pictures is halved, before time must be skipped [s]."""

@@ -15,8 +15,10 @@ from workbench.logs.array_files import ArrayReader
 from workbench.logs.readers.packed import GZIP, stem
 
 SECONDS, SECONDS_A_MEGABYTE = 3.0, 4.0
-MEGABYTES, MEGABYTES_A_MEGABYTE = 400, 30
-MOST_SECONDS, MOST_MEGABYTES = 900.0, 12_000
+MEGABYTES = 400
+MEGABYTES_A_MEGABYTE = 30
+MOST_SECONDS = 900.0
+MOST_MEGABYTES = 12_000
 """Limits of processor time and memory by the size of the file; blackbox logs take some 2 s and 20
 MB a megabyte."""
 PACKED = 2.0

@@ -36,7 +36,8 @@ MOST_BYTES = 100_000_000
 """Size limit of a mesh file [bytes]."""
 _CHILD = "workbench.plant.meshes.child"
 _SECONDS, _SECONDS_A_TASK, _SECONDS_A_MEGABYTE = 2.0, 1.0, 0.3
-_MEGABYTES, _MEGABYTES_A_MEGABYTE = 560, 14
+_MEGABYTES = 560
+_MEGABYTES_A_MEGABYTE = 14
 """Limits of the child process by the size of the files.
 
 Its libraries take 1 s and 300 MB of address space. A megabyte of STL takes 0.1 s and 11 MB, other

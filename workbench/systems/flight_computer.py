@@ -18,15 +18,15 @@ from workbench.common.own_file import own_errors
 from workbench.control.controller import Controller, Program
 from workbench.control.flight_law import (
     ALL_PARTS,
+    FILTERED,
     PLAIN,
-    SETPOINT,
     ComputerSettings,
     LawConstants,
     flight_law,
     known_vehicle,
     law_constants,
+    steady_filters,
 )
-from workbench.control.flight_law import FILTERED as STAGES
 from workbench.control.guidance import Guidance, Reference, Setpoint
 from workbench.control.update import Arguments, Held, check_update, make_update, plain
 from workbench.plant.payload import NO_PAYLOAD, Payload
@@ -107,7 +107,7 @@ class FlightComputer(DiscreteSystem):
         commands = self.DeclareDiscreteState(n)
         self.DeclareStateOutputPort("commands", commands)
         self._commands_state = int(commands)
-        self._filtered = int(self.DeclareDiscreteState(STAGES))
+        self._filtered = int(self.DeclareDiscreteState(FILTERED))
         self.memory_index = self._filtered + 1
         if controller.memory:
             self.DeclareDiscreteState(BasicVector(controller.initial_memory))
@@ -189,9 +189,7 @@ class FlightComputer(DiscreteSystem):
         """Begin with rotors that turn steadily at `speeds` (n) [rad/s], at `velocity` [m/s]."""
         self._ended = ""
         context.SetDiscreteState(self._commands_state, speeds)
-        filtered = np.zeros(STAGES)
-        filtered[:3] = filtered[SETPOINT : SETPOINT + 3] = velocity
-        context.SetDiscreteState(self._filtered, filtered)
+        context.SetDiscreteState(self._filtered, steady_filters(velocity))
 
     def set_payload(self, context: Context, payload: Payload) -> None:
         """Tell the law of a payload from now on.

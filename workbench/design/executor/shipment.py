@@ -48,7 +48,8 @@ from workbench.scenario.scenario import Scenario, VehicleConfig, flown_controlle
 MOST_BYTES = 200_000_000
 """Size limit of all files of a scenario [bytes]."""
 _CHILD = "workbench.design.executor.shipment"
-_SECONDS, _MEGABYTES = 120.0, 16_000
+_SECONDS = 120.0
+_MEGABYTES = 16_000
 
 _SYSTEM = ("/dev", "/etc", "/proc", "/run", "/sys")
 _CODE = (".py", ".pyc", ".so")

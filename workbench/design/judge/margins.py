@@ -21,7 +21,9 @@ _ZOOM = np.linspace(0.0, 1.0, 9)
 _ZOOMS = 3
 """Number of refinements, each of an interval by a factor of eight; linear interpolation then is
 exact to 1e-8."""
-_PHASE, _SIZE, _FALL = range(3)
+_PHASE = 0
+_SIZE = 1
+_FALL = 2
 _LEAST = 1e-6
 """Gain margins beyond this, or its inverse, are ignored, as rounding causes crossings there."""
 HALF_POWER = 10.0 ** (-3.0 / 20.0)

@@ -210,7 +210,7 @@ class Derivatives:
             gains: of the law.
             count: number of previous updates, see `ALL_PARTS`.
             state: of the body (13).
-            filtered: states of the stages before the law, see `flight_law.FILTERED`.
+            filtered: states of the stages before the law, see `flight_law.FilterStates`.
             before: commands of the previous update (n).
             reference: see `guidance.Reference` (8).
             guidance: see `guidance.Guidance` (22).

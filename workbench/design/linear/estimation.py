@@ -35,7 +35,9 @@ CHECKED = 128
 """Number of updates between checks whether a memory has settled."""
 SETTLED = 1e-9
 """Relative deviation from a constant rate of change up to which it is settled."""
-MOTION, IMU, RATES = 12, 6, 3
+MOTION = 12
+IMU = 6
+RATES = 3
 """Sizes of true motion, mean sample of the IMU, and output of the gyro's filters."""
 FLAGS = {
     "gps": GPS,

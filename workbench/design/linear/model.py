@@ -310,7 +310,7 @@ def numbered(name: str, count: int, unit: str) -> tuple[Signal, ...]:
 
 
 def filtered() -> tuple[Signal, ...]:
-    """Return the states of the stages before the law, see `flight_law.FILTERED`."""
+    """Return the states of the stages before the law, see `flight_law.FilterStates`."""
     return (
         *vector("filtered_v", "m/s"),
         *vector("derivative_lowpass", "m/s^2"),

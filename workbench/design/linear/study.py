@@ -74,7 +74,9 @@ from workbench.scenario.scenario import (
 )
 from workbench.systems.acceleration_estimate import TIME_CONSTANT, sampled_estimate
 
-GYRO, ACCEL, IMU = 12, 6, 6
+GYRO = 12
+ACCEL = 6
+IMU = 6
 """Number of states of the filters of gyro, see `gyro.STATES`, and accelerometer, and of numbers in
 a reading of the IMU."""
 RATE = slice(6, 9)

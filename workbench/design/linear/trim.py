@@ -102,7 +102,7 @@ def reference_of(trim: Trim) -> np.ndarray:
 
 
 def filtered_of(trim: Trim, rate: float) -> np.ndarray:
-    """Return the states of the stages before the law in a trimmed flight, see `FILTERED` (10)."""
+    """Return the states of the filters before the law in a trim (10), see `FilterStates`."""
     velocity = trim.v_WB - trim.vdot_WB / rate
     return np.concatenate([velocity, trim.vdot_WB, trim.reference])
 

@@ -31,7 +31,8 @@ HOVER = 0.5
 """Time before the edge for means [s]."""
 FULL = 0.995
 """Share of a rotor's speed limit from which on a command counts as saturated."""
-LAG_SAMPLES, LAG_STEPS = 8, 300
+LAG_SAMPLES = 8
+LAG_STEPS = 300
 """Smallest number of samples of a response, and largest number of lags tried."""
 TWICE = NOISE_FROM / 0.45
 """Smallest sampling rate to measure noise [Hz]."""

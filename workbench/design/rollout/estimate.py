@@ -34,11 +34,15 @@ from workbench.estimation.gyro import (
 )
 from workbench.estimation.imu import mean_rate, measured
 from workbench.estimation.samples import AGES, BAROMETER, GPS, MAGNETOMETER, RANGE_FINDER, SAMPLES
+from workbench.estimation.settings import HEARD
 from workbench.plant.gravity import GRAVITY
 from workbench.systems.sensors.barometer import altitude_at, pressure_at
 
 KINDS = len(CHANNELS)
-FIX, PRESSURE, FIELD, DISTANCE = range(KINDS)
+FIX = HEARD.index("gps")
+PRESSURE = HEARD.index("barometer")
+FIELD = HEARD.index("magnetometer")
+DISTANCE = HEARD.index("range_finder")
 """Kinds of sensors, in the order of `settings.HEARD`."""
 
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from workbench.common.jitable import register_jitable, unique
 from workbench.control.controller import Controller
-from workbench.control.flight_law import SETPOINT
+from workbench.control.flight_law import steady_filters
 from workbench.control.flight_mode import HOVERING
 from workbench.design.rollout.candidates import Candidates
 from workbench.design.rollout.crafts import Crafts
@@ -137,9 +137,7 @@ def begin(flights: np.ndarray, starts: np.ndarray, speeds: np.ndarray, memory: l
     """
     flights["state"] = flights["known"] = starts
     flights["speeds"] = flights["commands"] = flights["acting"] = speeds
-    flights["filtered"] = 0.0
-    flights["filtered"][:, :3] = starts[:, 10:13]
-    flights["filtered"][:, SETPOINT : SETPOINT + 3] = starts[:, 10:13]
+    flights["filtered"] = [steady_filters(each) for each in starts[:, 10:13].tolist()]
     flights["hold"], flights["holding"], flights["mode"] = starts[:, 4:7], 1.0, HOVERING
     if memory:
         flights["memory"] = memory

@@ -53,7 +53,7 @@ def flight_dtype(sizes: Sizes, estimate: dict[str, Any] | None = None) -> np.dty
         wrench          (4) that is asked for where no law flies: force [N], moment [N·m], in T
         known           (13) the state that the law sees
         commands        (n) of the law [rad/s]; `acting` are those that the rotors follow
-        filtered        see `flight_law.FILTERED`
+        filtered        see `flight_law.FilterStates`
         gains, memory   of the law, in its order
         computer        `ComputerSettings`
         law             `LawConstants`

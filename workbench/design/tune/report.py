@@ -20,7 +20,8 @@ from workbench.scenario.axes import find_axis
 from workbench.scenario.parameters import parameter_table
 
 Rows = list[list[str]]
-BEFORE, AFTER = 0, 1
+BEFORE = 0
+AFTER = 1
 _CORNERS = 0.3
 """Opacity of the curves of varied vehicles."""
 _WIDEST = 1.5

@@ -42,7 +42,8 @@ _PROFILE = re.compile(r"[ \t]*(profile|rateprofile)[ \t]+(\d{1,3})[ \t]*(?:#.*)?
 _FIELD = re.compile(r"[ \t]*#\$[ \t]*([A-Z_]+)(?:[ \t]+(BEGIN|END))?(.*)")
 _INCLUDED = re.compile(r"presets/[\w ./+-]+\.txt")
 _APPLY, _DISABLE = "simplified_tuning apply", "simplified_tuning disable"
-_MOST_INCLUDES, _MOST_ABOVE = 50, 6
+_MOST_INCLUDES = 50
+_MOST_ABOVE = 6
 _AIR_MODE = re.compile(r"feature (-?)AIRMODE", re.I)
 _AIR_MODE_SWITCH = re.compile(r"aux \d+ 28 \d+ (\d+) (?!\1\b)\d+.*", re.I)
 """A range of a switch for the mode 28; one that begins where it ends is none."""

@@ -44,7 +44,8 @@ from workbench.session.checkpoint import Checkpoint
 WIDE = 1166
 """Least width with three columns [px]."""
 GAP = 6
-GAINS, MIDDLE = 448, 364
+GAINS = 448
+MIDDLE = 364
 """Initial least widths of the first two columns [px]."""
 NARROWEST_GAINS = 399
 """Least width of the gains in three columns; below it the sliders are too short [px]."""
@@ -55,7 +56,8 @@ TABS = (
     (2000, "QTabBar::tab { padding: 6px 8px; }"),
 )
 """Widths [px] up to which tabs are closer together, so that all eleven, or nine, are visible."""
-LEAST, SHORTEST = 372, 520
+LEAST = 372
+SHORTEST = 520
 """Width of the tabs, and height of everything, without clipping [px]; their bar may scroll."""
 ALL_TABS = 450
 """Width of the bar of eleven tabs [px]."""

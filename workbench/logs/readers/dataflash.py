@@ -36,7 +36,8 @@ INSTANCES = ("I", "C", "Instance")
 BATTERIES = 16
 LEAST_VOLTAGE = 1.0
 """Voltage above which a battery is connected [V]."""
-MOTOR_1, MOTORS = 33, 8
+MOTOR_1 = 33
+MOTORS = 8
 """SERVOn_FUNCTION of the first motor, and the number of consecutive functions of motors."""
 _RPM = np.pi / 30.0
 _UNWANTED = ("FMT", "FMTU", "UNIT", "MULT", "PARM", "MSG", "FILE", "VER", "ISBD", "ISBH")

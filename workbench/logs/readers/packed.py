@@ -11,7 +11,8 @@ from workbench.common.plain_files import open_plain, read_plain, size_of
 
 LARGEST = 1_000_000_000
 """Size limit of a log that is read as a whole, and of its content if it is compressed [bytes]."""
-UNPACKED, MOST_RATIO = 64_000_000, 20
+UNPACKED = 64_000_000
+MOST_RATIO = 20
 """Any compressed content may have `UNPACKED` bytes, and `MOST_RATIO` for each byte of the file."""
 LONGEST_LINE = 1_000_000
 """Size limit of a line of a table [characters]."""

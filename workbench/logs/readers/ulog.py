@@ -46,7 +46,8 @@ from workbench.logs.readers.topic_log import (
 FORMAT = "PX4 ULog"
 MAGIC = b"ULog\x01\x12\x35"
 NEEDS = "pyulog"
-FILE_HEADER, HEADER = 16, 3
+FILE_HEADER = 16
+HEADER = 3
 """Number of bytes before the first message, and before each message."""
 MOST_FIELDS = 20_000
 MOST_MOTORS = 32

@@ -76,7 +76,10 @@ _DERIVED: dict[Powers, str] = {
     _ACCELERATION: "m/s^2",
     (0, -2, 1, 0, 0, 0): "rad/s^2",
 }
-_TURN, _DEGREE, _INCH, _POUND = 2.0 * math.pi, math.pi / 180.0, 0.0254, 0.45359237
+_TURN = 2.0 * math.pi
+_DEGREE = math.pi / 180.0
+_INCH = 0.0254
+_POUND = 0.45359237
 _PREFIXED = (
     ("m meter metre", 1.0, _LENGTH),
     ("s sec second", 1.0, _TIME),

@@ -21,7 +21,8 @@ from workbench.ipc.limited import LimitedError, run_limited
 from workbench.plant.formats.xml import MOST_BYTES, Element
 from workbench.plant.packages import PackageFinder
 
-_SECONDS, _MEGABYTES = 3.0, 400
+_SECONDS = 3.0
+_MEGABYTES = 400
 """Limits of an expansion; a drone with four sensors takes 0.2 s and 40 MB."""
 _MOST_PASSES = 20
 _CHILD = "workbench.plant.formats.xacro_child"

@@ -21,7 +21,12 @@ from workbench.common.compiled import compile_cached
 from workbench.common.jitable import register_jitable
 from workbench.systems.casting.scene import CastGeometry
 
-BOX, SPHERE, CYLINDER, CAPSULE, ELLIPSOID, HALF_SPACE = range(6)
+BOX = 0
+SPHERE = 1
+CYLINDER = 2
+CAPSULE = 3
+ELLIPSOID = 4
+HALF_SPACE = 5
 """Kinds of shapes, as numbers for compiled code.
 
 Their sizes, three numbers each: half the edges of a box; radius of a sphere; radius and half the
