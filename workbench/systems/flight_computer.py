@@ -189,7 +189,7 @@ class FlightComputer(DiscreteSystem):
         """Begin with rotors that turn steadily at `speeds` (n) [rad/s], at `velocity` [m/s]."""
         self._ended = ""
         context.SetDiscreteState(self._commands_state, speeds)
-        context.SetDiscreteState(self._filtered, steady_filters(velocity))
+        context.SetDiscreteState(self._filtered, steady_filters(velocity.tolist()))
 
     def set_payload(self, context: Context, payload: Payload) -> None:
         """Tell the law of a payload from now on.
