@@ -78,47 +78,54 @@ def estimate_fields(senses: Senses) -> dict[str, Any]:
 
 @register_jitable
 def _read_imu(flight, clock, sensors, z):
-    """Write mean angular velocity and specific force since the last update to z (6)."""
+    """Simulate the IMU since the last control update, as `systems.flight_imu` does.
+
+    Mean angular velocity [rad/s] and mean specific force [m/s²], in B with noise, go to the first six
+    places of z. The record of the flight gets the filtered `rates`, the states of the filters, the
+    `motion` of now, and the next `drift`. At the first update there is one sample.
+    """
     state, p_BS, step = fetch(flight, "state"), sensors.p_BS, clock.step
     steps, number = round(clock.period / step), int(flight.count)
-    every = int(flight.gyro_every)
+    steps_per_sample = int(flight.gyro_every)
     now, before, end, middle = np.empty((4, MOTION))
     motion = point_motion(state, p_BS)
     for k in range(MOTION):
         now[k] = motion[k]
         before[k] = flight.motion[k]
-    began, count, parts = flight.sampled > 0.0, 1, 1
+    has_previous, samples, parts = flight.sampled > 0.0, 1, 1
     w_B = body_rates(state)
     force = measured(state, fetch(flight, "acceleration"), p_BS)[3:6]
-    turn = w_B
-    if began:
-        count = steps // every
+    mean_rates = w_B
+    if has_previous:
+        samples = steps // steps_per_sample
         filtered = flight.gyro_filters > 0.0 or flight.accel_filters > 0.0
-        parts = count if filtered else 2 - count % 2  # where nothing is filtered, two stand for all
-        turn = mean_rate(before[0:4], now[0:4], clock.period)
-    share, each = 1.0 / parts, count // parts
+        parts = samples if filtered else 2 - samples % 2  # without filters two do
+        mean_rates = mean_rate(before[0:4], now[0:4], clock.period)
+    share, samples_per_part = 1.0 / parts, samples // parts
     coefficients, states = fetch(flight, "gyro_filter"), fetch(flight, "gyro_states")
     rates, noise, drawn = w_B, np.zeros(6), np.empty(COUNT)
-    sums, turning = np.zeros(3), np.zeros(3)
+    mean_force, gyro_noise = np.zeros(3), np.zeros(3)
     for part in range(parts):
-        if began:
+        if has_previous:
             motion_between(flight.motion, now, clock.period, share * (part + 1.0), end)
             motion_between(flight.motion, now, clock.period, share * (part + 0.5), middle)
             w_B = body_rate(end)
             force = mean_specific_force(before, middle, end, share * clock.period, GRAVITY)
             for k in range(MOTION):
                 before[k] = end[k]
+        # of a part the gyro has the noise of the last sample, the force the mean of all
         noise[3:6] = 0.0
-        for k in range(each):
-            since = (part * each + k + 1) * every - steps if began else 0
-            _draw_noise(flight, sensors, number * steps + since, every, drawn)
+        for k in range(samples_per_part):
+            passed = (part * samples_per_part + k + 1) * steps_per_sample
+            offset = passed - steps if has_previous else 0
+            _draw_noise(flight, sensors, number * steps + offset, steps_per_sample, drawn)
             for axis in range(3):
                 noise[axis] = drawn[axis]
-                noise[3 + axis] += drawn[3 + axis] / each
-                turning[axis] += drawn[axis] / count
+                noise[3 + axis] += drawn[3 + axis] / samples_per_part
+                gyro_noise[axis] += drawn[axis] / samples
         w_B = (w_B[0] + noise[0], w_B[1] + noise[1], w_B[2] + noise[2])
         force = (force[0] + noise[3], force[1] + noise[4], force[2] + noise[5])
-        if not began:
+        if not has_previous:
             states = at_rest(w_B)
             store(flight, "accel_states", (0.0, force[0], 0.0, force[1], 0.0, force[2]))
         rates = filtered_rates(coefficients, states, w_B)
@@ -126,15 +133,15 @@ def _read_imu(flight, clock, sensors, z):
         section, smooth = flight.accel_filter, flight.accel_states
         for axis in range(3):
             x_1, x_2 = smooth[2 * axis], smooth[2 * axis + 1]
-            sums[axis] += share * output(section, x_1, x_2, force[axis])
+            mean_force[axis] += share * output(section, x_1, x_2, force[axis])
             smooth[2 * axis], smooth[2 * axis + 1] = after(section, x_1, x_2, force[axis])
     store(flight, "rates", rates)
     store(flight, "gyro_states", states)
     store(flight, "motion", motion)
     flight.sampled = 1.0
     for axis in range(3):
-        z[axis] = turn[axis] + turning[axis]
-        z[3 + axis] = sums[axis]
+        z[axis] = mean_rates[axis] + gyro_noise[axis]
+        z[3 + axis] = mean_force[axis]
     draw_normals(flight.seeds[0], 2 * number * steps + 1, drawn)
     kept, driven = sensors.imu_noise.kept, sensors.imu_noise.driven
     for k in range(6):
@@ -143,7 +150,10 @@ def _read_imu(flight, clock, sensors, z):
 
 @register_jitable
 def _draw_noise(flight, sensors, number, every, drawn):
-    """Write bias and noise of the IMU's sample at a step of physics, in B (6)."""
+    """Write bias and noise of the IMU's sample at a step of physics, in B (6).
+
+    Noise has the even numbers of draws, drift the odd ones.
+    """
     draw_normals(flight.seeds[0], 2 * number, drawn)
     deviation, scale = sensors.imu_noise.deviation, 1.0 / math.sqrt(every)
     for k in range(6):
@@ -257,7 +267,7 @@ def _mode_state(flight):
 
 
 def know_by(estimator: Estimator) -> Knowing:
-    """Return how laws know the motion that an estimator tells."""
+    """Return the functions by which a law gets its state from an estimator."""
     update: Callable[..., None] = estimator.update
 
     @register_jitable
@@ -271,9 +281,9 @@ def know_by(estimator: Estimator) -> Knowing:
         update(memory, z, settings, places, dt)
         flight.estimator[:] = memory
         found = estimated_motion(memory[:NOMINAL], flight.rates, sensors.mounting[0:3])
-        w_W = into_world(rotation(found[0:4]), found[7:10])
+        w_W = into_world(rotation(found[0:4]), found[7:10])  # it is in B
         known = found[0:7] + w_W + found[10:13]
-        store(flight, "estimate", known)
+        store(flight, "estimate", known)  # the law may get an older one, see `Rings`
         store(flight, "known", known)
 
     return Knowing(unique(know, estimator.key), _look, _mode_state, _due, _sample, estimator.key)

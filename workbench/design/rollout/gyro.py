@@ -18,8 +18,8 @@ from workbench.estimation.gyro import (
 )
 
 ORIGIN = (0.0, 0.0, 0.0)
-ON_TIME = 1e-6
-"""Share of a physics step by which a sample may be off its time."""
+SAMPLE_TOLERANCE = 1e-6
+"""Share of the time between two samples of the gyro by which one may be off its time."""
 
 
 @register_jitable
@@ -29,7 +29,7 @@ def _know(flight, clock, sensors):
     if flight.gyro_filters > 0.0:
         rates, states = body_rates(state), at_rest(body_rates(state))
         if flight.sampled > 0.0:
-            rates, states = _filtered(flight, clock, state, clock.period)
+            rates, states = _filter_samples(flight, clock, state, clock.period)
         else:
             coefficients = fetch(flight, "gyro_filter")
             states = stepped_filters(coefficients, states, rates)
@@ -47,22 +47,24 @@ def _look(flight, clock, sensors, passed):
     state = fetch(flight, "state")
     if flight.gyro_filters == 0.0:
         return state
-    rates, _ = _filtered(flight, clock, state, passed)
+    rates, _ = _filter_samples(flight, clock, state, passed)
     return sensed(state, rates)
 
 
 @register_jitable
-def _filtered(flight, clock, state, passed):
-    """Return what the filters give after the samples since the last update, and their states.
+def _filter_samples(flight, clock, state, passed):
+    """Return the filtered angular velocity in B (3) [rad/s], and the states of the filters (12).
+
+    They are those after the samples since the last update; the motion between is `motion_between`.
 
     Args:
-        flight: its record.
+        flight: its record, of which nothing changes; an update has been before.
         clock: see `Clock`.
         state: of the body now (13).
-        passed: since the last update [s].
+        passed: time since the last update [s].
     """
     period = flight.gyro_every * clock.step
-    count = math.floor(passed / period + ON_TIME)
+    count = math.floor(passed / period + SAMPLE_TOLERANCE)
     coefficients, states = fetch(flight, "gyro_filter"), fetch(flight, "gyro_states")
     rates, now, between = fetch(flight, "rates"), np.empty(MOTION), np.empty(MOTION)
     motion = point_motion(state, ORIGIN)

@@ -27,6 +27,8 @@ from workbench.dynamics.air.update import push_share, steady_wind, turbulent_win
 from workbench.dynamics.rotors import loaded_voltage, power_share, turning_share
 from workbench.session.integration import FAST
 
+NO_ACCELERATION = (0.0, 0.0, 0.0)
+"""Of a path: there is none."""
 NO_BRAKE = (0.0,) * 13
 """There are no obstacles here: the numbers of `Guidance` after the point to hold."""
 ON_TIME = 1e-9
@@ -118,7 +120,7 @@ class Knowing(NamedTuple):
 
 
 def make_fly_period(update: Callable[..., None], knowing: Knowing, key: str) -> Callable[..., None]:
-    """Return a control period.
+    """Return a function that flies up to 16 flights for one control period.
 
     Args:
         update: commands the rotors, see `make_update`.
@@ -140,11 +142,12 @@ def make_fly_period(update: Callable[..., None], knowing: Knowing, key: str) -> 
             sensors: what the sensors of all flights have in common; None on the truth.
         """
         pushed = False
+        # control update: what each flight does reads its state at the beginning of the period
         for i in range(len(flights)):
             flight = flights[i]
             times.end[i] = (flight.count + 1.0) * clock.period
-            times.now[i] = times.end[i]
-            if flight.lost_at >= 0.0:
+            if flight.lost_at >= 0.0:  # it does not move any more
+                times.now[i] = times.end[i]
                 continue
             times.now[i] = flight.count * clock.period
             know(flight, clock, sensors)
@@ -162,6 +165,7 @@ def make_fly_period(update: Callable[..., None], knowing: Knowing, key: str) -> 
             fast = _turns_fast(fetch(flight, "state"))
             times.sizes[i] = flight.fast_step if fast else flight.step
             times.third[i] = (flight.fast_third if fast else flight.third) > 0.0
+        # from event to event of each flight, until all have come to the end of the period
         going = True
         while going:
             for i in range(len(flights)):
@@ -188,6 +192,7 @@ def make_fly_period(update: Callable[..., None], knowing: Knowing, key: str) -> 
                 _update_battery(flight, clock, now)
                 sample(flight, sensors, now)
                 write_drive(flight, room, i)
+        # the state at the end, and who is lost
         for i in range(len(flights)):
             flight = flights[i]
             flight.count += 1.0
@@ -200,15 +205,17 @@ def make_fly_period(update: Callable[..., None], knowing: Knowing, key: str) -> 
 
 
 def make_update(controller: Controller) -> Callable[..., None]:
-    """Return a control update with a controller's law: it writes `commands`."""
+    """Return a function that runs one update of a controller, and writes `commands` [rad/s]."""
     law_update = flight_law(controller).update
     remember, memory_of = (_remember_law, _memory_of) if controller.memory else (_pass, _no_memory)
 
     @register_jitable
     def update(flight, clock):
+        """Run the law on what it knows; see `flight_law.update` for the order of the arguments."""
         holding = flight.holding
+        # motors, lift and authority are on; the mode itself does not climb
         guidance = (1.0, 1.0, 1.0, 0.0, holding, holding) + fetch(flight, "hold") + NO_BRAKE
-        setpoint = Setpoint(fetch(flight, "reference"), guidance, (0.0, 0.0, 0.0))
+        setpoint = Setpoint(fetch(flight, "reference"), guidance, NO_ACCELERATION)
         filtered, memory = law_update(
             fetch(flight, "known"),
             flight.voltage,
@@ -216,7 +223,7 @@ def make_update(controller: Controller) -> Callable[..., None]:
             fetch(flight, "gains"),
             flight.shares,
             flight.law,
-            None,
+            None,  # no loop is cut or measured
             clock.estimate,
             flight.computer,
             fetch(flight, "filtered"),
@@ -226,7 +233,7 @@ def make_update(controller: Controller) -> Callable[..., None]:
         )
         store(flight, "filtered", filtered)
         remember(flight, memory)
-        _resolve(flight)
+        _quantise(flight)
 
     return unique(update, controller.key)
 
@@ -235,7 +242,7 @@ def make_update(controller: Controller) -> Callable[..., None]:
 def give_wrench(flight, clock):
     """Command the rotors to make the wrench that is asked for."""
     allocate(fetch(flight, "wrench"), 1.0, 1.0, flight.shares, flight.law, flight.commands)
-    _resolve(flight)
+    _quantise(flight)
 
 
 @register_jitable
@@ -264,7 +271,7 @@ def _pass(flight, memory):
 
 
 @register_jitable
-def _resolve(flight):
+def _quantise(flight):
     """Round the commands to their resolution."""
     steps = flight.computer[2]
     if steps > 0.0:
