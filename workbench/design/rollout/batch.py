@@ -84,7 +84,7 @@ def compiled_steps(controller: Controller | None, actions: str) -> Compiled:
 
 
 def make_step_flights(controller: Controller | None, actions: str, key: str) -> Callable[..., None]:
-    """Return the steps of some flights.
+    """Return a function that flies blocks of 16 flights for some control periods.
 
     Args:
         controller: whose law flies; None where none does.
@@ -100,14 +100,14 @@ def make_step_flights(controller: Controller | None, actions: str, key: str) -> 
         """Fly on, 16 flights at a time; this is what gets compiled.
 
         Args:
-            first: of the blocks of 16.
-            last: the one before which it ends.
-            periods: of control to fly.
+            first: number of the first block.
+            last: number of the block after the last one.
+            periods: number of control periods.
             flights: all records, see `record.flight_dtype`.
             rings: of all flights, see `Rings`.
             bodies: of all blocks, see `motion.BODIES`.
             rotors: of all blocks (blocks, n), see `motion.ROTORS`.
-            room: whose places are used for each of them.
+            room: places for the integrator; its bodies and rotors are not used.
             times: see `period.Times`.
             clock: see `period.Clock`.
         """
@@ -122,7 +122,7 @@ def make_step_flights(controller: Controller | None, actions: str, key: str) -> 
                 room.slopes,
                 room.sizes,
             )
-            for i in range(LANES):
+            for i in range(LANES):  # what the user may have written since the last call
                 flight = some[min(i, len(some) - 1)]
                 write_flight(flight, own, i)
                 if flight.lost_at < 0.0 and not is_whole(flight):

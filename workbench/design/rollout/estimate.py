@@ -80,9 +80,9 @@ def estimate_fields(senses: Senses) -> dict[str, Any]:
 def _read_imu(flight, clock, sensors, z):
     """Simulate the IMU since the last control update, as `systems.flight_imu` does.
 
-    Mean angular velocity [rad/s] and mean specific force [m/s²], in B with noise, go to the first six
-    places of z. The record of the flight gets the filtered `rates`, the states of the filters, the
-    `motion` of now, and the next `drift`. At the first update there is one sample.
+    Mean angular velocity [rad/s] and mean specific force [m/s²], in B with noise, go to the first
+    six places of z. The record gets the filtered `rates`, the states of the filters, the `motion`
+    of now and the next `drift`. At the first update there is one sample.
     """
     state, p_BS, step = fetch(flight, "state"), sensors.p_BS, clock.step
     steps, number = round(clock.period / step), int(flight.count)

@@ -41,7 +41,10 @@ def packed_dtype(fields: dict[str, Any], whole: dict[str, tuple[str, ...]] | Non
 
 @intrinsic(prefer_literal=True)
 def take(typingctx: Any, record: Any, field: Any, lane: Any) -> Any:
-    """Return what a field (rows, lanes) has of a lane: a tuple, or a number if it has no rows."""
+    """Return column `lane` of a field: a tuple if it has the shape (rows, lanes), else a number.
+
+    The lane is not checked.
+    """
     shape, place = _field(record, field)
     rows = 1 if len(shape) == 1 else shape[0]
     result = types.float64 if len(shape) == 1 else types.UniTuple(types.float64, rows)
@@ -60,8 +63,11 @@ def take(typingctx: Any, record: Any, field: Any, lane: Any) -> Any:
 
 @intrinsic(prefer_literal=True)
 def put(typingctx: Any, record: Any, field: Any, lane: Any, value: Any) -> Any:
-    """Write what a field (rows, lanes) has of a lane, see `take`."""
+    """Write column `lane` of a field, see `take`."""
     shape, place = _field(record, field)
+    rows = 1 if len(shape) == 1 else shape[0]
+    if (len(value) if isinstance(value, types.BaseTuple) else 1) != rows:
+        raise TypeError(f"{field.literal_value} has {rows} rows, not those of {value}")
 
     def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
         base = _numbers(builder, args[0])
@@ -76,8 +82,10 @@ def put(typingctx: Any, record: Any, field: Any, lane: Any, value: Any) -> Any:
 
 @intrinsic(prefer_literal=True)
 def fetch(typingctx: Any, record: Any, field: Any) -> Any:
-    """Return a field of several numbers as a tuple."""
+    """Return a field of the shape (n,) as a tuple."""
     shape, place = _field(record, field)
+    if len(shape) != 1:
+        raise TypeError(f"{field.literal_value} has the shape {shape}, not one of one axis")
     result = types.UniTuple(types.float64, shape[0])
 
     def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
@@ -90,7 +98,7 @@ def fetch(typingctx: Any, record: Any, field: Any) -> Any:
 
 @intrinsic(prefer_literal=True)
 def store(typingctx: Any, record: Any, field: Any, values: Any) -> Any:
-    """Write a tuple to a field of as many numbers."""
+    """Write a tuple to a field of the shape (n,)."""
     shape, place = _field(record, field)
     if len(values) != shape[0]:
         raise TypeError(f"{field.literal_value} has {shape[0]} numbers, not {len(values)}")

@@ -201,7 +201,7 @@ def _begin_estimates(
 
 
 def make_fly(controller: Controller, knowing: Knowing) -> Callable[..., None]:
-    """Return the flight of up to 16 candidates with a controller's law."""
+    """Return a function that flies up to 16 candidates with a controller, from start to end."""
     key = f"{controller.key}_{knowing.key}"
     fly_period = make_fly_period(make_update(controller), knowing, key)
 
@@ -211,7 +211,7 @@ def make_fly(controller: Controller, knowing: Knowing) -> Callable[..., None]:
         Args:
             flights: their records, see `record.flight_dtype`.
             rings: see `Rings`.
-            room: of their motion, furnished, see `Crafts.furnish`.
+            room: for their motion, with their constants, see `Crafts.furnish`.
             times: see `period.Times`.
             clock: see `period.Clock`.
             sensors: see `make_fly_period`.
@@ -220,7 +220,7 @@ def make_fly(controller: Controller, knowing: Knowing) -> Callable[..., None]:
             samples: (M, k, 16) places for them from the edge on; NaN once a candidate is lost.
         """
         many = len(flights)
-        for i in range(LANES):
+        for i in range(LANES):  # lanes without a flight repeat the last one
             flight = flights[min(i, many - 1)]
             if not is_whole(flight):
                 flight.lost_at = 0.0
@@ -230,6 +230,7 @@ def make_fly(controller: Controller, knowing: Knowing) -> Callable[..., None]:
         derive(room.bodies[0], room.rotors, clock.sags, False)
         for i in range(many):
             fill_rings(flights[i], rings, i)
+            # the first sample of an IMU is the acceleration at the start
             found = take(room.bodies[0], "w_rate", i) + take(room.bodies[0], "v_rate", i)
             store(flights[i], "acceleration", found)
         for instant in range(schedule.end + 1):

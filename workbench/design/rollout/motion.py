@@ -76,11 +76,22 @@ BODIES = packed_dtype(
         "rate": ("q_rate", "p_rate", "w_rate", "v_rate"),
     },
 )
-"""The bodies of 16 vehicles: state and its derivative in W; attitude row by row, angular velocity
-and velocity in the air, force, moment about the origin, and angular momentum of the rotors, in B;
-wind in W; force of a push in W, its point and torque in B; mass properties, see `RigidBody`; half
-the air's density times the drag area; the supply of the battery, see `dynamics.rotors`; and the
-step of the integrator."""
+"""The bodies of 16 vehicles:
+
+    q_WB .. v_WB    state, in W [m, rad/s, m/s]; together they are `state` (13 x 16, row by row)
+    q_rate .. v_rate    its derivative, likewise `rate`
+    R_WB            attitude, row by row
+    w_B, v_B        angular velocity, and velocity relative to the air, in B [rad/s, m/s]
+    force, moment   without gravity, the moment about the origin, in B [N, N·m]
+    momentum        angular momentum of the rotors in B [N·m·s]
+    wind            velocity of the air in W [m/s]
+    push            force of a push in W [N], push_point and push_torque in B [m, N·m]
+    mass .. p_BoBcm_B    see `RigidBody`
+    half_drag       half the air's density times the drag area [kg/m]
+    open_circuit, drop, compensation, known    supply of the battery, see `dynamics.rotors`
+    power, voltage, divisor    load of the battery, and by what commands are divided
+    step            of the integrator [s]
+"""
 ROTORS = packed_dtype(
     {
         "speed": LANE,
@@ -109,7 +120,7 @@ TABLEAU_5, TABLEAU_3 = np.array(WEIGHTS_5), np.array(WEIGHTS_3)
 STAGES = len(WEIGHTS_5)
 STATES = 13
 STRETCH = 1.01
-"""By how much Drake lengthens the last step before an event."""
+"""Factor by which Drake may lengthen the last step before an event."""
 
 
 class Room(NamedTuple):
@@ -147,16 +158,16 @@ def make_room(rotors: int) -> Room:
 
 @register_jitable
 def derive(bodies, rotors, sags, pushed):
-    """Write the derivative of the state.
+    """Write the time derivatives of 16 vehicles: of the bodies' state in W, and of rotor speeds.
 
     Args:
-        bodies: see `BODIES`.
+        bodies: a record of all of them, see `BODIES`.
         rotors: of the vehicles, see `ROTORS` (n).
         sags: whether a battery weakens the rotors.
         pushed: whether anything pushes.
     """
-    _meet_air(bodies)
-    _drive(bodies, rotors, sags)
+    _calc_air_velocity(bodies)
+    _calc_speed_rates(bodies, rotors, sags)
     for i in range(LANES):
         force, moment = _drag(bodies, i)
         put(bodies, "force", i, force)
@@ -173,7 +184,7 @@ def derive(bodies, rotors, sags, pushed):
             put(bodies, "momentum", i, _sum(take(bodies, "momentum", i), momentum))
     for i in range(LANES):
         w_B, (m_x, m_y, m_z) = take(bodies, "w_B", i), take(bodies, "moment", i)
-        g_x, g_y, g_z = cross(w_B, take(bodies, "momentum", i))
+        g_x, g_y, g_z = cross(w_B, take(bodies, "momentum", i))  # gyroscopic moment
         found = body_acceleration(
             take(bodies, "R_WB", i),
             w_B,
@@ -192,7 +203,7 @@ def derive(bodies, rotors, sags, pushed):
 
 
 @register_jitable(forceinline=True)
-def _meet_air(bodies):
+def _calc_air_velocity(bodies):
     """Write attitude, and angular velocity and velocity in the air in B."""
     for i in range(LANES):
         R_WB = rotation(take(bodies, "q_WB", i))
@@ -203,7 +214,7 @@ def _meet_air(bodies):
 
 
 @register_jitable(forceinline=True)
-def _drive(bodies, rotors, sags):
+def _calc_speed_rates(bodies, rotors, sags):
     """Write static thrusts, and the derivatives of the rotors' speeds."""
     for number in range(len(rotors)):
         rotor = rotors[number]
@@ -317,12 +328,13 @@ def step(room, tableau, sags, pushed):
 
     Args:
         room: see `Room`.
-        tableau: weights of the slopes in each stage after the first, then in the whole step.
+        tableau: of Butcher (stages, stages): row k has the weights of the slopes 0 .. k in the next
+            stage, the last row those in the result.
         sags: see `derive`.
         pushed: see `derive`.
     """
     body, size = room.bodies[0], len(room.begun)
-    for place in range(size):
+    for place in range(size):  # the lane is the fastest index
         room.sizes[place] = body.step[place % LANES]
     _gather(body.state, room.rotors, room.begun)
     for stage in range(len(tableau)):
@@ -376,9 +388,9 @@ def advance(room, sizes, third, spans, sags, pushed):
 
     Args:
         room: see `Room`.
-        sizes: of the steps (16) [s].
-        third: whether they are of third order (16).
-        spans: how far each lane goes (16) [s]; used up.
+        sizes: steps of the lanes (16) [s].
+        third: whether they are of third order, else of fifth (16).
+        spans: time that each lane is to go (16) [s]; 0 on return.
         sags: see `derive`.
         pushed: see `derive`.
     """
@@ -390,13 +402,13 @@ def advance(room, sizes, third, spans, sags, pushed):
                 fifths, thirds = fifths or not third[i], thirds or third[i]
         if not (fifths or thirds):
             break
-        for order in range(2):
-            if not (thirds if order == 0 else fifths):
+        for method in range(2):
+            if not (thirds if method == 0 else fifths):
                 continue
             for i in range(LANES):
                 size[i] = 0.0
-                if spans[i] > 0.0 and third[i] == (order == 0):
+                if spans[i] > 0.0 and third[i] == (method == 0):
                     size[i] = spans[i] if spans[i] <= STRETCH * sizes[i] else sizes[i]
-            step(room, TABLEAU_3 if order == 0 else TABLEAU_5, sags, pushed)
+            step(room, TABLEAU_3 if method == 0 else TABLEAU_5, sags, pushed)
             for i in range(LANES):
                 spans[i] -= size[i]

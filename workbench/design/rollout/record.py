@@ -69,7 +69,9 @@ def flight_dtype(sizes: Sizes, estimate: dict[str, Any] | None = None) -> np.dty
                         gyro_filters says whether they are filtered, gyro_filter has coefficients,
                         gyro_states the states of the filters
         rates           (3) angular velocity in B that the filters give [rad/s]
-        motion          of the gyro at the last control update, sampled whether there was one
+        motion          (14) at the last control update, of the IMU with an estimator, else of the
+                        body's origin, see `motion_between.point_motion`; sampled says whether there
+                        was an update
         acceleration    angular, and of the origin, at the start [rad/s², m/s²]
         late, look      what the law sees: from how many periods ago, and how long after their
                         beginning [s]
