@@ -148,4 +148,4 @@ def _hover(
     flight.figure_eight = None
     flight.script = []
     flight.duration = HOVER_DURATION
-    return Flier(flight, settings).fly(progress)
+    return Flier(flight, settings, flights=1 + len(STEPS)).fly(progress)
