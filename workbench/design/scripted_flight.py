@@ -83,6 +83,10 @@ class ScriptedFlight:
         self.why_not = why_not_sensed(vehicle, scenario, self.values)
         if any(joint.kind in MOVING for joint in description.model.joints):
             self.why_not = "joints that move in flight are not compiled"
+        if any(
+            self.values.get(f"rotor_{1 + number}") == 0.0 for number in range(len(vehicle.rotors))
+        ):
+            self.why_not = "a lost rotor is not compiled, as its mixer makes rounding visible"
         kinds = [each.sensor.kind for each in choose_sensors(vehicle, scenario)]
         heard = HEARD if scenario.estimator != TRUTH else ()
         if any(kind not in heard or kinds.count(kind) > 1 for kind in kinds):

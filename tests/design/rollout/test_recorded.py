@@ -118,6 +118,10 @@ def test_what_is_not_compiled_is_told(changes, why):
     assert why in ScriptedFlight(step("x", 1.0, 1.0, **changes), {}).why_not
 
 
+def test_a_lost_rotor_is_left_to_the_diagram():
+    assert "rotor" in ScriptedFlight(step("x", 1.0, 1.0), {"rotor_2": 0.0}).why_not
+
+
 def test_a_flight_that_meets_the_ground_is_left_to_the_diagram():
     scenario = step("z", -1.0, 3.0)
     scenario.start.position = [0.0, 0.0, 1.0]
