@@ -92,6 +92,22 @@ def test_an_estimate_is_recorded_as_by_the_diagram(estimator):
     assert_equal(step("z", 1.0, 2.0, estimator=estimator), WIND)
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("settings", "sensors"),
+    [
+        ({"position_deviation_limit": 0.1}, {"rates": {"gps": 1.5}}),
+        ({}, {"rates": {"gps": 0.5}}),
+        ({}, {"rates": {"magnetometer": 0.4}}),
+    ],
+)
+def test_an_estimate_in_doubt_is_left_to_the_diagram(settings, sensors):
+    scenario = step("z", 1.0, 3.0, estimator="ekf", sensors=SensorsConfig(**sensors))
+    recording, why_not = ScriptedFlight(scenario, settings).fly(scenario.script, scenario.duration)
+    assert recording is None
+    assert "doubt" in why_not
+
+
 @pytest.mark.parametrize(
     ("changes", "why"),
     [
@@ -122,12 +138,13 @@ def test_a_lost_rotor_is_left_to_the_diagram():
     assert "rotor" in ScriptedFlight(step("x", 1.0, 1.0), {"rotor_2": 0.0}).why_not
 
 
-def test_a_flight_that_meets_the_ground_is_left_to_the_diagram():
-    scenario = step("z", -1.0, 3.0)
-    scenario.start.position = [0.0, 0.0, 1.0]
+@pytest.mark.parametrize(("height", "why"), [(0.3, "ground"), (1.0, "lost")])
+def test_a_flight_near_the_ground_is_left_to_the_diagram(height, why):
+    scenario = step("z", -1.0, 0.1 if height < 1.0 else 3.0)
+    scenario.start.position = [0.0, 0.0, height]
     recording, why_not = ScriptedFlight(scenario, {}).fly(scenario.script, scenario.duration)
     assert recording is None
-    assert "ground" in why_not or "lost" in why_not
+    assert why in why_not
 
 
 def test_a_flight_whose_battery_is_low_is_left_to_the_diagram():
