@@ -34,7 +34,8 @@ def test_who_flies_is_chosen_and_told(run, out):
     said = run(*command, "--fly-on", "compiled", "--verbose")
     assert said.code == 0
     assert "compiled code flies: as is asked for" in said.err
-    assert "the diagram flies: as is asked for" in run(*command, "--verbose").err
+    said = run(*command, "--fly-on", "diagram", "--verbose")
+    assert "the diagram flies: as is asked for" in said.err
     assert "flies:" not in run(*command).err
 
 

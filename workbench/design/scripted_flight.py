@@ -34,8 +34,8 @@ from workbench.session.script import acting_step
 from workbench.systems.navigation import DECIDING
 from workbench.systems.pilot import Wish, commanded
 
-SLICE = 512
-"""Control periods between two reports of the progress."""
+SLICE = 0.25
+"""Time flown between two reports of the progress, as in a session [s]."""
 
 
 def why_no_script(scenario: Scenario) -> str:
@@ -152,8 +152,9 @@ class ScriptedFlight:
         crafts.furnish(room)
         sensors = planned.senses.hearing if planned.senses else None
         file = self._estimator.file if self._estimator else None
-        for first in range(0, len(samples), SLICE):
-            part = slice(first, first + SLICE)
+        count = max(1, round(SLICE / period))
+        for first in range(0, len(samples), count):
+            part = slice(first, first + count)
             with own_errors(file, "update") if file else nullcontext():
                 self._fly(
                     flights,
@@ -169,7 +170,7 @@ class ScriptedFlight:
             if 0 <= flights["lost_at"][0] <= updates:
                 return None, "it is lost"
             if progress:
-                progress(min(1.0, (first + SLICE) / len(samples)))
+                progress(min(1.0, (first + count) / len(samples)))
         signals = self._signals(samples)
         if why_not := self._why_different(signals):
             return None, why_not
