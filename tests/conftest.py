@@ -22,6 +22,8 @@ collect_ignore = ["outside/given"]  # specs and tests that tools/outside.py has 
 # before Qt or matplotlib is imported
 os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 os.environ.setdefault("MPLBACKEND", "Agg")
+# the oracle of many tests is the diagram, whatever a machine has compiled before
+os.environ.setdefault("WORKBENCH_FLY_ON", "diagram")
 # before numpy is imported: threads of its own for small matrices wait busily for each other where
 # other processes have the cores, and a test of a second takes fifteen
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")

@@ -29,6 +29,16 @@ def test_json_is_the_response_of_the_python_call(run, out):
     assert (found["axis"], found["amplitude"]) == ("x", 1.0)
 
 
+def test_who_flies_is_chosen_and_told(run, out):
+    command = ("step", "--axis", "z", "--duration", "0.5", "--no-plots", "--output", out)
+    said = run(*command, "--fly-on", "compiled", "--verbose")
+    assert said.code == 0
+    assert "compiled code flies: as is asked for" in said.err
+    said = run(*command, "--fly-on", "diagram", "--verbose")
+    assert "the diagram flies: as is asked for" in said.err
+    assert "flies:" not in run(*command).err
+
+
 def test_plot_and_log_are_written_and_nothing_else(run, out, monkeypatch):
     monkeypatch.undo()  # the picture is drawn by a process, as users have it
     said = run("step", "--axis", "yaw", "--duration", "0.5", "--output", out)

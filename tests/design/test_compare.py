@@ -79,14 +79,15 @@ def test_numbers_of_push_fall_and_wind_are_those_by_hand(monkeypatch, vehicle):
     forces = []
 
     class Flown:
-        """Stands for a session."""
+        """Stands for what flies."""
 
         def __init__(self, scenario: Scenario) -> None:
             self._scenario = scenario
 
-        def run(self, progress) -> None:
-            pass
+        def fly(self, progress, programs) -> "Flown":
+            return self
 
+        @property
         def recording(self) -> Recording:
             script, start = self._scenario.script, self._scenario.start
             fly = turned_over if start.roll_pitch_yaw[0] else pushed if script[0].push else blown
@@ -94,7 +95,7 @@ def test_numbers_of_push_fall_and_wind_are_those_by_hand(monkeypatch, vehicle):
                 forces.append(script[0].push.force)
             return fly(vehicle, self._scenario.duration)
 
-    monkeypatch.setattr(compared, "Session", Flown)
+    monkeypatch.setattr(compared, "Flier", Flown)
     (found,) = compare(["pd"], parts=("push", "upside_down", "wind")).controllers
     assert found.remarks == {}
     numbers = found.numbers

@@ -217,8 +217,25 @@ def _run(argv: Sequence[str] | None) -> int:
     if args.command is None:
         parser.print_help(sys.stderr)
         return BAD_INPUT
-    with _remarks_as_sentences():
+    with _remarks_as_sentences(getattr(args, "verbose", False)), _flying_on(args):
         return int(args.run(args))
+
+
+@contextlib.contextmanager
+def _flying_on(args: argparse.Namespace) -> Iterator[None]:
+    """Let this command, and processes that it starts, fly on what is asked for."""
+    from workbench.design.flier import VARIABLE
+
+    before = os.environ.get(VARIABLE)
+    if chosen := getattr(args, "fly_on", None):
+        os.environ[VARIABLE] = chosen
+    try:
+        yield
+    finally:
+        if chosen and before is not None:
+            os.environ[VARIABLE] = before
+        elif chosen:
+            del os.environ[VARIABLE]
 
 
 def _refuse_empty(argv: Sequence[str]) -> None:
@@ -299,8 +316,12 @@ def _parser(*only: str) -> argparse.ArgumentParser:
 
 
 @contextlib.contextmanager
-def _remarks_as_sentences() -> Iterator[None]:
-    """Print log messages of the workbench in the same form as other output on stderr."""
+def _remarks_as_sentences(verbose: bool = False) -> Iterator[None]:
+    """Print log messages of the workbench in the same form as other output on stderr.
+
+    Args:
+        verbose: whether to print those for the curious, too.
+    """
     import logging
 
     from workbench.commands.progress import above_bars
@@ -317,7 +338,7 @@ def _remarks_as_sentences() -> Iterator[None]:
     handler.setFormatter(logging.Formatter("workbench: %(message)s"))
     said: dict[str, tuple[float, float]] = {}
     handler.addFilter(lambda record: _is_new(record, said, sys.stderr.isatty()))
-    logger.setLevel(logging.INFO)
+    logger.setLevel(logging.DEBUG if verbose else logging.INFO)
     logger.addHandler(handler)
     logger.propagate = False
     try:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from workbench.commands import ExitCode
 from workbench.commands.options import (
     add_command,
+    add_flier_options,
     add_json_option,
     add_model_options,
     add_output_options,
@@ -77,6 +78,7 @@ def add_parser(commands: Any) -> None:
     group = parser.add_argument_group("vehicle")
     add_model_options(group)
     add_json_option(parser)
+    add_flier_options(parser)
 
 
 def run(args: argparse.Namespace) -> int:

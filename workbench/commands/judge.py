@@ -7,7 +7,13 @@ from contextlib import ExitStack
 from typing import TYPE_CHECKING, Any
 
 from workbench.commands import ExitCode
-from workbench.commands.options import add_command, add_flight_options, add_option, chosen_scenario
+from workbench.commands.options import (
+    add_command,
+    add_flier_options,
+    add_flight_options,
+    add_option,
+    chosen_scenario,
+)
 from workbench.commands.outputs import Outputs
 from workbench.commands.printing import pick, print_result, print_table, say
 from workbench.commands.progress import progress_bar
@@ -95,6 +101,7 @@ def add_parser(commands: Any) -> None:
         help="of the step for --sensitivity (default: x)",
     )
     add_flight_options(parser)
+    add_flier_options(parser)
 
 
 def run(args: argparse.Namespace) -> int:

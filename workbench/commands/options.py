@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from workbench.commands.printing import say
 from workbench.common.errors import WorkbenchError, unknown_name
 from workbench.control.controller import DEFAULT, PROGRAMS, SHIPPED
+from workbench.design.flier import CHOICES, VARIABLE
 from workbench.estimation.settings import ESTIMATORS, TRUTH
 from workbench.scenario.parameters import split_setting
 
@@ -247,6 +248,17 @@ def add_output_options(parser: argparse.ArgumentParser) -> None:
     """Add --output for a folder, and --no-plots."""
     add_option(parser, "--output", "DIR", "folder for plots and logs", Path("out"))
     parser.add_argument("--no-plots", action="store_true", help="write the logs only")
+
+
+def add_flier_options(parser: argparse.ArgumentParser) -> None:
+    """Add --fly-on and --verbose, see `cli.main`."""
+    parser.add_argument(
+        "--fly-on",
+        choices=CHOICES,
+        help="let the diagram fly, or compiled code where there is such; both give the same "
+        f"numbers (default: that of {VARIABLE} in the environment, or auto, the quicker one)",
+    )
+    parser.add_argument("--verbose", action="store_true", help="tell who flies, and why")
 
 
 def add_flight_options(parser: argparse.ArgumentParser) -> None:

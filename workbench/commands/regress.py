@@ -12,6 +12,7 @@ from workbench.commands.options import (
     LOG_HELP,
     add_command,
     add_controller_option,
+    add_flier_options,
     add_json_option,
     add_log_options,
     add_option,
@@ -85,6 +86,7 @@ def add_parser(commands: Any) -> None:
     )
     add_scheduler_option(parser)
     add_json_option(parser)
+    add_flier_options(parser)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -255,6 +257,7 @@ def add_pin(commands: Any) -> None:
     parser.add_argument("--force", action="store_true", help="replace existing files")
     add_vehicle_options(parser)
     add_json_option(parser)
+    add_flier_options(parser)
 
 
 def run_pin(args: argparse.Namespace) -> int:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from workbench.commands import ExitCode
 from workbench.commands.options import (
     add_command,
+    add_flier_options,
     add_flight_options,
     add_option,
     chosen_scenario,
@@ -92,6 +93,7 @@ def add_parser(commands: Any) -> None:
     )
     add_option(parser, "--at", "POINT", "steady flight before it, hover or as vx=5,vz=-1", "hover")
     add_flight_options(parser)
+    add_flier_options(parser)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -252,6 +254,7 @@ def add_hover(commands: Any) -> None:
         run_hover,
     )
     add_flight_options(parser)
+    add_flier_options(parser)
 
 
 def run_hover(args: argparse.Namespace) -> int:

@@ -96,6 +96,17 @@ class Compiled:
         """The types of arguments with compiled code in this process."""
         return list(getattr(self._run, "signatures", ()))
 
+    @property
+    def is_kept(self) -> bool:
+        """Whether there is machine code for some types of arguments, here or on disk.
+
+        This looks for a file only, as loading numba takes a quarter of a second.
+        """
+        if self.signatures:
+            return True
+        folder = self._folder()
+        return folder is not None and any(folder.glob("*.nbi"))
+
     def _begun(self) -> Callable[..., Any]:
         """Return what numba makes of the function, or the function if NUMBA_DISABLE_JIT is set."""
         import numba  # takes a quarter of a second, and most commands compile nothing

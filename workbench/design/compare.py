@@ -20,6 +20,7 @@ from workbench.control.controller import (
     not_repeatable,
 )
 from workbench.control.schedule import split_label
+from workbench.design.flier import Flier
 from workbench.design.judge.loop_judgement import judge_loops
 from workbench.design.judge.multiloop import multiloop_margin
 from workbench.design.judge.step_pair import STEPS
@@ -41,7 +42,6 @@ from workbench.scenario.axes import find_axis
 from workbench.scenario.parameters import parameter_table
 from workbench.scenario.scenario import Action, FigureEight, Push, Scenario, Start, at_own_period
 from workbench.session.recording import Recording
-from workbench.session.session import Session
 
 EIGHT = FigureEight([0.0, 0.0, START_HEIGHT], 8.0, 4.0, 8.885, 2)
 """A figure of eight with a largest speed of 4 m/s."""
@@ -366,9 +366,7 @@ class _Bench:
         flight.start = start or Start(position=[0.0, 0.0, START_HEIGHT])
         flight.duration, flight.figure_eight = duration, eight
         flight.script = [action] if action else []
-        session = Session(flight)
-        session.run(self.say)
-        return session.recording()
+        return Flier(flight).fly(self.say, programs=False).recording
 
 
 def _steps(bench: _Bench) -> None:

@@ -8,19 +8,19 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from workbench.design.flier import Flier, Flown
 from workbench.design.metrics import Demand
 from workbench.design.step_response import (
     START_HEIGHT,
     STEPS,
     StepResponse,
     fly_step,
-    step_session,
+    step_flier,
 )
 from workbench.scenario.scenario import Scenario, Start
 
 if TYPE_CHECKING:
     from workbench.session.recording import Recording
-    from workbench.session.session import Session
 
 HOVER_DURATION = 10.0
 """[s]"""
@@ -106,9 +106,9 @@ def check_hover(
         if progress:
             progress((done + share) / flights)
 
-    session = _hover(scenario, settings, report)
-    hover, steps = session.recording(), []
-    flown = step_session(scenario, settings)
+    flown = _hover(scenario, settings, report)
+    hover, steps = flown.recording, []
+    flier = step_flier(scenario, settings, len(STEPS))
     for axis, amplitude in STEPS:
         done += 1
         steps.append(
@@ -118,29 +118,27 @@ def check_hover(
                 scenario=scenario,
                 settings=settings,
                 progress=report,
-                session=flown,
+                flier=flier,
             )
         )
     up = hover.z_axis_W
     across = np.linalg.norm(np.cross(up, up[0]), axis=1)
-    exchanges = [session.exchange, *(step.exchange for step in steps)]
-    endings = (session.ended, *(step.ended for step in steps))
+    exchanges = [flown.exchange, *(step.exchange for step in steps)]
+    endings = (flown.ended, *(step.ended for step in steps))
     return HoverReport(
         hover=hover,
         drift=np.linalg.norm(hover.p_WB - hover.p_WB[0], axis=1),
         tilt=np.arctan2(across, up @ up[0]),
         steps=tuple(steps),
-        exchange={name: sum(each[name] for each in exchanges) for name in session.exchange},
+        exchange={name: sum(each[name] for each in exchanges) for name in flown.exchange},
         ended=next(filter(None, endings), ""),
     )
 
 
 def _hover(
     scenario: Scenario, settings: Mapping[str, float] | None, progress: Callable[[float], None]
-) -> "Session":
+) -> Flown:
     """Fly the ten seconds, begun with rotors at hover speed and a nudge."""
-    from workbench.session.session import Session
-
     flight = copy.deepcopy(scenario)
     flight.start = Start(
         position=[0.0, 0.0, START_HEIGHT],
@@ -150,7 +148,4 @@ def _hover(
     flight.figure_eight = None
     flight.script = []
     flight.duration = HOVER_DURATION
-    session = Session(flight, settings)
-    with session.programs():
-        session.run(progress)
-    return session
+    return Flier(flight, settings, flights=1 + len(STEPS)).fly(progress)

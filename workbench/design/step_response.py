@@ -1,4 +1,4 @@
-"""Fly one step of velocity or yaw rate from hover, on the full diagram.
+"""Fly one step of velocity or yaw rate from hover.
 
 An invalid step is rejected before Drake is loaded.
 """
@@ -22,9 +22,9 @@ from workbench.scenario.axes import AXES, find_axis
 from workbench.scenario.scenario import Action, Scenario, Start, at_own_period
 
 if TYPE_CHECKING:
+    from workbench.design.flier import Flier
     from workbench.design.lost import Loss
     from workbench.session.recording import Recording
-    from workbench.session.session import Session
 
 EDGE = 1.0
 """Time of hover before the edge of the command [s]."""
@@ -112,7 +112,8 @@ def fly_step(
     settings: Mapping[str, float] | None = None,
     velocity: Sequence[float] = HOVER,
     progress: Callable[[float], None] | None = None,
-    session: "Session | None" = None,
+    flier: "Flier | None" = None,
+    fly_on: str = "",
 ) -> StepResponse:
     """Fly one step and measure it.
 
@@ -124,8 +125,9 @@ def fly_step(
         settings: parameter values for this flight.
         velocity: of the steady flight before the step, in W (3) [m/s].
         progress: called with the flown share, 0 .. 1.
-        session: of another step with the same arguments but axis and amplitude, see `step_session`,
+        flier: of another step with the same arguments but axis and amplitude, see `step_flier`,
             to fly again; this saves building the diagram.
+        fly_on: without a flier, who flies: see `Flier`.
 
     Raises:
         WorkbenchError: if axis, amplitude or duration are invalid, or the step cannot be flown.
@@ -133,20 +135,20 @@ def fly_step(
     check_step(axis, amplitude)
     if duration is not None:
         check_duration(duration)
+    from workbench.design.flier import Flier
     from workbench.design.linear_step import DecayTimes  # loads Drake
 
     scenario = scenario or Scenario()
     decay = DecayTimes(scenario, velocity).of(axis, settings or {})
     duration = step_duration(decay) if duration is None else duration
     flight = step_scenario(axis, amplitude, duration, scenario, velocity)
-    if session:
-        session.follow(flight.script, flight.duration)
+    if flier:
+        flier.follow(flight.script, flight.duration)
     else:
-        session = _session(flight, settings)
-    _check_within_limit(session, axis, amplitude, velocity)
-    with session.programs():
-        session.run(progress)
-    recording = session.recording()
+        flier = Flier(flight, settings, fly_on)
+    _check_within_limit(flier, axis, amplitude, velocity)
+    flown = flier.fly(progress)
+    recording = flown.recording
     after = recording.between(EDGE, np.inf)
     response = axis_velocity(after, axis)
     before = float(response[0]) if any(velocity) else 0.0
@@ -158,23 +160,22 @@ def fly_step(
         peak_rotor_use=float(after.rotor_use.max()),
         coupling=coupling(after, axis, velocity),
         before=before,
-        exchange=session.exchange,
-        ended=session.ended,
+        exchange=flown.exchange,
+        ended=flown.ended,
         decay=decay,
     )
 
 
-def step_session(
-    scenario: Scenario | None = None, settings: Mapping[str, float] | None = None
-) -> "Session":
-    """Return a session that flies steps of several axes one after another, see `fly_step`."""
-    return _session(step_scenario(AXES[0], 1.0, USUAL_DURATION, scenario or Scenario()), settings)
+def step_flier(
+    scenario: Scenario | None = None,
+    settings: Mapping[str, float] | None = None,
+    flights: int = 1,
+) -> "Flier":
+    """Return what flies steps of several axes one after another, see `fly_step` and `Flier`."""
+    from workbench.design.flier import Flier
 
-
-def _session(flight: Scenario, settings: Mapping[str, float] | None) -> "Session":
-    from workbench.session.session import Session  # loads Drake; figures of steps do not need it
-
-    return Session(flight, settings)
+    flight = step_scenario(AXES[0], 1.0, USUAL_DURATION, scenario or Scenario())
+    return Flier(flight, settings, flights=flights)
 
 
 def check_step(axis: str, amplitude: float) -> None:
@@ -261,22 +262,22 @@ def axis_force(recording: "Recording", axis: str) -> np.ndarray:
 
 
 def _check_within_limit(
-    session: "Session", axis: str, amplitude: float, velocity: Sequence[float]
+    flier: "Flier", axis: str, amplitude: float, velocity: Sequence[float]
 ) -> None:
     """Reject a step that exceeds the command limits, as its metrics would have no meaning."""
     row = find_axis(axis)
     for v_x, v_y, v_z, _ in ([*velocity, 0.0], stepped(axis, amplitude, velocity)):
-        if any(velocity) and math.hypot(v_x, v_y) > session.get("max_speed"):
+        if any(velocity) and math.hypot(v_x, v_y) > flier.get("max_speed"):
             raise WorkbenchError(
                 f"a level speed of {math.hypot(v_x, v_y):g} m/s cannot be flown: step from a "
                 "slower flight, or raise max_speed"
             )
-        if any(velocity) and abs(v_z) > session.get("max_climb_rate"):
+        if any(velocity) and abs(v_z) > flier.get("max_climb_rate"):
             raise WorkbenchError(
                 f"a climb of {v_z:g} m/s cannot be flown: step from a slower one, or raise "
                 "max_climb_rate"
             )
-    most = session.get(row.limit)
+    most = flier.get(row.limit)
     if not 0.0 < abs(amplitude) <= most:
         raise WorkbenchError(
             f"a step of {amplitude:g} {row.unit} along {axis} cannot be flown: use an amplitude "

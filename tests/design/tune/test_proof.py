@@ -6,6 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from workbench.design.flier import DIAGRAM
 from workbench.design.metrics import STEP
 from workbench.design.step_response import fly_step
 from workbench.design.tune import proof
@@ -62,7 +63,13 @@ def test_a_flight_that_is_lost_proves_nothing_but_its_use_of_the_rotors(monkeypa
         peak_rotor_use=0.7,
         loss="it has come down to the ground",
     )
-    monkeypatch.setattr(proof, "fly_step", lambda *of, **more: flown)
+    flies = []
+
+    def fly(*of, fly_on, **more):
+        flies.append(fly_on)
+        return flown
+
+    monkeypatch.setattr(proof, "fly_step", fly)
     wishes = [*parse_wish("x.rise_time<=1"), *parse_wish("x.peak_rotor_use<=0.9")]
     required = requirements(wishes, [NOMINAL], Robustness())
 
@@ -71,6 +78,7 @@ def test_a_flight_that_is_lost_proves_nothing_but_its_use_of_the_rotors(monkeypa
         return proof.prove(Scenario(), {}, steps, required, flights, lambda *said: None)
 
     (rise, _), (use, value) = found().missed[0], found().values[1]
+    assert {*flies} == {DIAGRAM}
     assert (rise.wish.name, use.wish.name, value) == ("x.rise_time", "x.peak_rotor_use", 0.7)
     flown.loss = None
     assert found().missed == []

@@ -14,7 +14,7 @@ from workbench.design.judge.step_pair import STEPS, StepPair, step_pair
 from workbench.design.linear.model import LinearModel
 from workbench.design.linear.operating_point import HOLDING, HOVER, OperatingPoint
 from workbench.design.linear.study import LinearStudy
-from workbench.design.step_response import step_session
+from workbench.design.step_response import step_flier
 from workbench.gains.gains import flight_gains
 from workbench.plant.sensors import Imu
 from workbench.scenario.scenario import Scenario
@@ -94,7 +94,7 @@ def judge(
     say = progress or (lambda share: None)
     steps = []
     if at_hover:
-        session = step_session(scenario, settings)
+        flier = step_flier(scenario, settings, len(STEPS))
         for index, (axis, amplitude) in enumerate(STEPS):
             say(index / (len(STEPS) + 1))
             steps.append(
@@ -104,7 +104,7 @@ def judge(
                     amplitude,
                     scenario=scenario,
                     settings=settings,
-                    session=session,
+                    flier=flier,
                 )
             )
     loops = judge_loops(steering, holding)

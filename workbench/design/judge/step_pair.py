@@ -19,7 +19,7 @@ from workbench.plant.vehicle import Vehicle
 from workbench.scenario.scenario import Scenario
 
 if TYPE_CHECKING:
-    from workbench.session.session import Session
+    from workbench.design.flier import Flier
 
 STEPS = (("x", 2.0), ("y", 2.0), ("z", 1.0), ("yaw", 0.2))
 """Axes and amplitudes of the steps in the paper [m/s, rad/s]."""
@@ -67,7 +67,7 @@ def step_pair(
     *,
     scenario: Scenario,
     settings: Mapping[str, float] | None = None,
-    session: "Session | None" = None,
+    flier: "Flier | None" = None,
 ) -> StepPair:
     """Return a step of a sampled model in hover, and the flown one.
 
@@ -77,7 +77,7 @@ def step_pair(
         amplitude: of the command [m/s or rad/s].
         scenario: as for `fly_step`.
         settings: as for `fly_step`.
-        session: as for `fly_step`.
+        flier: as for `fly_step`.
 
     Raises:
         WorkbenchError: as `fly_step`.
@@ -92,7 +92,7 @@ def step_pair(
             duration=step_duration(decay),
             scenario=scenario,
             settings=settings,
-            session=session,
+            flier=flier,
         )
     except FlightBrokenError as error:
         broken = str(error)

@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from workbench.common.errors import FlightBrokenError, WorkbenchError
+from workbench.design.flier import DIAGRAM, Flier
 from workbench.design.linear_step import DecayTimes
 from workbench.design.load_step import load_scenario
 from workbench.design.lost import find_loss
@@ -46,7 +47,6 @@ from workbench.scenario.configured import configured_vehicle
 from workbench.scenario.loads import find_load
 from workbench.scenario.scenario import Scenario, Start, at_own_period, check_scenario
 from workbench.session.recording import Recording
-from workbench.session.session import Session
 from workbench.systems.sensors.samples import Samples
 
 LONGEST_LAG = 0.75
@@ -306,15 +306,14 @@ def fly_case(case: Case, common: Scenario, settings: Mapping[str, float]) -> Fli
     of_sensors = [name for name in case.signals if POINT in name]
     scenario.sensors.keep |= bool(of_sensors)
     values = {**case.set, **settings}
-    session = Session(scenario, values)
+    flier = Flier(scenario, values, DIAGRAM if of_sensors else "")
     for name in of_sensors:  # before a possibly long flight
-        sensor_signal(name, session.samples())
+        sensor_signal(name, flier.session.samples())
     broke_off = ""
     try:
-        session.run()
+        recording = flier.fly(programs=False).recording
     except FlightBrokenError as error:
-        broke_off = str(error)
-    recording = session.recording()
+        broke_off, recording = str(error), flier.session.recording()
     loss = find_loss(recording)
     return Flight(
         recording=recording,
@@ -326,7 +325,7 @@ def fly_case(case: Case, common: Scenario, settings: Mapping[str, float]) -> Fli
         trouble=broke_off or (loss.sentence if loss else ""),
         changed=any(action.set and action.at >= case.edge for action in case.script),
         decay=DecayTimes(common).of(case.axis, values) if case.axis else 0.0,
-        samples=session.samples() if of_sensors else (),
+        samples=flier.session.samples() if of_sensors else (),
     )
 
 

@@ -429,8 +429,8 @@ def _update_battery(flight, clock, now):
     if now < flight.battery_updates * clock.battery_period - ON_TIME:
         return
     flight.battery_updates += 1.0
+    flight.charge = max(0.0, flight.charge - clock.used * _power(flight))
     if clock.sags:
-        flight.charge = max(0.0, flight.charge - clock.used * _power(flight))
         flight.open_circuit = np.interp(flight.charge, clock.charges, clock.voltages)
 
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from workbench.design.flier import DIAGRAM
 from workbench.design.metrics import STEP
 from workbench.design.response_metrics import StepMetrics, step_metrics
 from workbench.design.step_response import HOVER, StepResponse, fly_step
@@ -86,6 +87,7 @@ def prove(
             settings=gains,
             velocity=velocity,
             progress=tell,
+            fly_on=DIAGRAM,
         )
         flown.append((case, response))
         for each in required:
