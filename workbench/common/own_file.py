@@ -16,8 +16,7 @@ import types
 from collections import namedtuple
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from importlib.abc import InspectLoader
-from importlib.machinery import ModuleSpec
+from importlib.machinery import ModuleSpec, SourceFileLoader
 from pathlib import Path
 from typing import Any
 
@@ -92,7 +91,7 @@ def run_own(what: str, name: str, file: Path, text: str) -> types.ModuleType:
         )
     digest = hashlib.sha256(text.encode()).hexdigest()[:12]  # see `jitable.unique`
     whole = f"workbench_{what}_{name}_{digest}"  # machine code on disk finds the module by it
-    loader = _OwnLoader(file, text)
+    loader = _OwnLoader(whole, file, text)
     module = types.ModuleType(whole)
     module.__file__ = str(file)
     sys.modules[whole] = module
@@ -104,14 +103,12 @@ def run_own(what: str, name: str, file: Path, text: str) -> types.ModuleType:
     return module
 
 
-class _OwnLoader(InspectLoader):
+class _OwnLoader(SourceFileLoader):
     """Loads a module from a text that need not be in its file any more."""
 
-    def __init__(self, file: Path, text: str) -> None:
+    def __init__(self, name: str, file: Path, text: str) -> None:
+        super().__init__(name, str(file))
         self._file, self._text = file, text
-
-    def get_source(self, fullname: str) -> str:
-        return self._text
 
     def get_code(self, fullname: str) -> types.CodeType:
         return bounded_code(self._text, self._file)
