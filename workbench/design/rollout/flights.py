@@ -137,7 +137,8 @@ def begin(flights: np.ndarray, starts: np.ndarray, speeds: np.ndarray, memory: l
     """
     flights["state"] = flights["known"] = starts
     flights["speeds"] = flights["commands"] = flights["acting"] = speeds
-    flights["filtered"] = [steady_filters(each) for each in starts[:, 10:13].tolist()]
+    for filtered, velocity in zip(flights["filtered"], starts[:, 10:13].tolist(), strict=True):
+        filtered[:] = steady_filters(velocity)
     flights["hold"], flights["holding"], flights["mode"] = starts[:, 4:7], 1.0, HOVERING
     if memory:
         flights["memory"] = memory
