@@ -81,8 +81,8 @@ def filter_states(numbers: Vector) -> FilterStates:
     return FilterStates(numbers[0:3], numbers[3:6], numbers[6:10])
 
 
-def steady_filters(velocity: Sequence[float]) -> list[float]:
-    """Return all states (10) in steady flight at a velocity in W [m/s], without turning."""
+def steady_filters(velocity: Any) -> list[Any]:
+    """Return all states (10) in steady flight at a velocity in W (3) [m/s], without turning."""
     return [*velocity, 0.0, 0.0, 0.0, *velocity, 0.0]
 
 

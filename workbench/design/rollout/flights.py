@@ -137,8 +137,8 @@ def begin(flights: np.ndarray, starts: np.ndarray, speeds: np.ndarray, memory: l
     """
     flights["state"] = flights["known"] = starts
     flights["speeds"] = flights["commands"] = flights["acting"] = speeds
-    for filtered, velocity in zip(flights["filtered"], starts[:, 10:13].tolist(), strict=True):
-        filtered[:] = steady_filters(velocity)
+    filtered = np.broadcast_arrays(*steady_filters(starts[:, 10:13].T))
+    flights["filtered"] = np.stack(filtered, axis=1)
     flights["hold"], flights["holding"], flights["mode"] = starts[:, 4:7], 1.0, HOVERING
     if memory:
         flights["memory"] = memory
