@@ -232,7 +232,7 @@ class ScriptedFlight:
             channels = told[:, DECIDING[kind][1]]
             good = (channels[:, :, 0] ** 2 <= gate**2 * channels[:, :, 1]).all(axis=1)
             used = np.flatnonzero(good)
-            gaps = np.diff([0, *used, len(good)]) * self._scenario.rates.control_period
+            gaps = np.diff([0, *used, len(across)]) * self._scenario.rates.control_period
             if fields[HEARD.index(kind)] > 0.0 and gaps.max() > late:
                 return True
         return False
