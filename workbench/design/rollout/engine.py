@@ -337,7 +337,7 @@ class PlannedFlights(NamedTuple):
         sensors = self.senses and self.senses.hearing
         file = self.senses and self.senses.estimator.file
         shape, rotors = (len(self.time), len(kept), LANES), self.crafts.rotors.shape[1]
-        flown = self.flights.copy()
+        peak_use, lost_at = np.zeros(self.size), np.full(self.size, -1.0)
 
         def work(first_block: int, last_block: int) -> None:
             samples, room, times = np.empty(shape), make_room(rotors), make_times()
@@ -345,9 +345,10 @@ class PlannedFlights(NamedTuple):
                 last = min(first + LANES, self.size)
                 crafts = self.crafts.chosen(self.which[first:last])
                 crafts.furnish(room)
+                flights = self.flights[first:last].copy()  # they may be flown again
                 with own_errors(file, "update") if file else nullcontext():
                     fly(
-                        flown[first:last],
+                        flights,
                         make_rings(crafts),
                         room,
                         times,
@@ -357,13 +358,14 @@ class PlannedFlights(NamedTuple):
                         np.array(kept),
                         samples,
                     )
+                peak_use[first:last], lost_at[first:last] = flights["peak_use"], flights["lost_at"]
                 keep(first, last, samples)
 
         blocks = run_chunks(work, -(-self.size // LANES), threads, progress, stop)
-        done = flown[: min(blocks * LANES, self.size)]
-        after = done["lost_at"] * self.clock.period - self.schedule.edge_time
-        lost = np.where(done["lost_at"] < 0, np.nan, np.maximum(0.0, after))
-        return done["peak_use"], lost
+        done = min(blocks * LANES, self.size)
+        after = np.maximum(0.0, lost_at * self.clock.period - self.schedule.edge_time)
+        lost = np.where(lost_at < 0.0, np.nan, after)
+        return peak_use[:done], lost[:done]
 
     def curves(
         self,

@@ -13,8 +13,8 @@ from workbench.control.flight_mode import HOVERING
 from workbench.design.rollout.candidates import Candidates
 from workbench.design.rollout.crafts import Crafts
 from workbench.design.rollout.estimate import estimate_fields
-from workbench.design.rollout.fields import store, take
-from workbench.design.rollout.motion import LANES, derive
+from workbench.design.rollout.fields import store
+from workbench.design.rollout.motion import LANES, acceleration, derive
 from workbench.design.rollout.period import (
     Clock,
     Knowing,
@@ -221,19 +221,10 @@ def make_fly(controller: Controller, knowing: Knowing) -> Callable[..., None]:
             samples: (M, k, 16) places for them from the edge on; NaN once a candidate is lost.
         """
         many = len(flights)
-        for i in range(LANES):  # lanes without a flight repeat the last one
-            flight = flights[min(i, many - 1)]
-            if not is_whole(flight):
-                flight.lost_at = 0.0
-            write_flight(flight, room, i)
-            write_air(flight, room, i)
-            write_drive(flight, room, i)
+        write_flights(flights, rings, room)
         derive(room.bodies[0], room.rotors, clock.sags, False)
-        for i in range(many):
-            fill_rings(flights[i], rings, i)
-            # the first sample of an IMU is the acceleration at the start
-            found = take(room.bodies[0], "w_rate", i) + take(room.bodies[0], "v_rate", i)
-            store(flights[i], "acceleration", found)
+        for i in range(many):  # the first sample of an IMU is that at the start
+            store(flights[i], "acceleration", acceleration(room.bodies[0], i))
         for instant in range(schedule.end + 1):
             since = instant - schedule.edge
             if since == 0:
@@ -250,6 +241,21 @@ def make_fly(controller: Controller, knowing: Knowing) -> Callable[..., None]:
                 fly_period(flights, rings, room, times, clock, sensors)
 
     return unique(fly, key)
+
+
+@register_jitable
+def write_flights(flights, rings, room):
+    """Write flights that begin to their lanes; one that has what is not a number is lost."""
+    many = len(flights)
+    for i in range(LANES):  # lanes without a flight repeat the last one
+        flight = flights[min(i, many - 1)]
+        if not is_whole(flight):
+            flight.lost_at = 0.0
+        write_flight(flight, room, i)
+        write_air(flight, room, i)
+        write_drive(flight, room, i)
+    for i in range(many):
+        fill_rings(flights[i], rings, i)
 
 
 @register_jitable

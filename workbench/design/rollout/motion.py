@@ -318,6 +318,12 @@ def constants(rotor, i):
 
 
 @register_jitable(forceinline=True)
+def acceleration(bodies, i):
+    """Return the angular acceleration of a lane, and that of its origin, as `derive` wrote them."""
+    return take(bodies, "w_rate", i) + take(bodies, "v_rate", i)
+
+
+@register_jitable(forceinline=True)
 def _sum(a, b):
     return a[0] + b[0], a[1] + b[1], a[2] + b[2]
 

@@ -16,16 +16,10 @@ from workbench.control.controller import Controller
 from workbench.design.rollout.engine import OPTIONS, SOURCES
 from workbench.design.rollout.estimate import know_by
 from workbench.design.rollout.fields import packed_dtype, store, take
-from workbench.design.rollout.flights import fill_rings, is_whole
+from workbench.design.rollout.flights import write_flights
 from workbench.design.rollout.gyro import KNOW_TRUTH
-from workbench.design.rollout.motion import LANES, constants, derive
-from workbench.design.rollout.period import (
-    make_fly_period,
-    make_update,
-    write_air,
-    write_drive,
-    write_flight,
-)
+from workbench.design.rollout.motion import acceleration, constants, derive
+from workbench.design.rollout.period import make_fly_period, make_update
 from workbench.dynamics.rotors import hub_velocity, moving_thrust
 from workbench.estimation.estimators import Estimator
 
@@ -78,18 +72,12 @@ def make_fly(controller: Controller, knowing: Any, estimates: bool) -> Callable[
         """
         flight, body = flights[0], room.bodies[0]
         if first == 0:
-            if not is_whole(flight):
-                flight.lost_at = 0.0
-            for i in range(LANES):
-                write_flight(flight, room, i)
-                write_air(flight, room, i)
-                write_drive(flight, room, i)
-            fill_rings(flight, rings, 0)
+            write_flights(flights, rings, room)
         for k in range(len(samples)):
             derive(body, room.rotors, clock.sags, True)
             _keep(flight, room, samples[k])
             if first + k == 0:
-                store(flight, "acceleration", take(body, "w_rate", 0) + take(body, "v_rate", 0))
+                store(flight, "acceleration", acceleration(body, 0))
             for place in range(len(flight.reference)):
                 flight.reference[place] = references[k, place]
             fly_period(flights, rings, room, times, clock, sensors)
@@ -109,7 +97,7 @@ def _keep(flight, room, sample):
     sample.reference[:] = flight.reference
     sample.mode = flight.mode
     sample.charge = flight.charge
-    store(sample, "acceleration", take(body, "w_rate", 0) + take(body, "v_rate", 0))
+    store(sample, "acceleration", acceleration(body, 0))
     R_WB, w_B, v_B = take(body, "R_WB", 0), take(body, "w_B", 0), take(body, "v_B", 0)
     for number in range(len(room.rotors)):
         rotor = room.rotors[number]
