@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from workbench.common.compiled import compile_cached
+from workbench.common.compiled import Compiled, compile_cached
 from workbench.common.errors import WorkbenchError
 from workbench.common.own_file import own_errors
 from workbench.control.controller import Controller, load_controller
@@ -217,14 +217,36 @@ def compiled_fly(controller: Controller, estimator: Estimator | None) -> Callabl
             f"{controller.name} is a system of Drake's, which cannot be compiled: fly it on the "
             "full diagram"
         )
+    knowing = know_by(estimator) if estimator else KNOW_TRUTH
+    return compiled_flights(
+        make_fly(controller, knowing), "flights by the thousand", controller, estimator
+    )
+
+
+def compiled_flights(
+    function: Callable[..., Any],
+    what: str,
+    controller: Controller,
+    estimator: Estimator | None,
+    text: str = "",
+) -> Compiled:
+    """Return flights with a controller, compiled at their first call.
+
+    Args:
+        function: that flies.
+        what: they are, for messages.
+        controller: whose law flies.
+        estimator: that tells it the motion; None for the truth.
+        text: of what else the machine code depends on.
+    """
     whose = "" if controller.shipped else f" with {controller.name}"
-    what = f" on the estimate {estimator.name}" if estimator else ""
+    known = f" on the estimate {estimator.name}" if estimator else ""
     return compile_cached(
-        make_fly(controller, know_by(estimator) if estimator else KNOW_TRUTH),
+        function,
         SOURCES,
-        f"flights by the thousand{whose}{what}",
+        f"{what}{whose}{known}",
         parts=300 if estimator else 260,
-        text=controller.digest + (estimator.key if estimator else ""),
+        text=f"{text}{controller.digest}{estimator.key if estimator else ''}",
         file=str(estimator.file if estimator and estimator.file else controller.file),
         **OPTIONS,
     )

@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from workbench.common.compiled import Compiled, compile_cached
+from workbench.common.compiled import Compiled
 from workbench.common.jitable import register_jitable, unique
 from workbench.control.controller import Controller
-from workbench.design.rollout.engine import OPTIONS, SOURCES
+from workbench.design.rollout.engine import compiled_flights
 from workbench.design.rollout.estimate import know_by
 from workbench.design.rollout.fields import packed_dtype, store, take
 from workbench.design.rollout.flights import write_flights
@@ -131,15 +131,11 @@ def compiled_recorded(controller: Controller, estimator: Estimator | None, shape
         estimator: that tells it the motion; None tells it the truth.
         shapes: of the records in words, as machine code is for one type of them.
     """
-    whose = "" if controller.shipped else f" with {controller.name}"
-    what = f" on the estimate {estimator.name}" if estimator else ""
     knowing = know_by(estimator) if estimator else KNOW_TRUTH
-    return compile_cached(
+    return compiled_flights(
         make_fly(controller, knowing, estimator is not None),
-        SOURCES,
-        f"recorded flights{whose}{what}",
-        parts=300 if estimator else 260,
-        text=f"recorded {controller.digest} {estimator.key if estimator else ''} {shapes}",
-        file=str(estimator.file if estimator and estimator.file else controller.file),
-        **OPTIONS,
+        "recorded flights",
+        controller,
+        estimator,
+        f"recorded {shapes} ",
     )
