@@ -1,37 +1,53 @@
 """The vehicle and its world as systems of a diagram."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
 from pydrake.geometry import GeometryId, SceneGraph
-from pydrake.multibody.plant import ExternallyAppliedSpatialForceMultiplexer, MultibodyPlant
+from pydrake.math import RigidTransform
+from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import RigidBody, RotationalInertia, SpatialInertia
 from pydrake.systems.framework import Context, DiagramBuilder, InputPort, OutputPort
-from pydrake.systems.primitives import MatrixGain
 
+from workbench.diagram.forces import (
+    add_body_motion,
+    add_cables,
+    add_contact_forces,
+    add_forces,
+    add_joint_forces,
+    body_places,
+    chosen_values,
+    connect_forces,
+)
+from workbench.diagram.free_loads import (
+    FreeLoad,
+    free_loads,
+    refuse_out_of_reach,
+)
+from workbench.diagram.joint_modes import JointMode, joint_modes
+from workbench.dynamics.air.settings import AirSettings
 from workbench.dynamics.rigid_body import into_world, rotation
 from workbench.estimation.gyro import GyroSettings
 from workbench.plant.description import Description
-from workbench.plant.loading import make_vehicle
 from workbench.plant.multibody import add_plant
-from workbench.plant.payload import Payload, laden, payload_of
-from workbench.plant.reach import Reach, reach
-from workbench.plant.rotors import Rotor
+from workbench.plant.payload import Payload, vehicle_with_payload
+from workbench.plant.reach import ReachSphere, reach_sphere
 from workbench.plant.sensors import Imu
+from workbench.plant.tree import without_loads
 from workbench.plant.vehicle import BatteryPack, Vehicle
-from workbench.plant.worlds.world import EMPTY, World
-from workbench.scenario.parameters import parameter_table
+from workbench.plant.worlds.world import EMPTY_WORLD, World
 from workbench.scenario.scenario import Rates
-from workbench.systems.battery import PERIOD, Battery, ChargeGauge
-from workbench.systems.body_forces import BodyForces, BodyForces_
+from workbench.systems.battery import BATTERY_PERIOD_S, Battery, ChargeGauge
+from workbench.systems.body_forces import BodyForces
+from workbench.systems.cables import Cables
 from workbench.systems.flight_imu import FlightImu
 from workbench.systems.noise import CountedNoise, add_counted_noise
-from workbench.systems.push import Push, PushSettings
-from workbench.systems.rotors import Rotors, Rotors_
-from workbench.systems.wind import Wind, WindSettings
+from workbench.systems.push import PushSystem
+from workbench.systems.rotors import Rotors
+from workbench.systems.wind import Wind
 
-FASTEST_CHANGE = 1000.0
+MAX_ACCELERATION = 1000.0
 """Upper bound of the acceleration of a vehicle [m/s²]; it bounds how soon contact is possible."""
 
 
@@ -48,9 +64,15 @@ class Airframe:
         acceleration: port of its angular acceleration [rad/s²] and the acceleration of its origin
             [m/s²] in W (6).
         joints: port of the positions and velocities of all joints, None without any.
+        contact_forces: port of those on the bodies of `Vehicle.contact_links` (3 each), None
+            without any.
+        setpoints: port of those of all servos, in the vehicle's order; None without any.
+        modes: of its joints at their start, the fastest first.
         vehicle: as it flies, without its payload.
         rotors: their lag and forces.
         body_forces: drag, and the push.
+        cables: that carry loads, None without any.
+        loads: what flies freely, and hangs on cables.
         push: what pushes it.
         wind: the velocity of the air.
         imu: samples of the flight computer.
@@ -67,14 +89,19 @@ class Airframe:
     state: OutputPort
     acceleration: OutputPort
     joints: OutputPort | None
+    contact_forces: OutputPort | None
+    setpoints: InputPort | None
+    modes: tuple[JointMode, ...]
     vehicle: Vehicle
     rotors: Rotors
     body_forces: BodyForces
-    push: Push
+    cables: Cables | None
+    loads: tuple[FreeLoad, ...]
+    push: PushSystem
     wind: Wind
     imu: FlightImu
     shapes: frozenset[GeometryId]
-    around: Reach
+    around: ReachSphere
     ground: bool
     obstacles: bool
 
@@ -88,9 +115,22 @@ class Airframe:
         """The state with the angular velocity of the gyro (13)."""
         return self.imu.GetOutputPort("sensed")
 
-    def signals(self, commands: OutputPort) -> dict[str, OutputPort]:
-        """Return the signals that every flight records, with the rotor commands."""
+    def signals(
+        self, commands: OutputPort, setpoints: OutputPort | None = None
+    ) -> dict[str, OutputPort]:
+        """Return the signals that every flight records.
+
+        Args:
+            commands: of the rotors.
+            setpoints: of the servos, None without any, or where they stay at their start.
+        """
         joints = {"joints": self.joints} if self.joints else {}
+        if setpoints:
+            joints["joint_setpoints"] = setpoints
+        if self.cables:
+            joints["tensions"] = self.cables.GetOutputPort("tensions")
+        if self.contact_forces:
+            joints["contact_forces"] = self.contact_forces
         return joints | {
             "state": self.state,
             "acceleration": self.acceleration,
@@ -99,6 +139,25 @@ class Airframe:
             "wind": self.wind.get_output_port(),
             "commands": commands,
         }
+
+    def place_of(self, link: str) -> tuple[int, RigidTransform]:
+        """Return the index of the body L that a link F is part of, and X_LF."""
+        frame = self.plant.GetFrameByName(link, self.body.model_instance())
+        return int(frame.body().index()), frame.GetFixedPoseInBodyFrame()
+
+    def motion_of(self, builder: DiagramBuilder, body: RigidBody) -> tuple[OutputPort, OutputPort]:
+        """Return ports of the state (13) and the acceleration (6) of a body on a joint.
+
+        They are in the form of those of the base link; a body gets one system, however many ask.
+        """
+        name = f"motion_{body.index()}"
+        if not builder.HasSubsystemNamed(name):
+            add_body_motion(builder, self.plant, name, [body.index()])
+            motion = builder.GetSubsystemByName(name)
+            accelerations = self.plant.get_body_spatial_accelerations_output_port()
+            builder.Connect(accelerations, motion.GetInputPort("spatial_accelerations"))
+        motion = builder.GetSubsystemByName(name)
+        return motion.GetOutputPort("state"), motion.GetOutputPort("acceleration")
 
     def set_payload(self, root: Context, payload: Payload) -> None:
         """Let the vehicle carry a payload from now on.
@@ -116,7 +175,7 @@ class Airframe:
         context = self.plant.GetMyMutableContextFromRoot(root)
         self.body.SetSpatialInertiaInBodyFrame(context, whole)
         forces = self.body_forces.GetMyMutableContextFromRoot(root)
-        center = laden(self.vehicle, payload).p_BoBcm_B
+        center = vehicle_with_payload(self.vehicle, payload).p_BoBcm_B
         forces.get_mutable_numeric_parameter(1).SetFromVector(list(center))
 
     def place(self, root: Context, state: np.ndarray, speeds: np.ndarray) -> None:
@@ -125,6 +184,9 @@ class Airframe:
         whole = self.plant.GetPositionsAndVelocities(context).copy()
         whole[self.places] = state
         self.plant.SetPositionsAndVelocities(context, whole)
+        if self.ground:
+            for load in self.loads:
+                load.lift_above_ground(self.plant, context)
         self.rotors.GetMyMutableContextFromRoot(root).SetContinuousState(speeds)
         self.imu.begin(self.imu.GetMyMutableContextFromRoot(root), state)
 
@@ -132,16 +194,36 @@ class Airframe:
         """Return whether the vehicle may touch something within a time [s]."""
         state = self.body_state(root)
         p_WC = state[4:7] + into_world(rotation(state[0:4]), self.around.p_BC)
-        way = np.linalg.norm(state[10:13]) * period + 0.5 * FASTEST_CHANGE * period**2
+        spheres = [(np.array(p_WC), self.around.radius, float(np.linalg.norm(state[10:13])))]
+        context = self.plant.GetMyContextFromRoot(root)
+        spheres += [load.sphere(self.plant, context) for load in self.loads]
+        return any(self._sphere_may_touch(root, period, *sphere) for sphere in spheres)
+
+    def _sphere_may_touch(
+        self, root: Context, period: float, p_WC: np.ndarray, radius: float, speed: float
+    ) -> bool:
+        """Return whether a sphere of the vehicle with a speed [m/s] may touch something."""
+        way = speed * period + 0.5 * MAX_ACCELERATION * period**2
         if not self.obstacles:
-            return bool(self.ground and p_WC[2] - self.around.radius < way)
+            return bool(self.ground and p_WC[2] - radius < way)
         query = self.scene_graph.get_query_output_port().Eval(
             self.scene_graph.GetMyContextFromRoot(root)
         )
         return any(
-            each.distance < self.around.radius + way and each.id_G not in self.shapes
-            for each in query.ComputeSignedDistanceToPoint(p_WC, self.around.radius + way)
+            each.distance < radius + way and each.id_G not in self.shapes
+            for each in query.ComputeSignedDistanceToPoint(p_WC, radius + way)
         )
+
+    def refuse_closing_hooks(self, root: Context) -> None:
+        """Refuse to close the hooks of cables that do not reach their loads.
+
+        Raises:
+            WorkbenchError: if there is one.
+        """
+        context = self.plant.GetMyContextFromRoot(root)
+        for row in self.cables.rows if self.cables else ():
+            if row.hooked:
+                refuse_out_of_reach(self.plant, context, row)
 
     def body_state(self, root: Context) -> np.ndarray:
         """Return a copy of the state of the body (13)."""
@@ -163,8 +245,9 @@ def add_airframe(
     description: Description,
     values: Mapping[str, float],
     *,
+    vehicle: Vehicle,
     rates: Rates,
-    world: World = EMPTY,
+    world: World = EMPTY_WORLD,
     imu: Imu | None = None,
 ) -> Airframe:
     """Add a vehicle and its world.
@@ -173,6 +256,7 @@ def add_airframe(
         builder: the diagram being built.
         description: of the vehicle, with or without drawn shapes.
         values: of parameters by name; those of air and gyro are used.
+        vehicle: record of the description.
         rates: of physics and control.
         world: the surroundings.
         imu: of the estimator; None without one.
@@ -180,45 +264,35 @@ def add_airframe(
     plant, scene_graph = add_plant(builder, description, time_step=0.0, world=world)
     plant.set_name("plant")
     body = plant.GetBodyByName(description.base_link)
-    vehicle = make_vehicle(description)
     turning = description.rotors
     if not world.ground:
         turning = tuple(replace(rotor, ground_effect_coefficient=0.0) for rotor in turning)
-    rotors, body_forces = add_forces(builder, body, turning, vehicle, values)
-    push = builder.AddNamedSystem(
-        "push",
-        Push(
-            settings=PushSettings(*(values[name] for name in PushSettings._fields)),
-            period=rates.control_period,
-        ),
-    )
-    wind = builder.AddNamedSystem(
-        "wind",
-        Wind(
-            settings=WindSettings(*(values[name] for name in WindSettings._fields)),
-            period=rates.control_period,
-        ),
-    )
-    gyro = {row.name: values[row.name] for row in parameter_table().of("gyro")}
+    rotors, body_forces = add_forces(builder, plant, description, turning, vehicle, values)
+    air = AirSettings(*(values[name] for name in AirSettings._fields))
+    push = builder.AddNamedSystem("push", PushSystem(settings=air, period=rates.control_period))
+    wind = builder.AddNamedSystem("wind", Wind(settings=air, period=rates.control_period))
     flight_imu = builder.AddNamedSystem(
         "flight_imu",
         FlightImu(
-            settings=GyroSettings(**gyro),
+            settings=GyroSettings(*(values[name] for name in GyroSettings._fields)),
             step=rates.physics_step,
             readout=rates.control_steps,
             imu=imu,
         ),
     )
     places = body_places(plant, body)
-    state = _chosen(builder, "body_state", plant.get_state_output_port(), places)
+    state = chosen_values(builder, "body_state", plant.get_state_output_port(), places)
     accelerations = plant.get_generalized_acceleration_output_port()
     moving = places[7:] - plant.num_positions()
-    acceleration = _chosen(builder, "body_acceleration", accelerations, moving)
+    acceleration = chosen_values(builder, "body_acceleration", accelerations, moving)
     others = np.setdiff1d(np.arange(plant.num_multibody_states()), places)
     joints = None
     if len(others):
-        joints = _chosen(builder, "joints", plant.get_state_output_port(), others)
-    connect_forces(builder, plant, state, rotors, body_forces)
+        joints = chosen_values(builder, "joints", plant.get_state_output_port(), others)
+    cables = add_cables(builder, plant, description)
+    connect_forces(builder, plant, state, rotors, body_forces, cables)
+    driven = [each.joint for each in vehicle.servos]
+    rows, balls, setpoints = add_joint_forces(builder, plant, description, driven)
     for system in (wind, flight_imu):
         builder.Connect(state, system.GetInputPort("state"))
     for system in (rotors, body_forces):
@@ -234,9 +308,14 @@ def add_airframe(
         state=state,
         acceleration=acceleration,
         joints=joints,
+        contact_forces=add_contact_forces(builder, plant, vehicle.contact_links, body),
+        setpoints=setpoints,
+        modes=joint_modes(plant, rows, balls, cables.rows if cables else ()),
         vehicle=vehicle,
         rotors=rotors,
         body_forces=body_forces,
+        cables=cables,
+        loads=free_loads(plant, description),
         push=push,
         wind=wind,
         imu=flight_imu,
@@ -245,73 +324,15 @@ def add_airframe(
             for index in plant.GetBodyIndices(body.model_instance())
             for shape in plant.GetCollisionGeometriesForBody(plant.get_body(index))
         ),
-        around=reach(description.undrawn().model, description.base_link, description.rotors),
+        around=reach_sphere(
+            without_loads(description.undrawn().model), description.base_link, description.rotors
+        ),
         ground=world.ground,
         obstacles=bool(world.names),
     )
 
 
-def add_forces(
-    builder: DiagramBuilder,
-    body: RigidBody,
-    turning: Sequence[Rotor],
-    vehicle: Vehicle,
-    values: Mapping[str, float],
-) -> tuple[Rotors, BodyForces]:
-    """Add what acts on a body; `connect_forces` connects it.
-
-    Args:
-        builder: the diagram being built.
-        body: of the base link in the plant.
-        turning: its rotors.
-        vehicle: as it flies, without its payload.
-        values: of parameters by name; those of air and payload are used.
-    """
-    rotors = builder.AddNamedSystem("rotors", Rotors_[float](rotors=turning, body=body.index()))
-    body_forces = builder.AddNamedSystem(
-        "body_forces",
-        BodyForces_[float](
-            body=body.index(),
-            drag_area=values["drag_area"],
-            air_density=values["air_density"],
-            p_BoBcm_B=laden(vehicle, payload_of(values)).p_BoBcm_B,
-        ),
-    )
-    return rotors, body_forces
-
-
-def connect_forces(
-    builder: DiagramBuilder,
-    plant: MultibodyPlant,
-    state: OutputPort,
-    rotors: Rotors,
-    body_forces: BodyForces,
-) -> None:
-    """Let rotors and drag see the state of a body (13), and act on it."""
-    forces = builder.AddNamedSystem("forces", ExternallyAppliedSpatialForceMultiplexer(2))
-    for number, system in enumerate((rotors, body_forces)):
-        builder.Connect(state, system.GetInputPort("state"))
-        builder.Connect(system.GetOutputPort("spatial_forces"), forces.get_input_port(number))
-    builder.Connect(forces.get_output_port(), plant.get_applied_spatial_force_input_port())
-
-
-def body_places(plant: MultibodyPlant, body: RigidBody) -> np.ndarray:
-    """Return the places of a free body's state (13) in that of the plant."""
-    positions = body.floating_positions_start() + np.arange(7)
-    velocities = body.floating_velocities_start_in_v() + np.arange(6)
-    return np.concatenate([positions, plant.num_positions() + velocities])
-
-
-def _chosen(builder: DiagramBuilder, name: str, port: OutputPort, places: np.ndarray) -> OutputPort:
-    """Return the values of a port at some places."""
-    if len(places) == port.size():
-        return port
-    gain = builder.AddNamedSystem(name, MatrixGain(np.eye(port.size())[places]))
-    builder.Connect(port, gain.get_input_port())
-    return gain.get_output_port()
-
-
-def add_battery(
+def add_battery_systems(
     builder: DiagramBuilder,
     airframe: Airframe,
     vehicle: Vehicle,
@@ -345,7 +366,7 @@ def add_battery(
 
 
 def add_gauge(builder: DiagramBuilder, pack: BatteryPack, voltage_noise: float) -> Gauge:
-    """Add an estimator of a battery's charge; `add_battery` connects the two.
+    """Add an estimator of a battery's charge; `add_battery_systems` connects the two.
 
     Args:
         builder: the diagram being built.
@@ -353,4 +374,4 @@ def add_gauge(builder: DiagramBuilder, pack: BatteryPack, voltage_noise: float) 
         voltage_noise: standard deviation of the measured voltage [V].
     """
     gauge = builder.AddNamedSystem("gauge", ChargeGauge(pack=pack, voltage_noise=voltage_noise))
-    return Gauge(gauge, add_counted_noise(builder, gauge.noise_input, PERIOD))
+    return Gauge(gauge, add_counted_noise(builder, gauge.noise_input, BATTERY_PERIOD_S))

@@ -6,16 +6,16 @@ from collections.abc import Sequence
 import numpy as np
 
 from workbench.common.errors import WorkbenchError
-from workbench.diagram.sensor_choice import SensorChoice, without_noise
 from workbench.estimation.ekf import InitialDeviations
 from workbench.estimation.samples import Mounting
 from workbench.plant.home import Home
-from workbench.plant.sensors import Gps, Imu, Noise, Sensor
+from workbench.plant.sensors import Imu, Noise, Sensor
 from workbench.plant.vehicle import Vehicle
+from workbench.scenario.sensor_choice import SensorChoice, without_noise
 
 
 def find_imu(vehicle: Vehicle, noise: bool) -> Imu:
-    """Return the first IMU of a vehicle.
+    """Return the first IMU of a vehicle that is on its base link, not on one that a joint moves.
 
     Args:
         vehicle: whose.
@@ -25,7 +25,7 @@ def find_imu(vehicle: Vehicle, noise: bool) -> Imu:
         WorkbenchError: if it has none.
     """
     for sensor in vehicle.sensors:
-        if isinstance(sensor, Imu):
+        if isinstance(sensor, Imu) and not vehicle.is_moved(sensor.link):
             found = sensor if noise else without_noise(sensor)
             assert isinstance(found, Imu)
             return found
@@ -56,7 +56,7 @@ def _bias(noises: Sequence[Noise]) -> float:
 
 def mounting_of(imu: Imu, choices: Sequence[SensorChoice], home: Home) -> Mounting:
     """Return where the IMU and the first sensor of each kind are mounted."""
-    from workbench.plant.magnetic_field import magnetic_field  # with it comes pymap3d
+    from workbench.plant.magnetic_field import earth_magnetic_field  # with it comes pymap3d
 
     gps, barometer, finder = (_first(choices, k) for k in ("gps", "barometer", "range_finder"))
     nowhere = Mounting()
@@ -66,7 +66,7 @@ def mounting_of(imu: Imu, choices: Sequence[SensorChoice], home: Home) -> Mounti
         p_BP=barometer.p_BS if barometer else nowhere.p_BP,
         p_BR=finder.p_BS if finder else nowhere.p_BR,
         n_BR=np.array(finder.R_BS)[:, 0] if finder else nowhere.n_BR,
-        m_W=magnetic_field(home),
+        m_W=earth_magnetic_field(home),
     )
 
 
@@ -85,12 +85,7 @@ def gps_repeats(choices: Sequence[SensorChoice]) -> bool:
     gps = _first(choices, "gps")
     if gps is None:
         return False
-    assert isinstance(gps, Gps)
-    noises = (
-        *(gps.horizontal_position, gps.vertical_position),
-        *(gps.horizontal_velocity, gps.vertical_velocity),
-    )
-    return all(noise.precision > noise.stddev for noise in noises)
+    return all(noise.precision > noise.stddev for noise in gps.noises)
 
 
 def _first(choices: Sequence[SensorChoice], kind: str) -> Sensor | None:

@@ -6,16 +6,19 @@ meshes, trimesh and scipy, which take longer to import than Drake.
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, assert_never
+from typing import TYPE_CHECKING
 
 import numpy as np
+from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.multibody.tree import RigidBody
 from pydrake.systems.framework import Context, DiagramBuilder
 from pydrake.systems.primitives import LogVectorOutput, RandomSource, VectorLogSink
 
 from workbench.common.errors import WorkbenchError, unknown_name
+from workbench.common.vectors import float_triple
 from workbench.diagram.airframe import Airframe
-from workbench.diagram.sensor_choice import SensorChoice
+from workbench.diagram.forces import carried_pose
+from workbench.plant.description import Description
 from workbench.plant.gravity import GRAVITY
 from workbench.plant.home import Home
 from workbench.plant.sensors import (
@@ -26,38 +29,41 @@ from workbench.plant.sensors import (
     Lidar,
     Magnetometer,
     RangeFinder,
+    Sensor,
     free_name,
 )
+from workbench.scenario.sensor_choice import SensorChoice
 from workbench.systems.noise import (
     CountedNoise,
     add_counted_noise,
     add_noise,
     noise_seed,
     seed_noise,
+    sensor_system_name,
 )
-from workbench.systems.sensors.barometer import barometer
+from workbench.systems.sensors.barometer import barometer_instrument
+from workbench.systems.sensors.measuring import MeasuringSensor, SensorInstrument, SensorSite
 from workbench.systems.sensors.noisy_sensor import (
-    Instrument,
     NoisySensor,
-    gps,
-    imu,
-    magnetometer,
-    range_finder,
+    gps_instrument,
+    imu_instrument,
+    magnetometer_instrument,
+    range_finder_instrument,
 )
 from workbench.systems.sensors.readings import Reading
 from workbench.systems.sensors.sampled_sensor import SampledSensor
-from workbench.systems.sensors.samples import Samples, SampleTable, ScanStack
+from workbench.systems.sensors.samples import RecordedSamples
 
 if TYPE_CHECKING:
     from workbench.systems.casting.caster import Caster
     from workbench.systems.sensors.depth_camera import DepthCameraSystem
-    from workbench.systems.sensors.lidar import Lidar as LidarSystem
+    from workbench.systems.sensors.lidar import LidarSensor as LidarSystem
 
     SensorSystem = NoisySensor | LidarSystem | DepthCameraSystem
 
 
 @dataclass(frozen=True)
-class Mounted:
+class MountedSensor:
     """A sensor in the diagram.
 
     Attributes:
@@ -80,7 +86,7 @@ class Mounted:
         """Return the number of samples taken since the start."""
         return self.system.samples_taken(self.system.GetMyContextFromRoot(root_context))
 
-    def logged(self, builder: DiagramBuilder) -> "Mounted":
+    def logged(self, builder: DiagramBuilder) -> "MountedSensor":
         """Return it with a log if its samples are kept; pictures are too large for a log."""
         system = self.system
         if not self.choice.kept or not isinstance(system, SampledSensor):
@@ -99,42 +105,19 @@ class Mounted:
         first = np.diff(known[:, 0], prepend=-np.inf) > 0.0  # a silent sensor repeats its last
         return known[first].copy()
 
-    def samples(self, rows: np.ndarray) -> Samples:
+    def samples(self, rows: np.ndarray) -> RecordedSamples:
         """Return its delivered samples from rows of its log, see `kept_rows`."""
-        from workbench.systems.sensors.lidar import Lidar as LidarSystem
-
-        name, system = self.choice.sensor.name, self.system
-        stamps, values = rows[:, 0], rows[:, 1:]
-        match system:
-            case LidarSystem():
-                pattern = system.pattern
-                ranges, p_WS, q_WS = np.split(
-                    values, [values.shape[1] - 7, values.shape[1] - 4], axis=1
-                )
-                return ScanStack(
-                    sensor=name,
-                    azimuths=pattern.azimuths,
-                    elevations=pattern.elevations,
-                    stamps=stamps,
-                    ranges=ranges.reshape(-1, *pattern.shape),
-                    p_WS=p_WS,
-                    q_WS=q_WS,
-                    latency=system.latency,
-                )
-            case NoisySensor():
-                columns = system.instrument.columns
-                return SampleTable(name, columns, stamps, values, system.latency)
-            case _:
-                assert_never(system)
+        assert isinstance(self.system, SampledSensor)
+        return self.system.recorded(self.choice.sensor.name, rows[:, 0], rows[:, 1:])
 
 
 @dataclass(frozen=True)
 class Sensing:
     """All sensors that measure."""
 
-    mounted: tuple[Mounted, ...] = ()
+    mounted: tuple[MountedSensor, ...] = ()
 
-    def find(self, name: str) -> Mounted:
+    def find(self, name: str) -> MountedSensor:
         """Return a sensor by name, or the first of a kind.
 
         Raises:
@@ -153,12 +136,12 @@ class Sensing:
             )
         raise unknown_name("sensor of this flight", name, known)
 
-    def of_kind(self, kind: str) -> tuple[Mounted, ...]:
+    def of_kind(self, kind: str) -> tuple[MountedSensor, ...]:
         """Return the sensors of a kind."""
         return tuple(each for each in self.mounted if each.choice.sensor.kind == kind)
 
     @property
-    def kept(self) -> tuple[Mounted, ...]:
+    def kept(self) -> tuple[MountedSensor, ...]:
         """The sensors whose samples are kept."""
         return tuple(each for each in self.mounted if each.log)
 
@@ -169,61 +152,66 @@ class Sensing:
                 seed_noise(mounted.noise, root_context, seed)
 
 
-def add_sensors(
+def add_sensor_systems(
     builder: DiagramBuilder,
     airframe: Airframe,
-    base_link: str,
+    description: Description,
     choices: Sequence[SensorChoice],
     *,
     home: Home,
     seed: int,
-    heard: Collection[str] = (),
+    aiding: Collection[str] = (),
 ) -> Sensing:
     """Add sensors to a diagram whose scene is complete.
 
     Args:
         builder: of the diagram.
         airframe: sensors do not see shapes that are registered later with its scene graph.
-        base_link: of the vehicle in the plant.
+        description: of the vehicle in the plant.
         choices: what to add.
         home: where the world's origin lies.
         seed: of all noise.
-        heard: kinds that an estimator uses, so that they affect the flight.
+        aiding: kinds that an estimator uses, so that they affect the flight.
     """
-    casting = any(isinstance(choice.sensor, Lidar | RangeFinder) for choice in choices)
+    casting = any(choice.sensor.casts_rays for choice in choices)
     # The caster takes the scene as it is now: cameras change it for their renderer.
-    mount = _Mount(
+    mount = _SensorBuilder(
         builder=builder,
         airframe=airframe,
-        base=airframe.plant.GetBodyByName(base_link),
+        description=description,
+        base=airframe.body,
         home=home,
         seed=seed,
-        heard=heard,
-        caster=_caster(airframe, base_link) if casting else None,
+        aiding=aiding,
+        caster=_caster(airframe, description.base_link) if casting else None,
     )
     mounted = [mount.add(choice) for choice in choices]
     return Sensing(tuple(each.logged(builder) for each in mounted))
 
 
 @dataclass(frozen=True)
-class _Mount:
+class _SensorBuilder:
     """Adds sensors to a diagram, and connects them."""
 
     builder: DiagramBuilder
     airframe: Airframe
+    description: Description
     base: RigidBody
     home: Home
     seed: int
-    heard: Collection[str]
+    aiding: Collection[str]
     caster: "Caster | None"
 
-    def add(self, choice: SensorChoice) -> Mounted:
+    def add(self, choice: SensorChoice) -> MountedSensor:
         """Add a sensor and connect it."""
         timing = {"period": choice.period, "latency": choice.latency}
+        body, X_BL = carried_pose(self.airframe.plant, self.description, choice.sensor.link)
+        if body.index() != self.base.index():
+            choice = replace(choice, sensor=_on_body(choice.sensor, X_BL))
         sensor = choice.sensor
         # names of systems are unique, but sensors `a::b` and `a/b` would share one
         taken = [system.get_name() for system in self.builder.GetSystems()]
-        name = free_name(taken, f"{sensor.name.replace('::', '/')}_sensor")
+        name = free_name(taken, sensor_system_name(sensor.name))
         if isinstance(sensor, DepthCamera):
             from workbench.systems.sensors.depth_camera import add_depth_camera
 
@@ -231,16 +219,16 @@ class _Mount:
                 self.builder,
                 self.airframe.plant,
                 self.airframe.scene_graph,
-                self.base,
+                body,
                 sensor,
                 name=name,
                 seed=noise_seed(self.seed, sensor.name),
                 **timing,
             )
-            return Mounted(choice, camera)
+            return MountedSensor(choice, camera)
         system: SensorSystem
         if isinstance(sensor, Lidar):
-            from workbench.systems.sensors.lidar import Lidar as LidarSystem
+            from workbench.systems.sensors.lidar import LidarSensor as LidarSystem
 
             assert self.caster
             seed = noise_seed(self.seed, sensor.name)
@@ -248,40 +236,45 @@ class _Mount:
         else:
             system = NoisySensor(self._instrument(choice), **timing)
         self.builder.AddNamedSystem(name, system)
-        return Mounted(choice, system, self._connect(system, choice))
+        return MountedSensor(choice, system, self._connect(system, choice, body))
 
-    def _instrument(self, choice: SensorChoice) -> Instrument:
+    def _instrument(self, choice: SensorChoice) -> SensorInstrument:
         """Return what a sensor of a few numbers measures."""
+        plant, home, period = self.airframe.plant, self.home, choice.period
+        rotors = self.airframe.rotors.GetOutputPort("thrusts").size()
+        weight = GRAVITY * plant.CalcTotalMass(plant.CreateDefaultContext())
         match choice.sensor:
             case Imu() as sensor:
-                return imu(sensor, choice.period)
+                return imu_instrument(sensor, period)
             case Gps() as sensor:
-                return gps(sensor, self.home)
+                return gps_instrument(sensor, home)
             case Barometer() as sensor:
-                plant = self.airframe.plant
-                weight = GRAVITY * plant.CalcTotalMass(plant.CreateDefaultContext())
-                return barometer(
-                    sensor, self.home, self.airframe.rotors.GetOutputPort("thrusts").size(), weight
-                )
+                return barometer_instrument(sensor, home, rotors, weight)
             case Magnetometer() as sensor:
-                return magnetometer(sensor, self.home)
+                return magnetometer_instrument(sensor, home)
             case RangeFinder() as sensor:
                 assert self.caster
-                return range_finder(sensor, self.caster)
+                return range_finder_instrument(sensor, self.caster)
+            case MeasuringSensor() as sensor:
+                return sensor.instrument(SensorSite(home, period, rotors, weight, self.caster))
         raise TypeError(f"no system measures what a {type(choice.sensor).__name__} does")
 
     def _connect(
-        self, system: "SensorSystem", choice: SensorChoice
+        self, system: "SensorSystem", choice: SensorChoice, body: RigidBody
     ) -> RandomSource | CountedNoise | None:
         """Connect a sensor's inputs by their names; return the source of its noise."""
         outputs = {
             "state": self.airframe.state,
             "thrusts": self.airframe.rotors.GetOutputPort("thrusts"),
             "acceleration": self.airframe.acceleration,
+            "wind": self.airframe.wind.get_output_port(),
             "geometry_query": self.airframe.scene_graph.get_query_output_port(),
         }
+        if body.index() != self.base.index():
+            state, acceleration = self.airframe.motion_of(self.builder, body)
+            outputs |= {"state": state, "acceleration": acceleration}
         noise: RandomSource | CountedNoise | None = None
-        add = add_counted_noise if choice.sensor.kind in self.heard else add_noise
+        add = add_counted_noise if choice.sensor.kind in self.aiding else add_noise
         for index in range(system.num_input_ports()):
             port = system.get_input_port(index)
             if port.get_name() == "noise":
@@ -289,6 +282,14 @@ class _Mount:
             else:
                 self.builder.Connect(outputs[port.get_name()], port)
         return noise
+
+
+def _on_body(sensor: Sensor, X_BL: RigidTransform) -> Sensor:
+    """Return a sensor with its pose in the frame of the body L that carries it."""
+    R_BS = RotationMatrix(np.array(sensor.R_BS))
+    X_LS = X_BL.InvertAndCompose(RigidTransform(R_BS, np.array(sensor.p_BS)))
+    x, y, z = (float_triple(row) for row in X_LS.rotation().matrix())
+    return replace(sensor, p_BS=float_triple(X_LS.translation()), R_BS=(x, y, z))
 
 
 def _caster(airframe: Airframe, base_link: str) -> "Caster":

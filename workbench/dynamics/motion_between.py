@@ -11,15 +11,23 @@ velocity is exact within 1e-4 rad/s. The mean velocity is always exact, also thr
 
 from collections.abc import Sequence
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 
-from workbench.common.jitable import Scalar, Vector, register_jitable
-from workbench.dynamics.rigid_body import Three, into_body, into_world, quaternion_rate, rotation
+from workbench.common.jitable import register_jitable
+from workbench.common.vectors import Numbers
+from workbench.dynamics.rigid_body import (
+    Vector3,
+    into_body,
+    into_world,
+    quaternion_rate,
+    rotation,
+)
 
 
 @register_jitable(forceinline=True)
-def point_motion(state: Vector, p_BS: Vector) -> tuple[Scalar, ...]:
+def point_motion(state: Numbers, p_BS: Numbers) -> tuple[float, ...]:
     """Return attitude, position, and the derivatives of both, of a point of a body.
 
     Args:
@@ -54,7 +62,7 @@ def point_motion(state: Vector, p_BS: Vector) -> tuple[Scalar, ...]:
 
 @register_jitable
 def motion_between(
-    before: Vector, now: Vector, period: float, share: float, found: np.ndarray
+    before: Numbers, now: Numbers, period: float, share: float, found: np.ndarray
 ) -> None:
     """Write the motion at a share of a period to 14 places, see `motions_between`."""
     x_0, v_0, x_1, v_1 = _position_weights(share)
@@ -89,7 +97,7 @@ def motions_between(
 
 
 @register_jitable
-def body_rate(motion: Vector) -> Three:
+def body_rate(motion: Numbers) -> Vector3:
     """Return w_WB in B [rad/s] of a motion (14), see `point_motion`."""
     w, x, y, z = motion[0], motion[1], motion[2], motion[3]
     d_w, d_x, d_y, d_z = motion[7], motion[8], motion[9], motion[10]
@@ -104,8 +112,8 @@ def body_rate(motion: Vector) -> Three:
 
 @register_jitable
 def mean_specific_force(
-    before: Vector, middle: Vector, now: Vector, period: float, gravity: float
-) -> Three:
+    before: Numbers, middle: Numbers, now: Numbers, period: float, gravity: float
+) -> Vector3:
     """Return the mean specific force in a period, in B as it is in the middle [m/s²].
 
     It is that of the change of velocity. The force at an instant would miss an impact, or take its
@@ -129,19 +137,19 @@ def mean_specific_force(
 def _weights(count: int, share: float) -> tuple[np.ndarray, np.ndarray]:
     """Return the weights of x_0, h v_0, x_1, h v_1 in x and in h v (2 count, 4)."""
     ends = share * np.arange(1, count + 1)
-    s = np.concatenate([ends, ends - 0.5 * share])
+    s: Any = np.concatenate([ends, ends - 0.5 * share])
     return np.stack(_position_weights(s), axis=1), np.stack(_velocity_weights(s), axis=1)
 
 
 @register_jitable
-def _position_weights(s: Scalar) -> tuple[Scalar, Scalar, Scalar, Scalar]:
+def _position_weights(s: float) -> tuple[float, float, float, float]:
     """Return the weights of x_0, h v_0, x_1, h v_1 in x."""
     r = 1.0 - s
     return (1.0 + 2.0 * s) * r * r, s * r * r, s * s * (3.0 - 2.0 * s), -s * s * r
 
 
 @register_jitable
-def _velocity_weights(s: Scalar) -> tuple[Scalar, Scalar, Scalar, Scalar]:
+def _velocity_weights(s: float) -> tuple[float, float, float, float]:
     """Return the weights of x_0, h v_0, x_1, h v_1 in h v."""
     r = 1.0 - s
     return -6.0 * s * r, r * (1.0 - 3.0 * s), 6.0 * s * r, s * (3.0 * s - 2.0)

@@ -11,14 +11,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from workbench.common.jitable import Scalar, Vector, register_jitable
+from workbench.common.jitable import register_jitable
+from workbench.common.vectors import Matrix3, Numbers, Quaternion, Symmetric3, Vector3
 from workbench.plant.gravity import GRAVITY
-
-Three = tuple[Scalar, Scalar, Scalar]
-Six = tuple[Scalar, Scalar, Scalar, Scalar, Scalar, Scalar]
-Matrix = tuple[Scalar, ...]
-State = tuple[Scalar, ...]
-"""Of a free body (13): q_WB (w, x, y, z), p_WB [m], w_WB_W [rad/s], v_WB_W [m/s] of its origin."""
 
 
 class RigidBody(NamedTuple):
@@ -29,18 +24,18 @@ class RigidBody(NamedTuple):
     """
 
     mass: float
-    inertia: Six
-    inverse: Six
-    p_BoBcm_B: Three
+    inertia: Symmetric3
+    inverse: Symmetric3
+    p_BoBcm_B: Vector3
 
 
-def rigid_body(mass: float, inertia: np.ndarray, p_BoBcm_B: Three) -> RigidBody:
+def rigid_body(mass: float, inertia: np.ndarray, p_BoBcm_B: Vector3) -> RigidBody:
     """Return a body from its mass [kg], inertia matrix about its centre of mass, and that in B."""
     return RigidBody(mass, _six(inertia), _six(np.linalg.inv(inertia)), p_BoBcm_B)
 
 
 @register_jitable(forceinline=True)
-def rotation(q_WB: Vector) -> Matrix:
+def rotation(q_WB: Numbers) -> Matrix3:
     """Return R_WB row by row (9) of a quaternion of any length but zero."""
     q_w, q_x, q_y, q_z = q_WB
     s = 2.0 / (q_w * q_w + q_x * q_x + q_y * q_y + q_z * q_z)
@@ -64,7 +59,7 @@ def rotation(q_WB: Vector) -> Matrix:
 
 
 @register_jitable(forceinline=True)
-def into_world(R_WB: Vector, a_B: Vector) -> tuple[Scalar, Scalar, Scalar]:
+def into_world(R_WB: Numbers, a_B: Numbers) -> Vector3:
     """Return a vector of B in W."""
     x, y, z = a_B
     return (
@@ -75,7 +70,7 @@ def into_world(R_WB: Vector, a_B: Vector) -> tuple[Scalar, Scalar, Scalar]:
 
 
 @register_jitable(forceinline=True)
-def into_body(R_WB: Vector, a_W: Vector) -> Three:
+def into_body(R_WB: Numbers, a_W: Numbers) -> Vector3:
     """Return a vector of W in B."""
     r00, r01, r02, r10, r11, r12, r20, r21, r22 = R_WB
     x, y, z = a_W
@@ -87,7 +82,7 @@ def into_body(R_WB: Vector, a_W: Vector) -> Three:
 
 
 @register_jitable(forceinline=True)
-def cross(a: Vector, b: Vector) -> tuple[Scalar, Scalar, Scalar]:
+def cross(a: Numbers, b: Numbers) -> Vector3:
     """Return the cross product."""
     a_x, a_y, a_z = a
     b_x, b_y, b_z = b
@@ -95,7 +90,7 @@ def cross(a: Vector, b: Vector) -> tuple[Scalar, Scalar, Scalar]:
 
 
 @register_jitable(forceinline=True)
-def turned(q_WB: Vector, w_WB_W: Vector, angle_share: float) -> tuple[Scalar, ...]:
+def quaternion_step(q_WB: Numbers, w_WB_W: Numbers, angle_share: float) -> Quaternion:
     """Return q + angle_share w q (4), with w as a quaternion without a real part."""
     q_w, q_x, q_y, q_z = q_WB
     w_x, w_y, w_z = w_WB_W
@@ -111,24 +106,24 @@ def turned(q_WB: Vector, w_WB_W: Vector, angle_share: float) -> tuple[Scalar, ..
 
 
 @register_jitable(forceinline=True)
-def quaternion_rate(q_WB: Vector, w_WB_W: Vector) -> tuple[Scalar, ...]:
+def quaternion_rate(q_WB: Numbers, w_WB_W: Numbers) -> Quaternion:
     """Return dq/dt = w q / 2 (4) [1/s], with w as a quaternion without a real part."""
     q_w, q_x, q_y, q_z = q_WB
-    t_w, t_x, t_y, t_z = turned(q_WB, w_WB_W, 0.5)
+    t_w, t_x, t_y, t_z = quaternion_step(q_WB, w_WB_W, 0.5)
     return t_w - q_w, t_x - q_x, t_y - q_y, t_z - q_z
 
 
 @register_jitable(forceinline=True)
 def body_acceleration(
-    R_WB: Vector,
-    w_B: Vector,
-    force: Vector,
-    moment: Vector,
-    mass: Scalar,
-    inertia: Vector,
-    inverse: Vector,
-    p_BoBcm_B: Vector,
-) -> Six:
+    R_WB: Numbers,
+    w_B: Numbers,
+    force: Numbers,
+    moment: Numbers,
+    mass: float,
+    inertia: Numbers,
+    inverse: Numbers,
+    p_BoBcm_B: Numbers,
+) -> tuple[float, float, float, float, float, float]:
     """Return angular acceleration (3) and acceleration of the origin (3), in W.
 
     Args:
@@ -164,7 +159,7 @@ def body_acceleration(
 
 
 @register_jitable(forceinline=True)
-def _euler(w_B: Vector, moment: Vector, inertia: Vector, inverse: Vector) -> Three:
+def _euler(w_B: Numbers, moment: Numbers, inertia: Numbers, inverse: Numbers) -> Vector3:
     """Return angular acceleration in B under a moment about the centre of mass."""
     b_x, b_y, b_z = w_B
     m_x, m_y, m_z = moment
@@ -183,7 +178,7 @@ def _euler(w_B: Vector, moment: Vector, inertia: Vector, inverse: Vector) -> Thr
     )
 
 
-def _six(matrix: np.ndarray) -> Six:
+def _six(matrix: np.ndarray) -> Symmetric3:
     """Return xx, xy, xz, yy, yz, zz of a symmetric matrix."""
     xx, xy, xz, yy, yz, zz = (float(matrix[i, j]) for i in range(3) for j in range(i, 3))
     return xx, xy, xz, yy, yz, zz

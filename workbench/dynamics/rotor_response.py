@@ -1,32 +1,32 @@
 """Rotor lag: how a rotor's speed follows its command, as pure functions of scalars.
 
-The speed w follows the command u with dw/dt = (u - w) / time constant, faster up than down, as
+The speed w follows the command c with dw/dt = (c - w) / time constant, faster up than down, as
 in Gazebo's motor model; thrust is motor_constant w (w + linear_speed), see `plant.rotors`. The
-two time constants are blended near u = w, because a linear model of hover needs one rate: with the
-error e = u - w,
+two time constants are blended near c = w, because a linear model of hover needs one rate: with the
+error e = c - w,
 
     dw/dt = e s / up + e (1 - s) / down,  s = (1 + (e² / (e² + BLEND²))^(3/2) sign e) / 2
 
-At e = 0 the rate is the mean of both, to third order. At an error of ten times `BLEND`, less than a
-percent of it follows the other time constant.
+At e = 0 the rate is the mean of both, to third order. At an error of ten times `BLEND_SPEED_RAD_S`,
+less than a percent of it follows the other time constant.
 """
 
-from workbench.common.jitable import Scalar, register_jitable
+from workbench.common.jitable import register_jitable
 
-BLEND = 3.0
+BLEND_SPEED_RAD_S = 3.0
 """Less than half a percent of usual hover speeds [rad/s]."""
 
 
 @register_jitable(forceinline=True)
-def split_error(error: Scalar) -> tuple[Scalar, Scalar]:
+def split_error(error: float) -> tuple[float, float]:
     """Return the parts of an error with the time constants up and down."""
-    side = error / (error * error + BLEND * BLEND) ** 0.5
+    side = error / (error * error + BLEND_SPEED_RAD_S * BLEND_SPEED_RAD_S) ** 0.5
     up = 0.5 * error * (1.0 + side * side * side)
     return up, error - up
 
 
 @register_jitable
-def speed_command(thrust: Scalar, motor_constant: Scalar, half: Scalar, motors: Scalar) -> Scalar:
+def speed_command(thrust: float, motor_constant: float, half: float, motors: float) -> float:
     """Return the speed [rad/s] for a thrust [N].
 
     It is the non-negative root of motor_constant w (w + 2 half) = thrust.

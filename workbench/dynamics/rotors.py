@@ -5,43 +5,47 @@ a `RotorConstants` with the same names in compiled flights.
 """
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
-from workbench.common.jitable import Scalar, Vector, register_jitable
-from workbench.dynamics.rigid_body import Three, cross
+from workbench.common.jitable import register_jitable
+from workbench.common.vectors import Numbers
+from workbench.dynamics.rigid_body import Vector3, cross
 from workbench.dynamics.rotor_response import split_error
 from workbench.plant.rotors import Rotor
 
-MOST_GROUND_EFFECT = 4.0 / 15.0
+MAX_GROUND_EFFECT_SHARE = 4.0 / 15.0
 """Largest share of thrust by ground effect."""
-LEAST_VOLTAGE = 0.1
+MIN_SAG_VOLTAGE_SHARE = 0.1
 """Share of the full voltage below which sag is not compensated."""
-TINY = 1e-30
+RADICAND_OFFSET = 1e-30
 """Added to a radicand, because a root has no derivative at 0."""
 
 
 class RotorConstants(NamedTuple):
     """The constants of a rotor that its equations use; `plant.rotors.Rotor` has their units."""
 
-    p_BR: Vector
-    axis_B: Vector
-    direction: Scalar
-    max_rot_velocity: Scalar
-    motor_constant: Scalar
-    linear_speed: Scalar
-    moment_constant: Scalar
-    inertia: Scalar
-    time_constant_up: Scalar
-    time_constant_down: Scalar
-    rotor_drag_coefficient: Scalar
-    rolling_moment_coefficient: Scalar
-    inflow_coefficient: Scalar
-    ground_effect_coefficient: Scalar
-    propeller_radius: Scalar
+    p_BR: Numbers
+    axis_B: Numbers
+    direction: float
+    max_rot_velocity: float
+    motor_constant: float
+    linear_speed: float
+    moment_constant: float
+    inertia: float
+    time_constant_up: float
+    time_constant_down: float
+    rotor_drag_coefficient: float
+    rolling_moment_coefficient: float
+    inflow_coefficient: float
+    ground_effect_coefficient: float
+    propeller_radius: float
+
+
+TurningRotor = Rotor | RotorConstants
 
 
 @register_jitable(forceinline=True)
-def turning_share(given: Scalar) -> Scalar:
+def turning_share(given: float) -> float:
     """Return the share of its thrust that a rotor gives while it turns.
 
     A stopped rotor, with a share of 0, has its full thrust while it runs down.
@@ -50,26 +54,26 @@ def turning_share(given: Scalar) -> Scalar:
 
 
 @register_jitable(forceinline=True)
-def static_thrust(rotor: Any, share: Scalar, speed: Scalar) -> Scalar:
+def static_thrust(rotor: TurningRotor, share: float, speed: float) -> float:
     """Return the thrust of a rotor at rest, far from the ground [N]."""
     return share * rotor.motor_constant * speed * (speed + rotor.linear_speed)
 
 
 def static_thrusts(
-    rotors: Sequence[Rotor], shares: Sequence[Any], speeds: Sequence[Any]
-) -> list[Any]:
+    rotors: Sequence[Rotor], shares: Sequence[float], speeds: Sequence[float]
+) -> list[float]:
     """Return the thrusts of rotors at rest, far from the ground (n) [N]."""
     return [static_thrust(*each) for each in zip(rotors, shares, speeds, strict=True)]
 
 
 @register_jitable(forceinline=True)
-def power_share(thrust: Scalar) -> Scalar:
+def power_share(thrust: float) -> float:
     """Return a static thrust [N] to the 3/2: it is proportional to a rotor's power [N^3/2]."""
-    return thrust * (thrust + TINY) ** 0.5
+    return thrust * (thrust + RADICAND_OFFSET) ** 0.5
 
 
 @register_jitable(forceinline=True)
-def loaded_voltage(open_circuit: Scalar, drop: Scalar, power: Scalar) -> Scalar:
+def loaded_voltage(open_circuit: float, drop: float, power: float) -> float:
     """Return the voltage under load, over that of the full battery without load.
 
     Args:
@@ -83,8 +87,8 @@ def loaded_voltage(open_circuit: Scalar, drop: Scalar, power: Scalar) -> Scalar:
 
 @register_jitable(forceinline=True)
 def compensated_share(
-    voltage: Scalar, open_circuit: Scalar, compensation: Scalar, known: Scalar
-) -> Scalar:
+    voltage: float, open_circuit: float, compensation: float, known: float
+) -> float:
     """Return by what commands are divided to make up for a share of the sag.
 
     Args:
@@ -94,25 +98,25 @@ def compensated_share(
         known: voltage without load that the compensation assumes.
     """
     share = 1.0 + compensation * (voltage + (known - open_circuit) - 1.0)
-    return share if share > LEAST_VOLTAGE else LEAST_VOLTAGE
+    return share if share > MIN_SAG_VOLTAGE_SHARE else MIN_SAG_VOLTAGE_SHARE
 
 
 @register_jitable(forceinline=True)
-def within(command: Scalar, rotor: Any) -> Scalar:
+def within_speed_limits(command: float, rotor: TurningRotor) -> float:
     """Return a command limited to the speeds of a rotor [rad/s]."""
     command = command if command > 0.0 else 0.0 * command
     return command if command < rotor.max_rot_velocity else rotor.max_rot_velocity
 
 
 @register_jitable(forceinline=True)
-def speed_slope(rotor: Any, command: Scalar, speed: Scalar) -> Scalar:
+def speed_slope(rotor: TurningRotor, command: float, speed: float) -> float:
     """Return dw/dt of a rotor on its way to a command [rad/s²]."""
     up, down = split_error(command - speed)
     return up / rotor.time_constant_up + down / rotor.time_constant_down
 
 
 @register_jitable(forceinline=True)
-def hub_velocity(rotor: Any, w_B: Vector, v_B: Vector) -> Three:
+def hub_velocity(rotor: TurningRotor, w_B: Numbers, v_B: Numbers) -> Vector3:
     """Return the velocity of a hub, in B, from the motion of the body in B."""
     v_x, v_y, v_z = v_B
     s_x, s_y, s_z = cross(w_B, rotor.p_BR)
@@ -121,14 +125,14 @@ def hub_velocity(rotor: Any, w_B: Vector, v_B: Vector) -> Three:
 
 @register_jitable(forceinline=True)
 def moving_thrust(
-    rotor: Any,
-    speed: Scalar,
-    share: Scalar,
-    static: Scalar,
-    along: Scalar,
-    R_WB: Vector,
-    height: Scalar,
-) -> Scalar:
+    rotor: TurningRotor,
+    speed: float,
+    share: float,
+    static: float,
+    along: float,
+    R_WB: Numbers,
+    height: float,
+) -> float:
     """Return the thrust of a rotor near the ground and in moving air [N].
 
     Args:
@@ -150,23 +154,23 @@ def moving_thrust(
             hub = height + R_WB[6] * p_x + R_WB[7] * p_y + R_WB[8] * p_z
             near = rotor.ground_effect_coefficient * (0.25 * rotor.propeller_radius) ** 2
             square = hub * hub
-            far = square > near / MOST_GROUND_EFFECT
-            thrust = thrust + static * (near / square if far else MOST_GROUND_EFFECT)
+            far = square > near / MAX_GROUND_EFFECT_SHARE
+            thrust = thrust + static * (near / square if far else MAX_GROUND_EFFECT_SHARE)
     return thrust
 
 
 @register_jitable(forceinline=True)
 def rotor_load(
-    rotor: Any,
-    speed: Scalar,
-    slope: Scalar,
-    share: Scalar,
-    static: Scalar,
-    w_B: Vector,
-    v_B: Vector,
-    R_WB: Vector,
-    height: Scalar,
-) -> tuple[Three, Three, Three]:
+    rotor: TurningRotor,
+    speed: float,
+    slope: float,
+    share: float,
+    static: float,
+    w_B: Numbers,
+    v_B: Numbers,
+    R_WB: Numbers,
+    height: float,
+) -> tuple[Vector3, Vector3, Vector3]:
     """Return force [N], moment about the body's origin [N·m] and angular momentum, in B.
 
     The moment does not include the gyroscopic one, -w_WB x angular momentum [N·m·s].

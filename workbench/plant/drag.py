@@ -5,12 +5,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from workbench.plant.gravity import AIR_DENSITY
 from workbench.plant.thrust_frame import thrust_frame
 from workbench.plant.vehicle import Vehicle
 
-AIR_DENSITY = 1.225
-"""Density of air at sea level in the International Standard Atmosphere (ISO 2533) [kg/m³]."""
-BODY_DENSITY = 1000.0
+BODY_DENSITY_KG_M3 = 1000.0
 """Assumed density of a drone, that of water [kg/m³]."""
 
 
@@ -23,7 +22,7 @@ def drag_area(mass: float) -> float:
     Args:
         mass: all-up [kg].
     """
-    return math.cbrt(mass / BODY_DENSITY) ** 2
+    return math.cbrt(mass / BODY_DENSITY_KG_M3) ** 2
 
 
 class DragRates(NamedTuple):

@@ -16,7 +16,7 @@ from pydrake.math import RigidTransform
 from workbench.common.cache import cache_folder
 from workbench.common.errors import WorkbenchError
 from workbench.ipc.limited import LimitedError, run_limited
-from workbench.plant.formats.values import shortened
+from workbench.plant.formats.values import shortened_text
 from workbench.plant.meshes.job import (
     MeshJob,
     Rgba,
@@ -30,31 +30,31 @@ from workbench.plant.model import Inertial, Link, LinkShape, Model
 from workbench.plant.packages import exists
 from workbench.plant.remarks import Remarks
 from workbench.plant.rotors import Rotor
-from workbench.plant.shapes import Box, Cylinder, Mesh, Shape
+from workbench.plant.shapes import Box, Cylinder, GeometryShape, Mesh
 
-MOST_BYTES = 100_000_000
+MAX_MESH_FILE_BYTES = 100_000_000
 """Size limit of a mesh file [bytes]."""
-_CHILD = "workbench.plant.meshes.child"
-_SECONDS, _SECONDS_A_TASK, _SECONDS_A_MEGABYTE = 2.0, 1.0, 0.3
-_MEGABYTES = 560
-_MEGABYTES_A_MEGABYTE = 14
+_MESH_CHILD_MODULE = "workbench.plant.meshes.child"
+_MESH_BASE_CPU_S, _MESH_CPU_S_PER_TASK, _MESH_CPU_S_PER_MB = 2.0, 1.0, 0.3
+_MESH_BASE_MEMORY_MB = 560
+_MESH_MEMORY_PER_FILE_MB = 14
 """Limits of the child process by the size of the files.
 
 Its libraries take 1 s and 300 MB of address space. A megabyte of STL takes 0.1 s and 11 MB, other
 formats take less.
 """
-_PATIENCE = 30.0
+_MESH_TIMEOUT_S = 30.0
 """Time after which no other process is started for the meshes that one left over [s]."""
-_REFUSED_FOR = 600.0
+_MESH_RETRY_DELAY_S = 600.0
 """Time before another attempt at a mesh that could not be converted [s]."""
-_GREY = (0.55, 0.57, 0.6, 1.0)
-_SMALLEST, _LARGEST = 0.02, 0.6
+_SUBSTITUTE_RGBA = (0.55, 0.57, 0.6, 1.0)
+_MIN_SUBSTITUTE_SIDE_M, _MAX_SUBSTITUTE_SIDE_M = 0.02, 0.6
 """Limits of the sides of a substitute shape [m]."""
-_DISC_SHARE = 0.45
+_DISC_RADIUS_SHARE = 0.45
 """Radius of a propeller over the distance to the nearest rotor, so that discs do not overlap."""
 
 
-Use = Literal["visual", "collision"]
+MeshPurpose = Literal["visual", "collision"]
 _Task = tuple[MeshJob, Path]
 """A conversion and its destination."""
 
@@ -75,15 +75,15 @@ class MeshUse:
     """
 
     mesh: Mesh
-    use: Use
+    use: MeshPurpose
     rgba: Rgba | None = None
 
 
-Files = Mapping[MeshUse, Path | WorkbenchError]
+ConvertedFiles = Mapping[MeshUse, Path | WorkbenchError]
 """The converted file of each use, or the reason why there is none."""
 
 
-def convert(uses: Iterable[MeshUse]) -> dict[MeshUse, Path | WorkbenchError]:
+def convert_meshes(uses: Iterable[MeshUse]) -> dict[MeshUse, Path | WorkbenchError]:
     """Return the converted file of each use, or the reason why there is none.
 
     One process converts all meshes that are not in the cache, as it takes a second to start.
@@ -99,7 +99,7 @@ def convert(uses: Iterable[MeshUse]) -> dict[MeshUse, Path | WorkbenchError]:
         except WorkbenchError as error:
             found[use] = error
     known = {task: _outcome(task) for task in dict.fromkeys(tasks.values())}
-    reasons = _run([task for task, reason in known.items() if reason is None])
+    reasons = _convert_tasks([task for task, reason in known.items() if reason is None])
     for use, task in tasks.items():
         reason = known[task] or reasons.get(task, "")
         found[use] = WorkbenchError(f"{use.mesh.path}: {reason}") if reason else task[1]
@@ -117,8 +117,10 @@ def _task(use: MeshUse) -> _Task:
         file = mesh.path.resolve()
         if not file.is_file():
             raise WorkbenchError(f"{mesh.path}: no such file")
-        if file.stat().st_size > MOST_BYTES:
-            raise WorkbenchError(f"{mesh.path}: it is larger than {MOST_BYTES // 1_000_000} MB")
+        if file.stat().st_size > MAX_MESH_FILE_BYTES:
+            raise WorkbenchError(
+                f"{mesh.path}: it is larger than {MAX_MESH_FILE_BYTES // 1_000_000} MB"
+            )
         rgba = use.rgba if use.use == "visual" else None
         job = MeshJob(str(file), use.use, mesh.scale, mesh.submesh, mesh.center, rgba)
         return job, job.target(folder, file.read_bytes())
@@ -132,30 +134,30 @@ def _outcome(task: _Task) -> str | None:
         return ""
     note = reason_file(task[1])
     try:
-        if time.time() - note.stat().st_mtime > _REFUSED_FOR:
+        if time.time() - note.stat().st_mtime > _MESH_RETRY_DELAY_S:
             return None
         return read_reason(task[1]) or None
     except OSError:
         return None
 
 
-def _run(tasks: Sequence[_Task]) -> dict[_Task, str]:
+def _convert_tasks(tasks: Sequence[_Task]) -> dict[_Task, str]:
     """Convert, and return why that failed, or "".
 
     If the process dies, that is the fault of the first mesh that it left over, and another process
     converts those after it. So a bad mesh does not affect the others.
     """
     reasons: dict[_Task, str] = {}
-    until = time.monotonic() + _PATIENCE
+    until = time.monotonic() + _MESH_TIMEOUT_S
     while left := [task for task in tasks if task not in reasons]:
-        found, death = _ask(left)
+        found, death = _run_mesh_process(left)
         reasons |= found
         culprit = next((task for task in left if task not in found), None)
         for task in left:
             if culprit and task[0].file == culprit[0].file:
                 reasons.setdefault(task, death)
             elif time.monotonic() > until:
-                late = f"the meshes before it took more than {_PATIENCE:g} s"
+                late = f"the meshes before it took more than {_MESH_TIMEOUT_S:g} s"
                 reasons.setdefault(task, late)
     for task, reason in reasons.items():
         if reason:
@@ -164,7 +166,7 @@ def _run(tasks: Sequence[_Task]) -> dict[_Task, str]:
     return reasons
 
 
-def _ask(tasks: Sequence[_Task]) -> tuple[dict[_Task, str], str]:
+def _run_mesh_process(tasks: Sequence[_Task]) -> tuple[dict[_Task, str], str]:
     """Convert in one process, which writes to a folder of its own and not to the cache.
 
     Returns:
@@ -174,14 +176,16 @@ def _ask(tasks: Sequence[_Task]) -> tuple[dict[_Task, str], str]:
         made = {task: Path(folder) / task[1].name for task in tasks}
         reads = {task: [Path(task[0].file), *_side_files(Path(task[0].file))] for task in tasks}
         sizes = {task: sum(map(_megabytes, files)) for task, files in reads.items()}
-        seconds = sum(_SECONDS_A_TASK + _SECONDS_A_MEGABYTE * size for size in sizes.values())
+        seconds = sum(_MESH_CPU_S_PER_TASK + _MESH_CPU_S_PER_MB * size for size in sizes.values())
         death = ""
         try:
             run_limited(
-                _CHILD,
+                _MESH_CHILD_MODULE,
                 [(dataclasses.asdict(job), str(made[job, target])) for job, target in tasks],
-                seconds=_SECONDS + seconds,
-                megabytes=round(_MEGABYTES + _MEGABYTES_A_MEGABYTE * max(sizes.values())),
+                seconds=_MESH_BASE_CPU_S + seconds,
+                megabytes=round(
+                    _MESH_BASE_MEMORY_MB + _MESH_MEMORY_PER_FILE_MB * max(sizes.values())
+                ),
                 reads=[file for files in reads.values() for file in files],
                 writes=[folder],
             )
@@ -217,7 +221,9 @@ def _content(file: Path) -> bytes:
         return b""
 
 
-def stand_ins(link: Link, rotors: Sequence[Rotor]) -> list[tuple[RigidTransform, Shape]]:
+def substitute_shapes(
+    link: Link, rotors: Sequence[Rotor]
+) -> list[tuple[RigidTransform, GeometryShape]]:
     """Return substitute shapes to draw a link, with their poses in it.
 
     They are its collision shapes if it has any, a disc for a rotor, else the box with the mass and
@@ -228,27 +234,32 @@ def stand_ins(link: Link, rotors: Sequence[Rotor]) -> list[tuple[RigidTransform,
     ]
     if collisions:
         return [*collisions]
-    radius = disc_radius(link.name, rotors)
+    radius = rotor_disc_radius(link.name, rotors)
     if radius:
         return [(RigidTransform(), Cylinder(radius, 0.004))]
     if link.inertial:
         return [(link.inertial.X_LI, inertia_box(link.inertial))]
-    return [(RigidTransform(), Box((_SMALLEST, _SMALLEST, _SMALLEST)))]
+    return [
+        (
+            RigidTransform(),
+            Box((_MIN_SUBSTITUTE_SIDE_M, _MIN_SUBSTITUTE_SIDE_M, _MIN_SUBSTITUTE_SIDE_M)),
+        )
+    ]
 
 
 def without_missing_meshes(
-    visuals: Sequence[LinkShape], shapes: Sequence[tuple[RigidTransform, Shape]]
+    visuals: Sequence[LinkShape], shapes: Sequence[tuple[RigidTransform, GeometryShape]]
 ) -> tuple[LinkShape, ...]:
     """Return visuals with all those of missing meshes replaced by substitute shapes."""
     kept = [visual for visual in visuals if not visual.is_missing]
     drawn = [
-        LinkShape(f"stand_in_{index}", X_LS, shape, _GREY)
+        LinkShape(f"stand_in_{index}", X_LS, shape, _SUBSTITUTE_RGBA)
         for index, (X_LS, shape) in enumerate(shapes)
     ]
     return (*kept, *drawn)
 
 
-def disc_radius(link: str, rotors: Sequence[Rotor]) -> float:
+def rotor_disc_radius(link: str, rotors: Sequence[Rotor]) -> float:
     """Return a radius for a rotor disc that does not touch the next [m], 0 for other links."""
     own = next((rotor for rotor in rotors if rotor.joint and rotor.link == link), None)
     if own is None:
@@ -258,7 +269,13 @@ def disc_radius(link: str, rotors: Sequence[Rotor]) -> float:
         for rotor in rotors
         if (gap := math.hypot(*np.subtract(rotor.p_BR, own.p_BR)[:2])) > 1e-3
     ]
-    return float(np.clip(_DISC_SHARE * min(gaps, default=0.2), _SMALLEST, _LARGEST / 2.0))
+    return float(
+        np.clip(
+            _DISC_RADIUS_SHARE * min(gaps, default=0.2),
+            _MIN_SUBSTITUTE_SIDE_M,
+            _MAX_SUBSTITUTE_SIDE_M / 2.0,
+        )
+    )
 
 
 def inertia_box(inertial: Inertial) -> Box:
@@ -272,8 +289,8 @@ def inertia_box(inertial: Inertial) -> Box:
         float(
             np.clip(
                 math.sqrt(max(0.0, 6.0 / inertial.mass * (total - 2.0 * moment))),
-                _SMALLEST,
-                _LARGEST,
+                _MIN_SUBSTITUTE_SIDE_M,
+                _MAX_SUBSTITUTE_SIDE_M,
             )
         )
         for moment in inertial.moments
@@ -284,7 +301,7 @@ def inertia_box(inertial: Inertial) -> Box:
 def with_bumper(link: Link, rotors: Sequence[Rotor]) -> Link:
     """Return a base link with a box to stand on, as wide as the span of the rotors."""
     reach = [max((abs(rotor.p_BR[axis]) for rotor in rotors), default=0.1) for axis in (0, 1)]
-    x, y = (float(np.clip(2.0 * half, _SMALLEST, 10.0)) for half in reach)
+    x, y = (float(np.clip(2.0 * half, _MIN_SUBSTITUTE_SIDE_M, 10.0)) for half in reach)
     bumper = LinkShape("stand_in", RigidTransform(), Box((x, y, 0.1 * max(x, y))))
     return dataclasses.replace(link, collisions=(*link.collisions, bumper))
 
@@ -301,7 +318,7 @@ def with_drawable_meshes(
         remarks: receives remarks on meshes that were not found or could not be read.
     """
     links = tuple(
-        _with_stand_ins(link, rotors)
+        _with_substitute_shapes(link, rotors)
         for link in with_converted_meshes(model, remarks, "something simple is drawn")
     )
     if not any(link.collisions for link in links):
@@ -309,7 +326,9 @@ def with_drawable_meshes(
             "no link has a collision shape; a box as wide as the distance of the rotors is used "
             "instead"
         )
-        remarks.add("assumed", model.source, f"collision of link '{shortened(base_link)}'", text)
+        remarks.add(
+            "assumed", model.source, f"collision of link '{shortened_text(base_link)}'", text
+        )
         links = tuple(
             with_bumper(link, rotors) if link.name == base_link else link for link in links
         )
@@ -326,21 +345,21 @@ def with_converted_meshes(model: Model, remarks: Remarks, fate: str) -> tuple[Li
         remarks: receives remarks on meshes that were not found or could not be read.
         fate: a clause that says what happens to such visuals.
     """
-    files = convert(use for link in model.links for use in _uses(link))
+    files = convert_meshes(use for link in model.links for use in _mesh_uses(link))
     return tuple(_drawable(model, link, files, remarks, fate) for link in model.links)
 
 
-def _with_stand_ins(link: Link, rotors: Sequence[Rotor]) -> Link:
+def _with_substitute_shapes(link: Link, rotors: Sequence[Rotor]) -> Link:
     """Return a link with substitute shapes for its missing visual meshes."""
     if not any(each.is_missing for each in link.visuals):
         return link
-    visuals = without_missing_meshes(link.visuals, stand_ins(link, rotors))
+    visuals = without_missing_meshes(link.visuals, substitute_shapes(link, rotors))
     return dataclasses.replace(link, visuals=visuals)
 
 
-def _uses(link: Link) -> Iterator[MeshUse]:
+def _mesh_uses(link: Link) -> Iterator[MeshUse]:
     """Yield every use of a mesh that was found in a link."""
-    parts: tuple[tuple[Use, tuple[LinkShape, ...]], ...] = (
+    parts: tuple[tuple[MeshPurpose, tuple[LinkShape, ...]], ...] = (
         ("visual", link.visuals),
         ("collision", link.collisions),
     )
@@ -350,17 +369,17 @@ def _uses(link: Link) -> Iterator[MeshUse]:
                 yield MeshUse(each.shape, use, each.rgba)
 
 
-def _drawable(model: Model, link: Link, files: Files, remarks: Remarks, fate: str) -> Link:
+def _drawable(model: Model, link: Link, files: ConvertedFiles, remarks: Remarks, fate: str) -> Link:
     """Return a link with its meshes converted, and hulls for contact."""
 
-    def converted(use: Use, shape: LinkShape, fate: str) -> LinkShape:
+    def converted(use: MeshPurpose, shape: LinkShape, fate: str) -> LinkShape:
         """Return a shape with its converted mesh, or without a file if there is none."""
         mesh = shape.shape
         if not isinstance(mesh, Mesh):
             return shape
-        element = f"{use} '{shortened(shape.name)}' of link '{shortened(link.name)}'"
+        element = f"{use} '{shortened_text(shape.name)}' of link '{shortened_text(link.name)}'"
         if mesh.path is None:
-            uri = shortened(mesh.uri) or "without a name"
+            uri = shortened_text(mesh.uri) or "without a name"
             there = exists(model.source.parent / mesh.uri.strip().removeprefix("file://"))
             place = "outside of the description's folder and its packages"
             text = f"the mesh {uri} is {place if there else 'not found'}; {fate}"
@@ -371,7 +390,7 @@ def _drawable(model: Model, link: Link, files: Files, remarks: Remarks, fate: st
             remarks.add("ignored", model.source, element, f"{file}; {fate}")
             return dataclasses.replace(shape, shape=dataclasses.replace(mesh, path=None))
         for name in refused_names(mesh.path, _content(mesh.path)) if use == "visual" else ():
-            text = f"{mesh.path}: it names '{shortened(name)}' outside of its folder; not read"
+            text = f"{mesh.path}: it names '{shortened_text(name)}' outside of its folder; not read"
             remarks.add("ignored", model.source, element, text)
         return dataclasses.replace(shape, shape=Mesh(mesh.uri, file), rgba=None)
 

@@ -1,8 +1,8 @@
 """The tree of all frames: world, drone, links, sensors and parts of the world."""
 
 import math
-from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -10,15 +10,15 @@ from pydrake.math import RigidTransform, RollPitchYaw, RotationMatrix
 
 from workbench.common.errors import WorkbenchError, unknown_name
 from workbench.common.plain_text import plain_name
-from workbench.plant.model import MOVING, Model
+from workbench.plant.model import Model
 from workbench.plant.sensors import free_name, sensor_frames
 from workbench.plant.vehicle import Vehicle
 from workbench.plant.worlds.world import World
 
-WORLD = "world"
+WORLD_FRAME_NAME = "world"
 """Name of the frame at the root."""
 
-Motion = Callable[[float], RigidTransform]
+PoseOverTime = Callable[[float], RigidTransform]
 """X_WF of a moving part F of the world at a time [s]."""
 X_SO = RigidTransform(RotationMatrix(np.array([[0.0, 0, 1], [-1, 0, 0], [0, -1, 0]])))
 """Optical frame of a camera (z forward, x right, y down) in the sensor's own (x forward, z up)."""
@@ -33,18 +33,20 @@ class TreeFrame:
         parent: name of the frame that it is given in.
         X_PF: its pose, over time [s] of a part of the world that moves; None of the drone's base
             link, which flies.
+        on_joint: whether a joint moves it in its parent; its pose then is that at the joint's zero.
     """
 
     name: str
     parent: str
-    X_PF: RigidTransform | Motion | None
+    X_PF: RigidTransform | PoseOverTime | None
+    on_joint: bool = False
 
     @property
     def motion(self) -> str:
         """Its kind of motion in words."""
         if self.X_PF is None:
             return ", flies"
-        return "" if isinstance(self.X_PF, RigidTransform) else ", moves"
+        return ", moves" if self.on_joint or not isinstance(self.X_PF, RigidTransform) else ""
 
     def pose(self, X_WB: RigidTransform, time: float) -> RigidTransform:
         """Return X_PF at a time [s] and a pose of the base link."""
@@ -65,12 +67,18 @@ class Transform:
 
 @dataclass(frozen=True)
 class FrameTree:
-    """Frames by name, each after its parent, without the world itself."""
+    """Frames by name, each after its parent, without the world itself.
+
+    Attributes:
+        frames: all of them.
+        optical: names of the optical frames, in the order of the vehicle's depth cameras.
+    """
 
     frames: tuple[TreeFrame, ...]
+    optical: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        known = {WORLD}
+        known = {WORLD_FRAME_NAME}
         for frame in self.frames:
             if frame.name in known:
                 raise WorkbenchError(f"two frames are named '{frame.name}': rename one")
@@ -81,7 +89,7 @@ class FrameTree:
     @property
     def names(self) -> tuple[str, ...]:
         """Names of all frames, the world's first."""
-        return (WORLD, *(frame.name for frame in self.frames))
+        return (WORLD_FRAME_NAME, *(frame.name for frame in self.frames))
 
     def X(self, a: str, b: str, X_WB: RigidTransform, time: float = 0.0) -> RigidTransform:
         """Return X_AB, the pose of frame b in frame a.
@@ -112,10 +120,15 @@ class FrameTree:
             for frame, still in zip(self.frames, self._fixed, strict=True)
         )
 
+    def posed(self, poses: Mapping[str, RigidTransform]) -> "FrameTree":
+        """Return the tree with the poses in their parents of frames that joints move, by name."""
+        frames = (replace(each, X_PF=poses.get(each.name, each.X_PF)) for each in self.frames)
+        return replace(self, frames=tuple(frames))
+
     def lines(self, X_WB: RigidTransform, time: float = 0.0) -> Iterator[str]:
         """Yield the tree as lines: name, position in its parent [m] and roll, pitch, yaw [°]."""
-        yield WORLD
-        yield from self._lines_below(WORLD, "", X_WB, time)
+        yield WORLD_FRAME_NAME
+        yield from self._lines_below(WORLD_FRAME_NAME, "", X_WB, time)
 
     def check(self, name: str) -> None:
         """Raise a WorkbenchError with the nearest name if there is no frame of this name."""
@@ -136,7 +149,7 @@ class FrameTree:
         """Return the frames on the path from the world, without it, down to a name."""
         self.check(name)
         way: list[TreeFrame] = []
-        while name != WORLD:
+        while name != WORLD_FRAME_NAME:
             frame = next(frame for frame in self.frames if frame.name == name)
             way.insert(0, frame)
             name = frame.parent
@@ -148,7 +161,7 @@ class FrameTree:
         children = [frame for frame in self.frames if frame.parent == parent]
         for child in children:
             last = child is children[-1]
-            place = _place(child.pose(X_WB, time)) + child.motion
+            place = _pose_in_words(child.pose(X_WB, time)) + child.motion
             yield f"{indent}{'└─ ' if last else '├─ '}{plain_name(child.name)} ({place})"
             below = indent + ("   " if last else "│  ")
             yield from self._lines_below(child.name, below, X_WB, time)
@@ -175,14 +188,14 @@ def roll_pitch_yaw(X: RigidTransform) -> list[float]:
     return [0.0 if abs(angle) < 1e-12 else float(angle) for angle in angles]
 
 
-def _place(X_PF: RigidTransform) -> str:
+def _pose_in_words(X_PF: RigidTransform) -> str:
     """Return the pose of a frame in its parent in words."""
-    place = _numbers(X_PF.translation())
+    place = _listed_values(X_PF.translation())
     angles = [math.degrees(angle) for angle in roll_pitch_yaw(X_PF)]
-    return f"{place}; rpy {_numbers(np.array(angles))}" if any(angles) else place
+    return f"{place}; rpy {_listed_values(np.array(angles))}" if any(angles) else place
 
 
-def _numbers(values: np.ndarray) -> str:
+def _listed_values(values: np.ndarray) -> str:
     return " ".join(f"{value:.4g}" if abs(value) >= 5e-7 else "0" for value in values)
 
 
@@ -190,7 +203,7 @@ def frame_tree(
     vehicle: Vehicle,
     model: Model,
     fixed: Iterable[tuple[str, RigidTransform]] = (),
-    moving: Iterable[tuple[str, Motion]] = (),
+    moving: Iterable[tuple[str, PoseOverTime]] = (),
 ) -> FrameTree:
     """Return all frames of a drone and of the world around it.
 
@@ -205,15 +218,15 @@ def frame_tree(
         fixed: static parts F of the world, by name, with X_WF.
         moving: moving parts F of the world, by name, with X_WF over time.
     """
-    frames = [TreeFrame(vehicle.base_link, WORLD, None)]
+    frames = [TreeFrame(vehicle.base_link, WORLD_FRAME_NAME, None)]
     poses = {
         frame.name: RigidTransform(RotationMatrix(np.array(frame.R_BF)), np.array(frame.p_BF))
         for frame in vehicle.frames
     }
     _add_links(frames, model, poses, vehicle.base_link)
-    taken = {WORLD, *(frame.name for frame in frames)}
+    taken = {WORLD_FRAME_NAME, *(frame.name for frame in frames)}
 
-    def add(name: str, parent: str, X_PF: RigidTransform | Motion) -> None:
+    def add(name: str, parent: str, X_PF: RigidTransform | PoseOverTime) -> None:
         frames.append(TreeFrame(name, parent, X_PF))
         taken.add(name)
 
@@ -229,8 +242,8 @@ def frame_tree(
         if alias:
             add(alias, own, RigidTransform())
     for name, X_WF in (*fixed, *moving):
-        add(free_name(taken, name), WORLD, X_WF)
-    return FrameTree(tuple(frames))
+        add(free_name(taken, name), WORLD_FRAME_NAME, X_WF)
+    return FrameTree(tuple(frames), tuple(each.optical for each in names if each.optical))
 
 
 def frames_in_world(vehicle: Vehicle, model: Model, world: World) -> FrameTree:
@@ -250,12 +263,9 @@ def _add_links(
     todo = [base_link]
     while todo:
         parent = todo.pop(0)
-        children = [  # the pose of what hangs on a joint that moves is not known here
-            joint.child
-            for joint in model.joints
-            if joint.parent == parent and joint.kind not in MOVING
-        ]
-        for child in children:
-            X_PC = poses[parent].InvertAndCompose(poses[child])
-            frames.append(TreeFrame(child, parent, X_PC))
+        joints = [joint for joint in model.joints if joint.parent == parent]
+        children = [joint.child for joint in joints]
+        for joint in joints:
+            X_PC = poses[parent].InvertAndCompose(poses[joint.child])
+            frames.append(TreeFrame(joint.child, parent, X_PC, joint.moves))
         todo += children

@@ -11,7 +11,6 @@ import numpy as np
 from pydrake.math import RigidTransform
 
 from workbench.plant.model import (
-    MOVING,
     Inertial,
     Joint,
     Link,
@@ -21,17 +20,20 @@ from workbench.plant.model import (
     inertial_of,
 )
 
-_BETWEEN = "::"
+_TINY_INERTIAL = Inertial(1e-12, RigidTransform(), (1e-15, 1e-15, 1e-15), (0.0, 0.0, 0.0))
+"""Of links between the joints of a chain: CENIC refuses bodies without mass."""
+_LINK_SHAPE_SEPARATOR = "::"
 """Separator between the names of link and shape; Meshcat makes a folder of the first."""
 
 
-def gathered(model: Model, base_link: str) -> Model:
+def merged_model(model: Model, base_link: str) -> Model:
     """Return the model with mass and shapes of links that fly as one body in one link.
 
     The body of the base link has its name and frame. That of others, which hang on a joint that
     moves, is `body_name` of the joint, and its frame is that of the joint. The links become frames
-    on their bodies, the model's only frames; joints that do not move are gone. The names of shapes
-    are those that `link_of` reads.
+    on their bodies, the model's only frames; joints that do not move are gone, and those that do
+    have one freedom each, see `with_single_freedoms`. The names of shapes are those that `link_of`
+    reads.
 
     Args:
         model: one tree of links.
@@ -39,14 +41,14 @@ def gathered(model: Model, base_link: str) -> Model:
     """
     base = model.link(base_link)
     assert base
-    moving = [joint for joint in model.joints if joint.kind in MOVING]
+    moving = [joint for joint in model.joints if joint.moves]
     names = {base_link: base_link} | {joint.child: body_name(joint) for joint in moving}
     roots = body_roots(model, base_link)
     parts: dict[str, list[Link]] = {root: [] for root in names}
     for link in model.links:
         parts[roots[link.name]].append(link)
-    bodies = [_body(base_link, base.X_ML, parts[base_link])]
-    bodies += [_body(names[joint.child], joint.X_MJ, parts[joint.child]) for joint in moving]
+    bodies = [_merged_link(base_link, base.X_ML, parts[base_link])]
+    bodies += [_merged_link(names[joint.child], joint.X_MJ, parts[joint.child]) for joint in moving]
     joints = [
         dataclasses.replace(joint, parent=names[roots[joint.parent]], child=names[joint.child])
         for joint in moving
@@ -58,20 +60,48 @@ def gathered(model: Model, base_link: str) -> Model:
         for link in model.links
         if link.name != base_link
     ]
-    return dataclasses.replace(
-        model, links=tuple(bodies), joints=tuple(joints), frames=tuple(frames)
+    return with_single_freedoms(
+        dataclasses.replace(model, links=tuple(bodies), joints=tuple(joints), frames=tuple(frames))
     )
+
+
+def with_single_freedoms(model: Model) -> Model:
+    """Return a model whose joints have at most one freedom each, named as `freedom_names`.
+
+    A joint of several becomes a chain of joints with links of 1e-12 kg between.
+    """
+    links, joints = list(model.links), []
+    for joint in model.joints:
+        if not joint.moves:
+            joints.append(joint)
+            continue
+        parent, last = joint.parent, len(joint.freedoms) - 1
+        for number, (name, each) in enumerate(
+            zip(joint.freedom_names, joint.freedoms, strict=True)
+        ):
+            X_MJ = joint.X_MJ @ RigidTransform(np.array(each.p_J))
+            child = joint.child
+            if number < last:
+                child = f"{joint.child}{_LINK_SHAPE_SEPARATOR}{name}"
+                links.append(Link(child, X_MJ, _TINY_INERTIAL, (), ()))
+            single = dataclasses.replace(each, p_J=(0.0, 0.0, 0.0), name="")
+            mimic = joint.mimic if number == 0 else None
+            joints.append(
+                Joint(name, each.kind, parent, child, X_MJ, each.axis_J, (single,), mimic)
+            )
+            parent = child
+    return dataclasses.replace(model, links=tuple(links), joints=tuple(joints))
 
 
 def body_name(joint: Joint) -> str:
     """Return the name of the body that hangs on a joint that moves."""
-    return f"{joint.child}{_BETWEEN}{joint.name}"
+    return f"{joint.child}{_LINK_SHAPE_SEPARATOR}{joint.name}"
 
 
 def body_roots(model: Model, base_link: str) -> dict[str, str]:
     """Return, for each link, the first of those that fly as one body with it."""
     joints = {joint.child: joint for joint in model.joints}
-    found = {joint.child: joint.child for joint in model.joints if joint.kind in MOVING}
+    found = {joint.child: joint.child for joint in model.joints if joint.moves}
     found[base_link] = base_link
     for link in model.links:
         way = [link.name]
@@ -81,22 +111,25 @@ def body_roots(model: Model, base_link: str) -> dict[str, str]:
     return found
 
 
-def _body(name: str, X_MB: RigidTransform, links: Sequence[Link]) -> Link:
+def _merged_link(name: str, X_MB: RigidTransform, links: Sequence[Link]) -> Link:
     """Return links that fly as one body as one link with the frame B."""
     parts = [(X_MB.InvertAndCompose(link.X_ML), link) for link in links]
     return Link(
         name=name,
         X_ML=X_MB,
         inertial=whole_inertial([(X_BL, link.inertial) for X_BL, link in parts]),
-        visuals=tuple(_moved(link, each, X_BL) for X_BL, link in parts for each in link.visuals),
+        visuals=tuple(
+            _moved_shape(link, each, X_BL) for X_BL, link in parts for each in link.visuals
+        ),
         collisions=tuple(
-            _moved(link, each, X_BL) for X_BL, link in parts for each in link.collisions
+            _moved_shape(link, each, X_BL) for X_BL, link in parts for each in link.collisions
         ),
     )
 
 
-def _moved(link: Link, shape: LinkShape, X_BL: RigidTransform) -> LinkShape:
-    return dataclasses.replace(shape, name=_named(link, shape.name), X_LS=X_BL @ shape.X_LS)
+def _moved_shape(link: Link, shape: LinkShape, X_BL: RigidTransform) -> LinkShape:
+    name = f"{link.name}{_LINK_SHAPE_SEPARATOR}{shape.name.replace(_LINK_SHAPE_SEPARATOR, '_')}"
+    return dataclasses.replace(shape, name=name, X_LS=X_BL @ shape.X_LS)
 
 
 def link_of(geometry: str, drone: str) -> str:
@@ -106,11 +139,9 @@ def link_of(geometry: str, drone: str) -> str:
         geometry: its name in Drake's scene graph.
         drone: name of the drone's model instance.
     """
-    return geometry.removeprefix(f"{drone}{_BETWEEN}").rpartition(_BETWEEN)[0]
-
-
-def _named(link: Link, shape: str) -> str:
-    return f"{link.name}{_BETWEEN}{shape.replace(_BETWEEN, '_')}"
+    return geometry.removeprefix(f"{drone}{_LINK_SHAPE_SEPARATOR}").rpartition(
+        _LINK_SHAPE_SEPARATOR
+    )[0]
 
 
 def whole_inertial(parts: Sequence[tuple[RigidTransform, Inertial | None]]) -> Inertial | None:

@@ -3,9 +3,9 @@
 import math
 from dataclasses import dataclass
 
-Triple = tuple[float, float, float]
+WorldVector = tuple[float, float, float]
 
-STRONGEST_FIELD = 1e-3
+MAX_FIELD_T = 1e-3
 """Limit of the components of a stated magnetic field [T]; those of the earth are below 7e-5."""
 
 
@@ -18,13 +18,13 @@ class Home:
         longitude: east is positive [rad].
         altitude: above the ellipsoid [m].
         magnetic_field: east, north and up [T], or None to compute it from the position, see
-            `magnetic_field.magnetic_field`.
+            `magnetic_field.earth_magnetic_field`.
     """
 
     latitude: float
     longitude: float
     altitude: float
-    magnetic_field: Triple | None = None
+    magnetic_field: WorldVector | None = None
 
 
 DEFAULT_HOME = Home(math.radians(47.397742), math.radians(8.545594), 488.0)

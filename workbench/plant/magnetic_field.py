@@ -6,14 +6,14 @@ from pymap3d.ellipsoid import Ellipsoid
 
 from workbench.plant.home import Home
 
-_WGS84 = Ellipsoid.from_name("wgs84")
-_RADIUS = 6_371_200.0
+_FIELD_ELLIPSOID = Ellipsoid.from_name("wgs84")
+_REFERENCE_RADIUS_M = 6_371_200.0
 """Reference radius of the coefficients [m]."""
-_DIPOLE = np.array([-1410.3e-9, 4545.5e-9, -29350.0e-9])
+_DIPOLE_T = np.array([-1410.3e-9, 4545.5e-9, -29350.0e-9])
 """Coefficients g11, h11 and g10 of the IGRF-14 for 2025.0: along the earth's axes x, y, z [T]."""
 
 
-def magnetic_field(home: Home) -> np.ndarray:
+def earth_magnetic_field(home: Home) -> np.ndarray:
     """Return the magnetic field in W: east, north, up (3) [T]; it is uniform in the world.
 
     It is the field stated by the home, or else that of a tilted dipole at the earth's centre, the
@@ -31,8 +31,8 @@ def magnetic_field(home: Home) -> np.ndarray:
     if home.magnetic_field is not None:
         return np.array(home.magnetic_field)
     place = (home.latitude, home.longitude)
-    r = np.array(geodetic2ecef(*place, home.altitude, _WGS84, deg=False))
+    r = np.array(geodetic2ecef(*place, home.altitude, _FIELD_ELLIPSOID, deg=False))
     distance = np.linalg.norm(r)
     u = r / distance
-    field = (_RADIUS / distance) ** 3 * (3.0 * (_DIPOLE @ u) * u - _DIPOLE)
+    field = (_REFERENCE_RADIUS_M / distance) ** 3 * (3.0 * (_DIPOLE_T @ u) * u - _DIPOLE_T)
     return np.array(ecef2enuv(*field, *place, deg=False))

@@ -4,7 +4,8 @@ Frames: M of the model, L of a link, J of a joint, S of a shape or a sensor, I o
 of links and joints are given in M, with all joints at zero.
 """
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -13,15 +14,16 @@ from pydrake.math import RigidTransform
 from workbench.common.errors import WorkbenchError
 from workbench.common.plain_text import plain_name
 from workbench.plant.formats.xml import Element
-from workbench.plant.shapes import Mesh, Shape
+from workbench.plant.servo import Servo
+from workbench.plant.shapes import GeometryShape, Mesh
 
-MOST_LINKS = 500
-MOST_SHAPES = 1000
+MAX_MODEL_LINKS = 500
+MAX_MODEL_SHAPES = 1000
 """Limit of the number of visuals and collisions together."""
-MOST_COLLISIONS = 300
+MAX_MODEL_COLLISIONS = 300
 """Limit of the number of collisions: Drake takes time and memory for each two of them."""
 
-LONGEST_NAME = 1000
+MAX_PART_NAME_CHARS = 1000
 """Longest name of a link, joint or frame: one of 100,000 characters ends Drake's parser, and
 with it the process."""
 
@@ -33,9 +35,9 @@ def refuse_too_many(source: Path, links: int, shapes: int, collisions: int) -> N
         WorkbenchError: naming the file.
     """
     for count, most, what in (
-        (links, MOST_LINKS, "links"),
-        (shapes, MOST_SHAPES, "shapes"),
-        (collisions, MOST_COLLISIONS, "collision shapes"),
+        (links, MAX_MODEL_LINKS, "links"),
+        (shapes, MAX_MODEL_SHAPES, "shapes"),
+        (collisions, MAX_MODEL_COLLISIONS, "collision shapes"),
     ):
         if count > most:
             raise WorkbenchError(
@@ -85,7 +87,7 @@ class LinkShape:
 
     name: str
     X_LS: RigidTransform
-    shape: Shape
+    shape: GeometryShape
     rgba: tuple[float, float, float, float] | None = None
 
     @property
@@ -111,6 +113,73 @@ class Link:
 
 
 @dataclass(frozen=True)
+class Freedom:
+    """One axis of a joint that moves, all three of a ball, or all six of what flies freely.
+
+    Attributes:
+        kind: `revolute`, `prismatic`, `ball` or `free`.
+        axis_J: unit vector of rotation or translation in the joint frame, if it has one axis.
+        p_J: a point of the axis [m].
+        lower: least position [rad or m], -inf without a limit; it does not limit a ball.
+        upper: largest position, inf without a limit; of a ball the largest angle from its start.
+        damping: torque or force over velocity [N m s/rad or N s/m].
+        friction: dry friction [N m or N].
+        stiffness: of its spring [N m/rad or N/m].
+        rest: position at which the spring has no force [rad or m].
+        armature: inertia that turns with the joint's motor [kg m² or kg].
+        start: position at which a flight begins [rad or m].
+        name: of its own, "" for that of its joint.
+        effort: largest of what may drive it [N m or N].
+        speed: likewise [rad/s or m/s].
+        servo: what drives it, None if nothing does.
+    """
+
+    kind: str
+    axis_J: tuple[float, float, float] = (0.0, 0.0, 1.0)
+    p_J: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    lower: float = -math.inf
+    upper: float = math.inf
+    damping: float = 0.0
+    friction: float = 0.0
+    stiffness: float = 0.0
+    rest: float = 0.0
+    armature: float = 0.0
+    start: float = 0.0
+    name: str = ""
+    effort: float = math.inf
+    speed: float = math.inf
+    servo: Servo | None = None
+
+    @property
+    def count(self) -> int:
+        """Number of its velocities."""
+        return {"ball": 3, "free": 6}.get(self.kind, 1)
+
+
+FREE_JOINT_KIND = "floating"
+"""Kind of a joint that ties its child to nothing."""
+FREE_FREEDOMS = (Freedom("free"),)
+"""Freedoms of a link that flies freely, relative to its parent."""
+
+
+@dataclass(frozen=True)
+class Mimic:
+    """A joint's position: multiplier times that of another joint, plus an offset [rad or m].
+
+    Attributes:
+        joint: the other one, or one of its freedoms.
+        multiplier: of its position.
+        offset: [rad or m].
+        axis: which of several freedoms it is, if the joint is named.
+    """
+
+    joint: str
+    multiplier: float = 1.0
+    offset: float = 0.0
+    axis: int = 0
+
+
+@dataclass(frozen=True)
 class Joint:
     """The joint between a child link and its parent.
 
@@ -121,6 +190,8 @@ class Joint:
         child: link name.
         X_MJ: pose of the joint frame.
         axis_J: unit vector of rotation or translation; z if there is none.
+        freedoms: in which it moves, from the parent on; none if it is held.
+        mimic: the joint that it follows, if any.
     """
 
     name: str
@@ -129,15 +200,85 @@ class Joint:
     child: str
     X_MJ: RigidTransform
     axis_J: tuple[float, float, float]
+    freedoms: tuple[Freedom, ...] = ()
+    mimic: Mimic | None = None
+    turned_round: bool = False
+
+    @property
+    def moves(self) -> bool:
+        """Whether it moves in flight."""
+        return bool(self.freedoms)
+
+    @property
+    def is_free(self) -> bool:
+        """Whether its child flies freely, and hangs on a cable."""
+        return self.moves and self.kind == FREE_JOINT_KIND
+
+    @property
+    def freedom_names(self) -> tuple[str, ...]:
+        """A name for each of its freedoms: its own if it has one."""
+        names = [self.name] if len(self.freedoms) == 1 else []
+        names = names or [f"{self.name}::{i + 1}" for i in range(len(self.freedoms))]
+        return tuple(each.name or name for each, name in zip(self.freedoms, names, strict=True))
+
+    def reversed(self) -> "Joint":
+        """Return it from its child to its parent, with the same positions."""
+        freedoms = [
+            replace(each, axis_J=_opposite(each.axis_J), name=name)
+            for each, name in zip(self.freedoms, self.freedom_names, strict=True)
+        ]
+        return replace(
+            self,
+            parent=self.child,
+            child=self.parent,
+            axis_J=_opposite(self.axis_J),
+            freedoms=tuple(freedoms[::-1]),
+            turned_round=not self.turned_round,
+        )
+
+    def place_of(self, axis: int) -> int:
+        """Return the place among its freedoms of an axis, as its file counts them."""
+        last = len(self.freedoms) - 1
+        return last - axis if self.turned_round and axis <= last else axis
+
+    def held(self) -> "Joint":
+        """Return it without freedoms."""
+        return replace(self, freedoms=(), mimic=None)
 
 
-MOVING = ("ball",)
-"""Kinds of joints that move in flight; the links of all others fly as if welded."""
+def _opposite(axis: tuple[float, float, float]) -> tuple[float, float, float]:
+    x, y, z = axis
+    return (-x, -y, -z)
+
+
+@dataclass(frozen=True)
+class Cable:
+    """A cable between points of two links; it pulls, and goes slack where they come closer.
+
+    Attributes:
+        name: of the cable.
+        parent: link of its upper end.
+        p_parent: the upper end in the frame of that link [m].
+        child: link of its lower end.
+        p_child: the lower end in the frame of that link [m].
+        length: of the cable without tension [m].
+        stiffness: of an elastic one [N/m]; 0 for one that hardly stretches.
+        damping: of an elastic one [N s/m]; 0 for half of the critical damping.
+    """
+
+    name: str
+    parent: str
+    p_parent: tuple[float, float, float]
+    child: str
+    p_child: tuple[float, float, float]
+    length: float
+    stiffness: float = 0.0
+    damping: float = 0.0
 
 
 @dataclass(frozen=True)
 class NamedFrame:
-    """An SDF `<frame>`, or a URDF link that Gazebo keeps as a frame: F fixed to a link."""
+    """A `<frame>` of SDF, or a URDF link that Gazebo keeps as a frame: F fixed to a link."""
 
     name: str
     link: str
@@ -190,8 +331,12 @@ class Model:
         frames: SDF frames.
         sensors: all `<sensor>` elements.
         plugins: all `<plugin>` elements of the model (not of sensors or the world).
+        drives: the elements of a URDF that say how ROS drives joints.
         actuators: those of MJCF that apply a force or moment at a site.
+        cables: between links.
         properties: the attributes of gym-pybullet-drones' `<properties>` tag, or empty.
+        canonical_link: the link that stands for the model, where joints have no direction, as in
+            SDF; "" in other formats.
     """
 
     source: Path
@@ -203,6 +348,14 @@ class Model:
     plugins: tuple[Element, ...]
     properties: tuple[tuple[str, str], ...] = ()
     actuators: tuple[DeclaredActuator, ...] = ()
+    cables: tuple[Cable, ...] = ()
+    drives: tuple[Element, ...] = ()
+    canonical_link: str = ""
+
+    @property
+    def loads(self) -> tuple[str, ...]:
+        """Links that fly freely, and hang on cables."""
+        return tuple(joint.child for joint in self.joints if joint.is_free)
 
     def refuse_long_names(self) -> None:
         """Reject names that Drake cannot read.
@@ -218,10 +371,10 @@ class Model:
             ("shape", shapes),
         ):
             for name in (part.name for part in parts):
-                if len(name) > LONGEST_NAME:
+                if len(name) > MAX_PART_NAME_CHARS:
                     raise WorkbenchError(
                         f"{self.source}: the name of {kind} '{plain_name(name)}' is longer than "
-                        f"{LONGEST_NAME:,} characters: shorten it"
+                        f"{MAX_PART_NAME_CHARS:,} characters: shorten it"
                     )
 
     def link(self, name: str) -> Link | None:
@@ -235,3 +388,13 @@ class Model:
     def joint_of(self, child: str) -> Joint | None:
         """Return the joint to the parent of a link, or None."""
         return next((joint for joint in self.joints if joint.child == child), None)
+
+    def moving_joints_above(self, link: str) -> list[Joint]:
+        """Return the joints that move between the root of the tree and a link, from the root on."""
+        found: list[Joint] = []
+        joint = self.joint_of(link)
+        while joint:
+            if joint.moves:
+                found.insert(0, joint)
+            joint = self.joint_of(joint.parent)
+        return found

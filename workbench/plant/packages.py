@@ -19,26 +19,26 @@ from urllib.parse import unquote
 from workbench.common.errors import WorkbenchError
 from workbench.plant.formats.xml import read_xml
 
-_MODEL_PATHS = (
+_MODEL_PATH_VARIABLES = (
     "GZ_SIM_RESOURCE_PATH",
     "IGN_GAZEBO_RESOURCE_PATH",
     "SDF_PATH",
     "GAZEBO_MODEL_PATH",
 )
-_MARKERS = ("package.xml", "model.config", "model.sdf")
-_INNER = (
+_PACKAGE_FILES = ("package.xml", "model.config", "model.sdf")
+_INNER_FOLDER_NAMES = (
     *("urdf", "xacro", "sdf", "mjcf", "xml", "robot", "robots", "model", "models"),
     *("description", "world", "worlds", "mesh", "meshes", "visual", "collision", "assets"),
 )
 """Usual names of a folder of descriptions or meshes within the folder of a drone."""
-_NEAR = 3
+_SEARCHED_ANCESTORS = 3
 """Number of ancestors of the description to search with their child folders."""
-_DEPTH = 4
+_PACKAGE_SEARCH_DEPTH = 4
 """Depth of the search in a folder of packages: repository, group, package, and one more."""
-_MOST_FOLDERS = 3000
-_MOST_ENTRIES = 10_000
-_LONGEST_ECHO = 300
-_MOST_NAMES = 1000
+_MAX_SEARCHED_FOLDERS = 3000
+_MAX_FOLDER_ENTRIES = 10_000
+_MAX_QUOTED_CHARS = 300
+_MAX_NAMED_PACKAGES = 1000
 """Limit of the number of packages named by a description."""
 
 
@@ -61,7 +61,9 @@ class PackageFinder:
             WorkbenchError: if one of them is not a folder.
         """
         self.source = source.absolute()
-        self.packages = {name: _given(name, folder) for name, folder in (packages or {}).items()}
+        self.packages = {
+            name: _given_folder(name, folder) for name, folder in (packages or {}).items()
+        }
         self._shallow = _shallow()
         above = [*self.source.parents, *_resolved(self.source).parents]
         self._above = tuple(dict.fromkeys(above))
@@ -98,7 +100,7 @@ class PackageFinder:
         for folder in real.parents:
             if folder in self._shallow:
                 break
-            if any(self._folders(name) for name in _names(folder)):
+            if any(self._folders(name) for name in _package_names(folder)):
                 return folder
         return None
 
@@ -115,7 +117,7 @@ class PackageFinder:
         folder = self.reach(path)
         if folder is None:
             raise WorkbenchError(
-                f"{place}: '{str(path)[:_LONGEST_ECHO]}' is outside of its folder and "
+                f"{place}: '{str(path)[:_MAX_QUOTED_CHARS]}' is outside of its folder and "
                 f"packages: {self.hint('NAME')} with the folder that holds it"
             )
         return folder
@@ -213,7 +215,7 @@ class PackageFinder:
         if not name or name.startswith(".") or "/" in name or "\0" in name:
             return ()
         if name not in self._found:
-            if len(self._found) >= _MOST_NAMES:
+            if len(self._found) >= _MAX_NAMED_PACKAGES:
                 return ()
             candidates = dict.fromkeys(self._candidates(name))
             self._found[name] = tuple(path for path in candidates if _is_folder(path))
@@ -222,7 +224,7 @@ class PackageFinder:
     def _candidates(self, name: str) -> Iterator[Path]:
         """Yield candidate folders for a name: those that declare it before those only called so."""
         for level, folder in enumerate(self._above):
-            yield from self._crawl(folder, 1 if level < _NEAR else 0).get(name, ())
+            yield from self._crawl(folder, 1 if level < _SEARCHED_ANCESTORS else 0).get(name, ())
             yield from self._crawl(folder / name, 0).get(name, ())
         for folder in self._above:
             if folder not in self._shallow:  # /etc is no package, nor is each folder of a user
@@ -230,7 +232,7 @@ class PackageFinder:
                     yield folder
                 yield folder / name
         for folder in _folders_in("ROS_PACKAGE_PATH"):
-            yield from self._crawl(folder, _DEPTH).get(name, ())
+            yield from self._crawl(folder, _PACKAGE_SEARCH_DEPTH).get(name, ())
         for folder in _folders_in("AMENT_PREFIX_PATH"):
             yield folder / "share" / name
         for folder in _model_folders():
@@ -239,7 +241,7 @@ class PackageFinder:
                 yield folder
         for folder in self._above:
             if folder.name == "src" or exists(folder / ".git"):
-                yield from self._crawl(folder, _DEPTH).get(name, ())
+                yield from self._crawl(folder, _PACKAGE_SEARCH_DEPTH).get(name, ())
 
     def _crawl(self, top: Path, depth: int) -> Mapping[str, list[Path]]:
         """Return the packages and models at and below a folder, by all their names."""
@@ -254,25 +256,25 @@ def _crawl(top: Path, depth: int) -> dict[str, list[Path]]:
     found: dict[str, list[Path]] = {}
     seen: set[tuple[int, int]] = set()
     todo = deque([(top, 0)])
-    while todo and len(seen) < _MOST_FOLDERS:
+    while todo and len(seen) < _MAX_SEARCHED_FOLDERS:
         folder, level = todo.popleft()
         try:
             status = folder.stat()
             if (status.st_dev, status.st_ino) in seen:  # links may lead in a circle
                 continue
             seen.add((status.st_dev, status.st_ino))
-            for name in _names(folder):
+            for name in _package_names(folder):
                 found.setdefault(name, []).append(folder)
             if level < depth:
-                todo += [(child, level + 1) for child in _children(folder)]
+                todo += [(child, level + 1) for child in _child_folders(folder)]
         except (OSError, ValueError):  # closed to us, or no path at all
             continue
     return found
 
 
-def _names(folder: Path) -> set[str]:
+def _package_names(folder: Path) -> set[str]:
     """Return the names of a folder as a package or model, none if it is neither."""
-    marks = [mark for mark in _MARKERS if (folder / mark).is_file()]
+    marks = [mark for mark in _PACKAGE_FILES if (folder / mark).is_file()]
     names = {folder.name} if marks else set()
     if "package.xml" in marks:
         try:
@@ -282,9 +284,9 @@ def _names(folder: Path) -> set[str]:
     return names
 
 
-def _children(folder: Path) -> list[Path]:
+def _child_folders(folder: Path) -> list[Path]:
     with os.scandir(folder) as entries:
-        names = [entry.name for entry in islice(entries, _MOST_ENTRIES) if entry.is_dir()]
+        names = [entry.name for entry in islice(entries, _MAX_FOLDER_ENTRIES) if entry.is_dir()]
     return [folder / name for name in sorted(names) if not name.startswith(".")]
 
 
@@ -295,25 +297,33 @@ def _folders_in(variable: str) -> list[Path]:
 
 
 def _model_folders() -> list[Path]:
-    return [folder for variable in _MODEL_PATHS for folder in _folders_in(variable)]
+    return [folder for variable in _MODEL_PATH_VARIABLES for folder in _folders_in(variable)]
 
 
 def own_folder(folder: Path) -> Path:
     """Return the repository, else the package, else the folder of the drone around a folder."""
     shallow = _shallow()
     above = [each for each in (folder, *folder.parents) if each not in shallow]
-    for marks in ((".git",), _MARKERS):
+    for marks in ((".git",), _PACKAGE_FILES):
         for each in above:
             if any(exists(each / mark) for mark in marks):
                 return each
-    return folder.parent if folder.name.lower() in _INNER and folder.parent in above else folder
+    return (
+        folder.parent
+        if folder.name.lower() in _INNER_FOLDER_NAMES and folder.parent in above
+        else folder
+    )
 
 
 def _files(folder: Path) -> list[Path]:
     """Return the files in a folder, within limits."""
     try:
         with os.scandir(folder) as entries:
-            return [folder / each.name for each in islice(entries, _MOST_ENTRIES) if each.is_file()]
+            return [
+                folder / each.name
+                for each in islice(entries, _MAX_FOLDER_ENTRIES)
+                if each.is_file()
+            ]
     except OSError:
         return []
 
@@ -327,7 +337,7 @@ def _shallow() -> set[Path]:
     return {Path("/"), home, *home.parents}
 
 
-def _given(name: str, folder: Path | str) -> Path:
+def _given_folder(name: str, folder: Path | str) -> Path:
     try:
         path = Path(folder).expanduser()
     except RuntimeError:  # ~NOBODY

@@ -10,6 +10,7 @@ from workbench.common.errors import WorkbenchError
 from workbench.plant.gathered import whole_inertial
 from workbench.plant.model import Inertial, inertial_of
 from workbench.plant.rotors import allocation_matrix
+from workbench.plant.swinging import as_turned
 from workbench.plant.vehicle import Vehicle
 
 if TYPE_CHECKING:
@@ -66,12 +67,12 @@ def payload_of(values: Mapping[str, float]) -> Payload:
     return Payload(**{name: values[name] for name in Payload._fields if name in values})
 
 
-def laden(vehicle: Vehicle, payload: Payload) -> Vehicle:
+def vehicle_with_payload(vehicle: Vehicle, payload: Payload) -> Vehicle:
     """Return a vehicle with its payload as part of it; without a payload, the vehicle itself."""
     if payload.payload_mass == 0.0:
         return vehicle
     centre = RigidTransform(list(vehicle.p_BoBcm_B))
-    whole = _joined(inertial_of(vehicle.mass, centre, vehicle.inertia), payload)
+    whole = _inertial_with_payload(inertial_of(vehicle.mass, centre, vehicle.inertia), payload)
     (xx, yy, zz), (xy, xz, yz) = whole.moments, whole.products
     x, y, z = whole.X_LI.translation().tolist()
     return dataclasses.replace(
@@ -82,18 +83,18 @@ def laden(vehicle: Vehicle, payload: Payload) -> Vehicle:
     )
 
 
-def believed(vehicle: Vehicle, payload: Payload) -> Vehicle:
+def controller_model(vehicle: Vehicle, payload: Payload) -> Vehicle:
     """Return a vehicle with its payload as known to the law.
 
     Raises:
         WorkbenchError: if no rotor speeds keep it in hover.
     """
-    known = payload.known
+    known, vehicle = payload.known, as_turned(vehicle)
     if known == NO_PAYLOAD:
         return vehicle
-    whole = laden(vehicle, known)
+    whole = vehicle_with_payload(vehicle, known)
     try:
-        allocation_matrix(whole.rotors, whole.p_BoBcm_B)
+        allocation_matrix(whole.rotors, whole.p_BoBcm_B, whole.tilts)
     except WorkbenchError as error:
         place = ", ".join(f"{p:g}" for p in known.place)
         raise WorkbenchError(
@@ -103,12 +104,12 @@ def believed(vehicle: Vehicle, payload: Payload) -> Vehicle:
     return whole
 
 
-def laden_description(description: "Description", payload: Payload) -> "Description":
+def description_with_payload(description: "Description", payload: Payload) -> "Description":
     """Return a description with the mass of a payload added to its base link."""
     if payload.payload_mass == 0.0:
         return description
     links = tuple(
-        dataclasses.replace(link, inertial=_joined(link.inertial, payload))
+        dataclasses.replace(link, inertial=_inertial_with_payload(link.inertial, payload))
         if link.name == description.base_link
         else link
         for link in description.model.links
@@ -118,7 +119,7 @@ def laden_description(description: "Description", payload: Payload) -> "Descript
     )
 
 
-def _joined(bare: Inertial | None, payload: Payload) -> Inertial:
+def _inertial_with_payload(bare: Inertial | None, payload: Payload) -> Inertial:
     whole = whole_inertial([(RigidTransform(), bare), (RigidTransform(), payload.inertial)])
     assert whole
     return whole

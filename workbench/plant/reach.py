@@ -3,22 +3,32 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import pairwise, product
+from itertools import pairwise
 
 import numpy as np
 import pydrake.geometry
 from pydrake.math import RigidTransform
 
-from workbench.plant.model import MOVING, Joint, Link, Model
+from workbench.plant.model import Joint, Link, Model
 from workbench.plant.rotors import Rotor
-from workbench.plant.shapes import Box, Capsule, Cylinder, Ellipsoid, Mesh, Shape, Sphere
+from workbench.plant.shapes import (
+    Box,
+    Capsule,
+    Cylinder,
+    Ellipsoid,
+    GeometryShape,
+    Mesh,
+    Sphere,
+    box_corners,
+    prism_corners,
+)
 
-_AROUND = 64
+_POLYGON_CORNERS = 64
 """Number of corners of the polygon around a cylinder; it is 0.12 % wider than the circle."""
 
 
 @dataclass(frozen=True)
-class Reach:
+class ReachSphere:
     """A sphere about C, a point fixed to the body, that contains the drone with turning rotors.
 
     Attributes:
@@ -30,7 +40,7 @@ class Reach:
     radius: float
 
 
-def reach(model: Model, base_link: str, rotors: Sequence[Rotor]) -> Reach:
+def reach_sphere(model: Model, base_link: str, rotors: Sequence[Rotor]) -> ReachSphere:
     """Return the smallest sphere about the middle of the drone that contains its shapes.
 
     All visual and collision shapes count: most descriptions draw their propellers, but few give
@@ -54,30 +64,32 @@ def reach(model: Model, base_link: str, rotors: Sequence[Rotor]) -> Reach:
     high = np.max(centres + radii[:, None], axis=0)
     p_BC = 0.5 * (low + high)
     turning = {rotor.link: rotor for rotor in rotors if rotor.link != base_link}
-    farthest = float(np.max(_distance(hubs, p_BC), initial=0.0))
+    farthest = float(np.max(_distances_from(hubs, p_BC), initial=0.0))
     for link, (centre, radius) in zip(model.links, balls, strict=True):
         if len(centre):
-            rotor, joints = turning.get(link.name), _joints_above(model, link.name)
+            rotor, joints = turning.get(link.name), model.moving_joints_above(link.name)
             ways = [p_BC, *(base.X_ML.InvertAndCompose(each.X_MJ).translation() for each in joints)]
-            distance = _swept(centre, p_BC, rotor) if rotor else _distance(centre, ways[-1])
+            distance = _swept(centre, p_BC, rotor) if rotor else _distances_from(centre, ways[-1])
             distance = distance + sum(float(np.linalg.norm(b - a)) for a, b in pairwise(ways))
+            distance = distance + sum(map(_travel, joints))
             farthest = max(farthest, float(np.max(distance + radius)))
     x, y, z = p_BC.tolist()
-    return Reach((x, y, z), farthest)
+    return ReachSphere((x, y, z), farthest)
 
 
-def _joints_above(model: Model, link: str) -> list[Joint]:
-    """Return the joints that move between the base link and a link, from the base on."""
-    found: list[Joint] = []
-    joint = model.joint_of(link)
-    while joint:
-        if joint.kind in MOVING:
-            found.insert(0, joint)
-        joint = model.joint_of(joint.parent)
-    return found
+def _travel(joint: Joint) -> float:
+    """Return how far a joint moves along its axes at most, as far as that is stated [m]."""
+    ends = [
+        end
+        for each in joint.freedoms
+        if each.kind == "prismatic"
+        for end in (abs(each.lower), abs(each.upper))
+        if math.isfinite(end)
+    ]
+    return max(ends, default=0.0)
 
 
-def _distance(points: np.ndarray, p_BC: np.ndarray) -> np.ndarray:
+def _distances_from(points: np.ndarray, p_BC: np.ndarray) -> np.ndarray:
     """Return the distances of points (n, 3) from C, (n) [m]."""
     return np.asarray(np.linalg.norm(points - p_BC, axis=1))
 
@@ -85,12 +97,12 @@ def _distance(points: np.ndarray, p_BC: np.ndarray) -> np.ndarray:
 def _swept(points: np.ndarray, p_BC: np.ndarray, rotor: Rotor) -> np.ndarray:
     """Return the largest distances of points (n, 3) from C as they turn with a rotor, (n) [m]."""
     axis, hub = np.array(rotor.axis_B), np.array(rotor.p_BR)
-    along, from_axis = _split(points - hub, axis)
-    along_C, from_axis_C = _split((p_BC - hub)[None], axis)
+    along, from_axis = _axial_and_radial(points - hub, axis)
+    along_C, from_axis_C = _axial_and_radial((p_BC - hub)[None], axis)
     return np.asarray(np.hypot(from_axis + from_axis_C, along - along_C))
 
 
-def _split(points: np.ndarray, axis: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _axial_and_radial(points: np.ndarray, axis: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return positions along an axis through the origin, and distances from it, (n) each [m]."""
     along = points @ axis
     return along, np.linalg.norm(points - along[:, None] * axis, axis=1)
@@ -100,18 +112,18 @@ def _balls(X_BL: RigidTransform, link: Link) -> tuple[np.ndarray, np.ndarray]:
     """Return centres (n, 3) in B and radii (n) of spheres that enclose a link's shapes [m]."""
     centres, radii = [np.zeros((0, 3))], [np.zeros(0)]  # a link may have none
     for each in link.shapes:
-        points, radius = _hull(each.shape)
+        points, radius = _enclosing_points(each.shape)
         X_BG = X_BL @ each.X_LS
         centres.append(points @ X_BG.rotation().matrix().T + X_BG.translation())
         radii.append(np.full(len(points), radius))
     return np.concatenate(centres), np.concatenate(radii)
 
 
-def _hull(shape: Shape) -> tuple[np.ndarray, float]:
+def _enclosing_points(shape: GeometryShape) -> tuple[np.ndarray, float]:
     """Return points (n, 3) in a shape's frame, and the radius of the spheres about them [m]."""
     match shape:
         case Box(size):
-            return 0.5 * np.array(size) * np.array(list(product((-1.0, 1.0), repeat=3))), 0.0
+            return box_corners(0.5 * np.array(size)), 0.0
         case Sphere(radius):
             return np.zeros((1, 3)), radius
         case Capsule(radius, length):
@@ -119,16 +131,10 @@ def _hull(shape: Shape) -> tuple[np.ndarray, float]:
         case Ellipsoid(radii):
             return np.zeros((1, 3)), max(radii)
         case Cylinder(radius, length):
-            return _rims(radius / math.cos(math.pi / _AROUND), length), 0.0
+            around = radius / math.cos(math.pi / _POLYGON_CORNERS)
+            return prism_corners(around, 0.5 * length, _POLYGON_CORNERS), 0.0
         case Mesh(path=None):
             return np.zeros((0, 3)), 0.0
         case Mesh():
             hull = pydrake.geometry.Mesh(str(shape.path)).GetConvexHull()
             return np.array([hull.vertex(i) for i in range(hull.num_vertices())]), 0.0
-
-
-def _rims(radius: float, length: float) -> np.ndarray:
-    """Return the corners of the polygons at both ends of a cylinder, (n, 3) [m]."""
-    angles = np.arange(_AROUND) * 2.0 * math.pi / _AROUND
-    rim = np.stack([radius * np.cos(angles), radius * np.sin(angles)], axis=1)
-    return np.concatenate([np.c_[rim, np.full(_AROUND, z)] for z in (-0.5 * length, 0.5 * length)])

@@ -3,19 +3,22 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
+from typing import Protocol
 
 import numpy as np
 
 from workbench.common.errors import WorkbenchError
+from workbench.plant.gravity import AIR_DENSITY
 
-LEAST_LIFT = 0.3
+MIN_LIFT_SHARE = 0.3
 """Share of thrust along body z below which a rotor does not contribute to hover: 73° of tilt."""
 _THRUST_COEFFICIENT = 0.1
 """Thrust over density, squared revolutions per second, and the fourth power of the diameter.
 Propellers of drones have 0.06 to 0.14 (UIUC propeller data base), so a diameter computed from it is
 accurate to a fifth."""
-_AIR = 1.225
-"""Density [kg/m³]."""
+_ROUNDING_SHARE = 1e-12
+"""Share of the largest entry of a column of the allocation that counts as a rounding error."""
 PROPELLER_DENSITY = 0.75
 """Mass of a propeller of two blades over the cube of its diameter [kg/m³]: 12 g at 10 in."""
 
@@ -80,7 +83,7 @@ class Rotor:
         most = self.max_rot_velocity
         return self.motor_constant * most**2 + self.linear_motor_constant * most
 
-    @property
+    @cached_property
     def linear_speed(self) -> float:
         """Speed at which the linear part of thrust is as large as the squared one [rad/s].
 
@@ -91,23 +94,21 @@ class Rotor:
     @property
     def lifts(self) -> bool:
         """Whether it contributes to hover; a rotor that pushes forwards or down stays at rest."""
-        return self.axis_B[2] > LEAST_LIFT
+        return self.axis_B[2] > MIN_LIFT_SHARE
 
 
 def propeller_diameter(motor_constant: float) -> float:
     """Return an estimate of the diameter of a propeller from its motor constant [m]."""
     squared = motor_constant * (2.0 * math.pi) ** 2
-    return float((squared / (_THRUST_COEFFICIENT * _AIR)) ** 0.25)
+    return float((squared / (_THRUST_COEFFICIENT * AIR_DENSITY)) ** 0.25)
 
 
-def propeller_inertia(diameter: float, blades: int = 2) -> float:
-    """Return an estimate of the inertia of a propeller about its axis, as of thin rods [kg·m²].
+def propeller_inertia(diameter: float) -> float:
+    """Return an estimate of the inertia about its axis of a propeller with two blades [kg·m²].
 
-    Args:
-        diameter: of the propeller [m].
-        blades: their number, each with half the mass of a propeller with two blades.
+    It is that of thin rods, for a diameter [m].
     """
-    return blades / 2.0 * PROPELLER_DENSITY * diameter**5 / 12.0
+    return PROPELLER_DENSITY * diameter**5 / 12.0
 
 
 def wrench_matrix(rotors: Sequence[Rotor], p_BoBcm_B: Sequence[float]) -> np.ndarray:
@@ -122,11 +123,32 @@ def wrench_matrix(rotors: Sequence[Rotor], p_BoBcm_B: Sequence[float]) -> np.nda
     return np.hstack([axes, np.cross(arms, axes) + drags[:, None] * axes]).T
 
 
-def allocation_matrix(rotors: Sequence[Rotor], p_BoBcm_B: Sequence[float]) -> np.ndarray:
+class TiltColumn(Protocol):
+    """What the allocation knows of a joint that tilts rotors, see `plant.tilt.Tilt`."""
+
+    def column(self, rotors: Sequence[Rotor], p_BoBcm_B: Sequence[float]) -> np.ndarray:
+        """Return force and moment about the centre of mass per angle and thrust (6) [1, m]."""
+
+
+def rotor_rank(rotors: Sequence[Rotor]) -> int:
+    """Return how many of thrust, roll, pitch and yaw rotors control independently, up to 4."""
+    lifting = np.array([rotor.lifts for rotor in rotors])
+    return _rank(wrench_matrix(rotors, (0.0, 0.0, 0.0))[2:] * lifting)
+
+
+def _rank(rows: np.ndarray) -> int:
+    return int(np.linalg.matrix_rank(rows, tol=1e-9 * max(1.0, float(np.abs(rows).max()))))
+
+
+def allocation_matrix(
+    rotors: Sequence[Rotor], p_BoBcm_B: Sequence[float], tilts: Sequence[TiltColumn] = ()
+) -> np.ndarray:
     """Return the n x 4 matrix from (force along z [N], moments x, y, z [N·m]) to thrusts [N].
 
     It is the pseudo-inverse of the last four rows of the wrench matrix: of all thrusts with the
     required wrench it yields those with the least norm. Rotors that do not lift have rows of zeros.
+
+    With m tilts there are m more rows: of the thrust that each turns sideways [N].
 
     Raises:
         WorkbenchError: if the rotors cannot produce the four independently.
@@ -138,15 +160,22 @@ def allocation_matrix(rotors: Sequence[Rotor], p_BoBcm_B: Sequence[float]) -> np
             "rotors' axes"
         )
     rows = wrench_matrix(rotors, p_BoBcm_B)[2:] * lifting
-    rank = int(np.linalg.matrix_rank(rows, tol=1e-9 * max(1.0, float(np.abs(rows).max()))))
+    if tilts:
+        turned = [tilt.column(rotors, p_BoBcm_B)[2:] for tilt in tilts]
+        rows = np.hstack([rows, np.transpose(turned)])
+    rank = _rank(rows)
     if rank < 4:
         raise WorkbenchError(
             f"the {len(rotors)} rotors cannot control thrust, roll, pitch and yaw independently "
             f"(rank {rank} of 4{_bound(rows)}): check rotor positions and turning directions"
         )
     allocation = np.linalg.pinv(rows)
-    allocation[~lifting] = 0.0  # exactly: the inverse leaves rounding errors
-    if allocation[lifting, 0].min() <= 0.0:
+    n = len(rotors)
+    allocation[:n][~lifting] = 0.0  # exactly: the inverse leaves rounding errors
+    small = np.abs(allocation) < _ROUNDING_SHARE * np.abs(allocation).max(axis=0)
+    small[:n] = False
+    allocation[small] = 0.0
+    if allocation[:n][lifting, 0].min() <= 0.0:
         raise WorkbenchError(
             "to hover, some rotors would have to push downwards: check the rotors' axes and "
             "turning directions, and that the centre of mass lies between them"

@@ -42,7 +42,7 @@ class SensorBlock:
   </gazebo>"""
 
 
-def _axes(tag: str, noise: str) -> str:
+def _axes_element(tag: str, noise: str) -> str:
     """Return an element with the same noise of three axes."""
     axes = "\n".join(
         f'          <{axis}><noise type="gaussian"><stddev>${{{noise}}}</stddev></noise></{axis}>'
@@ -51,7 +51,7 @@ def _axes(tag: str, noise: str) -> str:
     return f"        <{tag}>\n{axes}\n        </{tag}>"
 
 
-def _scan(samples: str, angles: tuple[str, str], layers: str = "") -> str:
+def _scan_element(samples: str, angles: tuple[str, str], layers: str = "") -> str:
     """Return the horizontal scan of a lidar, and its layers."""
     low, high = angles
     return f"""\
@@ -64,20 +64,20 @@ def _scan(samples: str, angles: tuple[str, str], layers: str = "") -> str:
         </scan>"""
 
 
-def _range(kind: str) -> str:
+def _range_element(kind: str) -> str:
     """Return limits and noise of the distances of a lidar."""
     return f"""\
         <range><min>${{{kind}_near}}</min><max>${{{kind}_far}}</max></range>
         <noise><type>gaussian</type><mean>0</mean><stddev>${{{kind}_noise}}</stddev></noise>"""
 
 
-_LAYERS = """
+_LIDAR_LAYERS_TEMPLATE = """
           <vertical>
             <samples>${lidar_layers}</samples>
             <min_angle>${-lidar_elevation}</min_angle>
             <max_angle>${lidar_elevation}</max_angle>
           </vertical>"""
-BLOCKS = (
+SENSOR_BLOCKS = (
     SensorBlock(
         "imu",
         (
@@ -89,9 +89,9 @@ BLOCKS = (
         "imu",
         "0 0 0 0 0 0",
         "      <imu>\n"
-        + _axes("angular_velocity", "gyro_noise")
+        + _axes_element("angular_velocity", "gyro_noise")
         + "\n"
-        + _axes("linear_acceleration", "accelerometer_noise")
+        + _axes_element("linear_acceleration", "accelerometer_noise")
         + "\n      </imu>",
     ),
     SensorBlock(
@@ -123,7 +123,7 @@ BLOCKS = (
         "usual for a flight controller's magnetometer",
         "magnetometer",
         "0 0 0 0 0 0",
-        _axes("magnetometer", "magnetometer_noise").replace("        <", "      <", 1),
+        _axes_element("magnetometer", "magnetometer_noise").replace("        <", "      <", 1),
     ),
     SensorBlock(
         "range_finder",
@@ -136,7 +136,8 @@ BLOCKS = (
         "usual for a range finder with a laser",
         "gpu_lidar",
         "0 0 ${-body_height/2 - 0.005} 0 ${pi/2} 0",
-        f"      <lidar>\n{_scan('1', ('0', '0'))}\n{_range('range_finder')}\n      </lidar>",
+        f"      <lidar>\n{_scan_element('1', ('0', '0'))}\n{_range_element('range_finder')}\n    "
+        "  </lidar>",
     ),
     SensorBlock(
         "lidar",
@@ -159,8 +160,10 @@ BLOCKS = (
         "gpu_lidar",
         "0 0 ${lidar_z} 0 0 0",
         "      <lidar>\n"
-        + _scan("${lidar_samples}", ("${-pi}", "${pi - 2*pi/lidar_samples}"), _LAYERS)
-        + f"\n{_range('lidar')}\n      </lidar>",
+        + _scan_element(
+            "${lidar_samples}", ("${-pi}", "${pi - 2*pi/lidar_samples}"), _LIDAR_LAYERS_TEMPLATE
+        )
+        + f"\n{_range_element('lidar')}\n      </lidar>",
     ),
     SensorBlock(
         "depth_camera",
@@ -188,7 +191,7 @@ BLOCKS = (
 )
 """The usual sensors, by kind. They have no mass of their own: the mass of the data sheet is
 all-up."""
-ALL, NONE = "all", "none"
+ALL_SENSOR_KINDS, NO_SENSOR_KINDS = "all", "none"
 
 
 def sensor_blocks(names: list[str]) -> tuple[SensorBlock, ...]:
@@ -197,8 +200,8 @@ def sensor_blocks(names: list[str]) -> tuple[SensorBlock, ...]:
     Raises:
         WorkbenchError: if a kind is unknown.
     """
-    known = [*(each.kind for each in BLOCKS), ALL, NONE]
+    known = [*(each.kind for each in SENSOR_BLOCKS), ALL_SENSOR_KINDS, NO_SENSOR_KINDS]
     for name in names:
         if name not in known:
             raise unknown_name("kind of a sensor", name, known)
-    return tuple(each for each in BLOCKS if each.kind in names or ALL in names)
+    return tuple(each for each in SENSOR_BLOCKS if each.kind in names or ALL_SENSOR_KINDS in names)

@@ -7,104 +7,40 @@ from collections.abc import Callable
 from pydrake.math import RigidTransform
 
 from workbench.common.errors import WorkbenchError
-from workbench.plant.formats.block import Block
-from workbench.plant.formats.values import shortened
-from workbench.plant.frame_tree import WORLD
+from workbench.common.vectors import float_triple
+from workbench.plant.formats.block import XmlBlock
+from workbench.plant.formats.values import shortened_text
+from workbench.plant.frame_tree import WORLD_FRAME_NAME
 from workbench.plant.model import DeclaredSensor, Model
+from workbench.plant.noise_reader import read_axes, read_noise, read_noise_of_many
 from workbench.plant.remarks import Remarks
-from workbench.plant.rotor_sources.mount import body_pose, triple
+from workbench.plant.rotor_sources.mount import body_pose
 from workbench.plant.sensors import (
-    QUIET,
+    MAX_LIDAR_RAYS,
     Barometer,
     DepthCamera,
     Gps,
     Imu,
     Lidar,
     Magnetometer,
-    Noise,
     RangeFinder,
     ScanAxis,
     Sensor,
+    added_sensors,
     free_name,
     sensor_frames,
 )
 
-Noises = tuple[Noise, Noise, Noise]
-_MOST_RAYS = 1_000_000
-_MOST_PIXELS = 16_384
-_FRAMES = ("gz_frame_id", "ignition_frame_id", "frame_id")
-_MOST = 1000
-_FASTEST = 1e6
-_AS_STRONG_AS_THE_EARTH = 2e-5
+_MAX_CAMERA_SIDE_PX = 16_384
+_SENSOR_FRAME_ID_TAGS = ("gz_frame_id", "ignition_frame_id", "frame_id")
+_MAX_SENSORS = 1000
+_MAX_SAMPLE_RATE_HZ = 1e6
+_MIN_EARTH_FIELD_T = 2e-5
 """The earth's field is always stronger than this [T], and the noise of magnetometers is weaker."""
 _TESLA_IN_GAUSS = 1e-4
 
 
-def read_noise(block: Block, remarks: Remarks) -> Noise:
-    """Return the noise in the `<noise>` of a block; zero without one.
-
-    Its type is an attribute; up to SDF 1.4, and still in lidars and cameras, it is a child.
-    """
-    return _noise(block.block("noise"), block.block("noise"), remarks)
-
-
-def read_noise_of_many(block: Block, remarks: Remarks) -> Noise:
-    """Return the noise of the rays of a lidar or pixels of a camera; their biases do not drift."""
-    read = read_noise(block, remarks)
-    if read.dynamic_bias_stddev:
-        noise = block.block("noise")
-        text = "drift of a bias (dynamic_bias_...) of rays and pixels is not used"
-        remarks.add("ignored", noise.file, noise.what, text)
-    return dataclasses.replace(read, dynamic_bias_stddev=0.0, dynamic_bias_correlation_time=0.0)
-
-
-def read_axes(imu: Block, quantity: str, old: str, remarks: Remarks) -> Noises:
-    """Return the noise of a quantity of an IMU along x, y, z.
-
-    Args:
-        imu: the `<imu>` block.
-        quantity: the name of its block: `angular_velocity` or `linear_acceleration`.
-        old: its name up to SDF 1.4, inside `<noise>` and for all axes together: `rate` or `accel`.
-        remarks: receives remarks on what is not used.
-    """
-    together = _noise(imu.block("noise"), imu.block("noise", old), remarks)
-
-    def along(axis: str) -> Noise:
-        block = imu.block(quantity, axis)
-        return read_noise(block, remarks) if block.has("noise") else together
-
-    return (along("x"), along("y"), along("z"))
-
-
-def _noise(typed: Block, figures: Block, remarks: Remarks) -> Noise:
-    """Return the noise of a block of figures; its type is in that block or in one above."""
-    element = typed.what
-    kind = (typed.attribute("type") or typed.text("type")).lower()
-    if typed.there and not kind:
-        remarks.add("assumed", typed.file, element, "noise without a type is taken as gaussian")
-    kind = kind or "gaussian"
-    if kind == "none":
-        return QUIET
-    if kind not in ("gaussian", "gaussian_quantized"):
-        text = f"noise of the type {kind[:40]} is not known; taken as none"
-        remarks.add("ignored", typed.file, element, text)
-        return QUIET
-    noise = Noise(
-        mean=figures.number("mean", 0.0),
-        stddev=figures.non_negative("stddev", 0.0),
-        bias_mean=figures.number("bias_mean", 0.0),
-        bias_stddev=figures.non_negative("bias_stddev", 0.0),
-        dynamic_bias_stddev=figures.non_negative("dynamic_bias_stddev", 0.0),
-        dynamic_bias_correlation_time=figures.non_negative("dynamic_bias_correlation_time", 0.0),
-        precision=figures.non_negative("precision", 0.0),
-    )
-    if noise.dynamic_bias_stddev and not noise.dynamic_bias_correlation_time:
-        text = "dynamic_bias_stddev without dynamic_bias_correlation_time: no drift, as in Gazebo"
-        remarks.add("ignored", typed.file, element, text)
-    return noise
-
-
-def _imu(common: Sensor, sensor: Block, remarks: Remarks) -> Imu:
+def _read_imu_block(common: Sensor, sensor: XmlBlock, remarks: Remarks) -> Imu:
     imu = sensor.block("imu")
     return Imu(
         **vars(common),
@@ -113,7 +49,7 @@ def _imu(common: Sensor, sensor: Block, remarks: Remarks) -> Imu:
     )
 
 
-def _gps(common: Sensor, sensor: Block, remarks: Remarks) -> Gps:
+def _read_gps(common: Sensor, sensor: XmlBlock, remarks: Remarks) -> Gps:
     gps = sensor.first("navsat", "gps")
     position, velocity = gps.block("position_sensing"), gps.block("velocity_sensing")
     return Gps(
@@ -125,7 +61,7 @@ def _gps(common: Sensor, sensor: Block, remarks: Remarks) -> Gps:
     )
 
 
-def _barometer(common: Sensor, sensor: Block, remarks: Remarks) -> Barometer:
+def _read_barometer(common: Sensor, sensor: XmlBlock, remarks: Remarks) -> Barometer:
     block = sensor.block("air_pressure")
     given = block.has("reference_altitude")
     return Barometer(
@@ -135,27 +71,27 @@ def _barometer(common: Sensor, sensor: Block, remarks: Remarks) -> Barometer:
     )
 
 
-def _magnetometer(common: Sensor, sensor: Block, remarks: Remarks) -> Magnetometer:
+def _read_magnetometer(common: Sensor, sensor: XmlBlock, remarks: Remarks) -> Magnetometer:
     """Return a magnetometer; its noise may be in gauss, the unit of Gazebo up to Harmonic."""
     block = sensor.block("magnetometer")
     x, y, z = (read_noise(block.block(axis), remarks) for axis in "xyz")
-    if max(noise.stddev for noise in (x, y, z)) >= _AS_STRONG_AS_THE_EARTH:
+    if max(noise.stddev for noise in (x, y, z)) >= _MIN_EARTH_FIELD_T:
         text = "noise as strong as the earth's field; it is probably in gauss, and read as gauss"
         remarks.add("repaired", sensor.file, sensor.what, text)
         x, y, z = (noise.in_unit(_TESLA_IN_GAUSS) for noise in (x, y, z))
     return Magnetometer(**vars(common), magnetic_field=(x, y, z))
 
 
-def _sonar(common: Sensor, sensor: Block, remarks: Remarks) -> RangeFinder:
+def _read_sonar(common: Sensor, sensor: XmlBlock, remarks: Remarks) -> RangeFinder:
     """Return a sonar; the defaults are those of SDF's sonar.sdf."""
     sonar = sensor.block("sonar")
-    min_range, max_range = _range(sonar, 0.0, 1.0)
+    min_range, max_range = _read_range(sonar, 0.0, 1.0)
     text = "a sonar measures along its axis only, not in a cone"
     remarks.add("assumed", sensor.file, sensor.what, text)
     return RangeFinder(**vars(common), min_range=min_range, max_range=max_range)
 
 
-def _range(block: Block, least: float, most: float) -> tuple[float, float]:
+def _read_range(block: XmlBlock, least: float, most: float) -> tuple[float, float]:
     """Return the limits of a range, or these defaults if they are missing."""
     near, far = block.non_negative("min", least), block.non_negative("max", most)
     if near >= far:
@@ -163,7 +99,7 @@ def _range(block: Block, least: float, most: float) -> tuple[float, float]:
     return near, far
 
 
-def _lidar(common: Sensor, sensor: Block, remarks: Remarks) -> Lidar | RangeFinder | None:
+def _read_lidar(common: Sensor, sensor: XmlBlock, remarks: Remarks) -> Lidar | RangeFinder | None:
     """Return a lidar, or for a single ray a range finder along its x axis."""
     lidar = sensor.first("lidar", "ray", "gpu_lidar", "gpu_ray")
     if not lidar.there:
@@ -175,11 +111,12 @@ def _lidar(common: Sensor, sensor: Block, remarks: Remarks) -> Lidar | RangeFind
         raise scan.fault("horizontal", "add it, with samples and angles")
     horizontal = _scan_axis(scan.block("horizontal"), 640)
     vertical = _scan_axis(scan.block("vertical"), 1)
-    if horizontal.samples * vertical.samples > _MOST_RAYS:
+    if horizontal.samples * vertical.samples > MAX_LIDAR_RAYS:
         raise scan.wrong(
-            f"{horizontal.samples} x {vertical.samples} rays: give it up to {_MOST_RAYS} in total"
+            f"{horizontal.samples} x {vertical.samples} rays: give it up to {MAX_LIDAR_RAYS} in "
+            "total"
         )
-    min_range, max_range = _range(limits, 0.0, 0.0)
+    min_range, max_range = _read_range(limits, 0.0, 0.0)
     resolution = limits.non_negative("resolution", 0.0)
     noise = read_noise_of_many(lidar, remarks)
     if horizontal.samples * vertical.samples == 1:
@@ -201,21 +138,21 @@ def _lidar(common: Sensor, sensor: Block, remarks: Remarks) -> Lidar | RangeFind
     )
 
 
-def _scan_axis(block: Block, samples: int) -> ScanAxis:
+def _scan_axis(block: XmlBlock, samples: int) -> ScanAxis:
     """Return the rays along one axis; `samples` is SDF's default. Resolution multiplies them."""
     resolution = block.number("resolution", 1.0)
     if resolution <= 0.0:
         raise block.fault("resolution", "give it a positive number")
-    rays = block.count("samples", samples, _MOST_RAYS) * resolution
-    if rays >= _MOST_RAYS + 0.5:
-        raise block.wrong(f"{rays:.0f} rays: give it up to {_MOST_RAYS}")
+    rays = block.count("samples", samples, MAX_LIDAR_RAYS) * resolution
+    if rays >= MAX_LIDAR_RAYS + 0.5:
+        raise block.wrong(f"{rays:.0f} rays: give it up to {MAX_LIDAR_RAYS}")
     low, high = block.number("min_angle", 0.0), block.number("max_angle", 0.0)
     if low > high:
         raise block.wrong(f"angles from {low:g} to {high:g}: give max_angle above min_angle")
     return ScanAxis(max(1, round(rays)), low, high)
 
 
-def _depth_camera(common: Sensor, sensor: Block, remarks: Remarks) -> DepthCamera:
+def _read_depth_camera(common: Sensor, sensor: XmlBlock, remarks: Remarks) -> DepthCamera:
     """Return a depth camera; the defaults are those of SDF's camera.sdf."""
     camera = sensor.block("camera")
     image, clip, own = camera.block("image"), camera.block("clip"), camera.block("depth_camera")
@@ -240,8 +177,8 @@ def _depth_camera(common: Sensor, sensor: Block, remarks: Remarks) -> DepthCamer
         raise camera.wrong(f"clips from {near:g} m to {far:g} m: give far above near")
     return DepthCamera(
         **vars(common),
-        width=image.count("width", 320, _MOST_PIXELS),
-        height=image.count("height", 240, _MOST_PIXELS),
+        width=image.count("width", 320, _MAX_CAMERA_SIDE_PX),
+        height=image.count("height", 240, _MAX_CAMERA_SIDE_PX),
         horizontal_fov=fov,
         near=near,
         far=far,
@@ -249,23 +186,23 @@ def _depth_camera(common: Sensor, sensor: Block, remarks: Remarks) -> DepthCamer
     )
 
 
-READERS: dict[str, Callable[[Sensor, Block, Remarks], Sensor | None]] = {
-    "imu": _imu,
-    "gps": _gps,
-    "navsat": _gps,
-    "air_pressure": _barometer,
-    "magnetometer": _magnetometer,
-    "sonar": _sonar,
-    "lidar": _lidar,
-    "ray": _lidar,
-    "gpu_lidar": _lidar,
-    "gpu_ray": _lidar,
-    "depth": _depth_camera,
-    "depth_camera": _depth_camera,
-    "rgbd": _depth_camera,
-    "rgbd_camera": _depth_camera,
+SENSOR_READERS: dict[str, Callable[[Sensor, XmlBlock, Remarks], Sensor | None]] = {
+    "imu": _read_imu_block,
+    "gps": _read_gps,
+    "navsat": _read_gps,
+    "air_pressure": _read_barometer,
+    "magnetometer": _read_magnetometer,
+    "sonar": _read_sonar,
+    "lidar": _read_lidar,
+    "ray": _read_lidar,
+    "gpu_lidar": _read_lidar,
+    "gpu_ray": _read_lidar,
+    "depth": _read_depth_camera,
+    "depth_camera": _read_depth_camera,
+    "rgbd": _read_depth_camera,
+    "rgbd_camera": _read_depth_camera,
 }
-"""Readers by the declared type of a sensor; other types are not used, nor are results of None."""
+"""Readers of the core's kinds by the declared type of a sensor; a result of None is not used."""
 
 
 def read_sensors(model: Model, base_link: str, remarks: Remarks) -> tuple[Sensor, ...]:
@@ -279,63 +216,74 @@ def read_sensors(model: Model, base_link: str, remarks: Remarks) -> tuple[Sensor
     Raises:
         WorkbenchError: with file and line, for an impossible number.
     """
-    if len(model.sensors) > _MOST:
+    if len(model.sensors) > _MAX_SENSORS:
         raise WorkbenchError(
-            f"{model.source}: it declares {len(model.sensors)} sensors: up to {_MOST} are read"
+            f"{model.source}: it declares {len(model.sensors)} sensors: up to {_MAX_SENSORS} are "
+            "read"
         )
+    readers = dict(SENSOR_READERS)
+    types = {declared.element.get("type", "").strip() for declared in model.sensors}
+    if not types <= readers.keys():  # what packages add takes some time to find
+        added = {type_: each.read for each in added_sensors() for type_ in each.types}
+        readers = added | readers
     X_BM = body_pose(model, base_link)
     taken: set[str] = set()
     sensors: list[Sensor] = []
     for declared in model.sensors:
         kind = declared.element.get("type", "").strip()
         name = declared.element.get("name", "").strip() or kind
-        element = f"sensor '{shortened(name)}'"
+        element = f"sensor '{shortened_text(name)}'"
         link = model.link(declared.link)
-        if kind not in READERS or link is None:
+        if kind not in readers or link is None:
             where = "" if link else ", which is not there"
             text = (
-                f"of type {shortened(kind)} on link '{shortened(declared.link)}'{where}; not used"
+                f"of type {shortened_text(kind)} on link "
+                f"'{shortened_text(declared.link)}'{where}; not used"
             )
             remarks.add("ignored", declared.element.file, element, text)
             continue
-        block = Block(element, declared.element)
+        block = XmlBlock(element, declared.element)
         X_BS = X_BM @ link.X_ML @ declared.X_LS
-        x, y, z = (triple(row) for row in X_BS.rotation().matrix())
+        x, y, z = (float_triple(row) for row in X_BS.rotation().matrix())
         name = free_name(taken, name, f"{link.name}/{name}")
         taken.add(name)
         common = Sensor(
             name=name,
             type=kind,
-            frame=_asked_frame(block, declared),
+            frame=_declared_frame(block, declared),
             link=link.name,
-            rate=_rate(block, declared, element, remarks),
-            p_BS=triple(X_BS.translation()),
+            rate=_read_rate(block, declared, element, remarks),
+            p_BS=float_triple(X_BS.translation()),
             R_BS=(x, y, z),
         )
-        sensor = READERS[kind](common, block, remarks)
+        sensor = readers[kind](common, block, remarks)
         if sensor:
             sensors.append(sensor)
     # A sensor frame has the sensor's name if that is free, as in the tree of frames.
-    others = {WORLD, *(link.name for link in model.links), *(frame.name for frame in model.frames)}
+    others = {
+        WORLD_FRAME_NAME,
+        *(link.name for link in model.links),
+        *(frame.name for frame in model.frames),
+    }
     return tuple(
         sensor if sensor.frame else dataclasses.replace(sensor, frame=names.own)
         for sensor, names in zip(sensors, sensor_frames(sensors, others), strict=True)
     )
 
 
-def _asked_frame(block: Block, declared: DeclaredSensor) -> str:
+def _declared_frame(block: XmlBlock, declared: DeclaredSensor) -> str:
     """Return the label of readings in the file, else the link if S is its frame, else ""."""
-    asked = next((text for tag in _FRAMES if (text := block.text(tag))), "")
+    asked = next((text for tag in _SENSOR_FRAME_ID_TAGS if (text := block.text(tag))), "")
     in_link = declared.X_LS.IsNearlyEqualTo(RigidTransform(), 1e-12)
     return asked or (declared.link if in_link else "")
 
 
-def _rate(block: Block, declared: DeclaredSensor, element: str, remarks: Remarks) -> float:
+def _read_rate(block: XmlBlock, declared: DeclaredSensor, element: str, remarks: Remarks) -> float:
     """Return samples per second; the default of SDF and Gazebo is 0, every step."""
     if not block.has("update_rate"):
         text = "update_rate: not given, the usual one of its kind"
         remarks.add("assumed", declared.element.file, element, text)
     rate = block.non_negative("update_rate", 0.0)
-    if rate > _FASTEST:
-        raise block.fault("update_rate", f"give it at most {_FASTEST:g} per second")
+    if rate > _MAX_SAMPLE_RATE_HZ:
+        raise block.fault("update_rate", f"give it at most {_MAX_SAMPLE_RATE_HZ:g} per second")
     return rate

@@ -4,9 +4,24 @@ import dataclasses
 import math
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
-from typing import ClassVar, NamedTuple
+from functools import cache
+from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
-Triple = tuple[float, float, float]
+from workbench.common.extensions import (
+    ExtensionGroup,
+    complete_extensions,
+    load_extensions,
+    warn_left_out,
+)
+from workbench.common.parameter import Parameter
+
+if TYPE_CHECKING:
+    from workbench.plant.formats.block import XmlBlock
+    from workbench.plant.remarks import Remarks
+
+SensorVector = tuple[float, float, float]
+MAX_LIDAR_RAYS = 1_000_000
+"""Largest number of rays of a lidar: its samples are state of the diagram."""
 
 
 @dataclass(frozen=True)
@@ -67,28 +82,28 @@ class Noise:
 
     def in_unit(self, unit: float) -> "Noise":
         """Return this noise converted from a unit to SI."""
-        return Noise(
-            mean=unit * self.mean,
-            stddev=unit * self.stddev,
-            bias_mean=unit * self.bias_mean,
-            bias_stddev=unit * self.bias_stddev,
-            dynamic_bias_stddev=unit * self.dynamic_bias_stddev,
-            dynamic_bias_correlation_time=self.dynamic_bias_correlation_time,
-            precision=unit * self.precision,
-        )
+        scaled = {each.name: unit * getattr(self, each.name) for each in dataclasses.fields(self)}
+        scaled["dynamic_bias_correlation_time"] = self.dynamic_bias_correlation_time
+        return Noise(**scaled)
 
 
-QUIET = Noise()
+NO_NOISE = Noise()
 
 
 @dataclass(frozen=True)
 class Sensor:
     """The common attributes of all sensors.
 
-    The class constant `kind` is its name in scenarios, the same for all equivalent types.
-    `usual_rate` is the rate of a sensor without a declared one [1/s].
+    A class is a kind of sensor; its constants are the same for all of them. One of an installed
+    package also has `read`, and is a `MeasuringSensor`.
 
     Attributes:
+        kind: its name in scenarios, the same for all equivalent types.
+        usual_rate: rate of a sensor without a declared one [1/s].
+        types: declared types that `read` reads; the core's are in `plant/sensor_reader.py`.
+        parameters: live ones of its system besides the fault, in the order of its settings.
+        noise_unit: of its noise, for tables.
+        casts_rays: whether it needs the scene.
         name: as declared; unique in the vehicle.
         type: as declared: imu, navsat, gpu_lidar, ...
         frame: label of its data: the frame stated in the file; else the link if the sensor's own
@@ -101,19 +116,44 @@ class Sensor:
 
     kind: ClassVar[str] = ""
     usual_rate: ClassVar[float] = 0.0
+    types: ClassVar[tuple[str, ...]] = ()
+    parameters: ClassVar[tuple[Parameter, ...]] = ()
+    noise_unit: ClassVar[str] = "m"
+    casts_rays: ClassVar[bool] = False
 
     name: str
     type: str
     frame: str
     link: str
     rate: float
-    p_BS: Triple
-    R_BS: tuple[Triple, Triple, Triple]
+    p_BS: SensorVector
+    R_BS: tuple[SensorVector, SensorVector, SensorVector]
+
+    @property
+    def stated_noises(self) -> dict[str, tuple[Noise, ...]]:
+        """Noises by attribute, one value or one for each axis."""
+        values = {each.name: getattr(self, each.name) for each in dataclasses.fields(self)}
+        several = {name: v if isinstance(v, tuple) else (v,) for name, v in values.items()}
+        return {k: v for k, v in several.items() if v and all(isinstance(n, Noise) for n in v)}
 
     @property
     def noises(self) -> tuple[Noise, ...]:
-        """Noises of each number in a sample; empty if the class does not state them."""
-        return ()
+        """Noises of each number in a sample."""
+        return tuple(each for values in self.stated_noises.values() for each in values)
+
+    @classmethod
+    def read(cls, common: "Sensor", block: "XmlBlock", remarks: "Remarks") -> "Sensor | None":
+        """Return the sensor of a `<sensor>` block, None if it is not used.
+
+        Args:
+            common: attributes of all sensors.
+            block: the whole element.
+            remarks: receives what is assumed, repaired or ignored.
+
+        Raises:
+            WorkbenchError: with file and line, for an impossible number.
+        """
+        raise NotImplementedError
 
 
 @dataclass(frozen=True)
@@ -123,8 +163,8 @@ class Imu(Sensor):
     kind: ClassVar[str] = "imu"
     usual_rate: ClassVar[float] = 200.0
 
-    angular_velocity: tuple[Noise, Noise, Noise] = (QUIET, QUIET, QUIET)
-    linear_acceleration: tuple[Noise, Noise, Noise] = (QUIET, QUIET, QUIET)
+    angular_velocity: tuple[Noise, Noise, Noise] = (NO_NOISE, NO_NOISE, NO_NOISE)
+    linear_acceleration: tuple[Noise, Noise, Noise] = (NO_NOISE, NO_NOISE, NO_NOISE)
 
 
 @dataclass(frozen=True)
@@ -134,10 +174,10 @@ class Gps(Sensor):
     kind: ClassVar[str] = "gps"
     usual_rate: ClassVar[float] = 10.0
 
-    horizontal_position: Noise = QUIET
-    vertical_position: Noise = QUIET
-    horizontal_velocity: Noise = QUIET
-    vertical_velocity: Noise = QUIET
+    horizontal_position: Noise = NO_NOISE
+    vertical_position: Noise = NO_NOISE
+    horizontal_velocity: Noise = NO_NOISE
+    vertical_velocity: Noise = NO_NOISE
 
     @property
     def noises(self) -> tuple[Noise, ...]:
@@ -160,6 +200,7 @@ class Lidar(Sensor):
     """Lidar (`lidar`, `ray`, `gpu_lidar`, `gpu_ray`); ranges and noise in m."""
 
     kind: ClassVar[str] = "lidar"
+    casts_rays: ClassVar[bool] = True
     usual_rate: ClassVar[float] = 10.0
 
     horizontal: ScanAxis = ScanAxis(1, 0.0, 0.0)
@@ -167,7 +208,7 @@ class Lidar(Sensor):
     min_range: float = 0.0
     max_range: float = 0.0
     resolution: float = 0.0
-    noise: Noise = QUIET
+    noise: Noise = NO_NOISE
 
 
 @dataclass(frozen=True)
@@ -175,12 +216,13 @@ class RangeFinder(Sensor):
     """Range finder: one ray along its x (a lidar of a single ray, or a `sonar`), all in m."""
 
     kind: ClassVar[str] = "range_finder"
+    casts_rays: ClassVar[bool] = True
     usual_rate: ClassVar[float] = 20.0
 
     min_range: float = 0.0
     max_range: float = 0.0
     resolution: float = 0.0
-    noise: Noise = QUIET
+    noise: Noise = NO_NOISE
 
     @property
     def noises(self) -> tuple[Noise, ...]:
@@ -200,14 +242,21 @@ class Barometer(Sensor):
 
     kind: ClassVar[str] = "barometer"
     usual_rate: ClassVar[float] = 50.0
+    noise_unit: ClassVar[str] = "Pa"
+    parameters: ClassVar[tuple[Parameter, ...]] = (
+        Parameter(
+            "barometer_ground_effect",
+            "Pa",
+            "pressure that the downwash adds at the ground; 12 Pa for a metre",
+            -500.0,
+            500.0,
+            0.0,
+            "barometer",
+        ),
+    )
 
     reference_altitude: float | None = None
-    noise: Noise = QUIET
-
-    @property
-    def noises(self) -> tuple[Noise, ...]:
-        """Noise of the pressure (1)."""
-        return (self.noise,)
+    noise: Noise = NO_NOISE
 
 
 @dataclass(frozen=True)
@@ -216,13 +265,20 @@ class Magnetometer(Sensor):
 
     kind: ClassVar[str] = "magnetometer"
     usual_rate: ClassVar[float] = 50.0
+    parameters: ClassVar[tuple[Parameter, ...]] = tuple(
+        Parameter(
+            f"magnetometer_disturbance_{axis}",
+            "T",
+            f"field that the drone adds to the earth's, {way}",
+            -1e-3,
+            1e-3,
+            0.0,
+            "magnetometer",
+        )
+        for axis, way in (("x", "ahead"), ("y", "to the left"), ("z", "upwards"))
+    )
 
-    magnetic_field: tuple[Noise, Noise, Noise] = (QUIET, QUIET, QUIET)
-
-    @property
-    def noises(self) -> tuple[Noise, ...]:
-        """Noises along the axes of S (3)."""
-        return self.magnetic_field
+    magnetic_field: tuple[Noise, Noise, Noise] = (NO_NOISE, NO_NOISE, NO_NOISE)
 
 
 @dataclass(frozen=True)
@@ -240,13 +296,47 @@ class DepthCamera(Sensor):
 
     kind: ClassVar[str] = "depth_camera"
     usual_rate: ClassVar[float] = 15.0
+    colour_types: ClassVar[tuple[str, ...]] = ("rgbd", "rgbd_camera")
 
     width: int = 0
     height: int = 0
     horizontal_fov: float = 0.0
     near: float = 0.0
     far: float = 0.0
-    noise: Noise = QUIET
+    noise: Noise = NO_NOISE
+
+    @property
+    def has_colour(self) -> bool:
+        """Whether it also has a picture of colour."""
+        return self.type in self.colour_types
+
+
+CORE_SENSORS: tuple[type[Sensor], ...] = (
+    *(Imu, Gps, Lidar, RangeFinder, Barometer, DepthCamera, Magnetometer),
+)
+"""The core's kinds; installed packages add others."""
+
+
+@cache
+def added_sensors() -> tuple[type[Sensor], ...]:
+    """Return the kinds that installed packages add, by name.
+
+    One that is no class of a sensor, or not of the kind of its entry, is left out with a warning.
+    """
+    added: list[type[Sensor]] = []
+    for name, kind in load_extensions(ExtensionGroup.SENSORS, type).items():
+        if not issubclass(kind, Sensor) or kind.kind != name:
+            warn_left_out(ExtensionGroup.SENSORS, name, f"is no Sensor of the kind {name}")
+        elif name not in (each.kind for each in CORE_SENSORS):
+            added.append(kind)
+    return tuple(added)
+
+
+@cache
+def sensor_kinds() -> tuple[str, ...]:
+    """Return the names of all kinds, those of the core first; nothing is loaded."""
+    core = [each.kind for each in CORE_SENSORS]
+    return tuple(dict.fromkeys([*core, *complete_extensions(ExtensionGroup.SENSORS)]))
 
 
 class SensorFrames(NamedTuple):

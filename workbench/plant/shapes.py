@@ -1,7 +1,10 @@
 """Shapes of visuals and collisions, in their own frame and in metres."""
 
 from dataclasses import dataclass
+from itertools import product
 from pathlib import Path
+
+import numpy as np
 
 
 @dataclass(frozen=True)
@@ -60,4 +63,22 @@ class Mesh:
     center: bool = False
 
 
-Shape = Box | Sphere | Cylinder | Capsule | Ellipsoid | Mesh
+GeometryShape = Box | Sphere | Cylinder | Capsule | Ellipsoid | Mesh
+
+
+def box_corners(half: np.ndarray) -> np.ndarray:
+    """Return the corners of a box with half its side lengths (3), (8, 3) [m]."""
+    return half * np.array(list(product((-1.0, 1.0), repeat=3)))
+
+
+def prism_corners(radius: float, half: float, count: int) -> np.ndarray:
+    """Return the corners of a regular prism along z, (2 count, 3) [m].
+
+    Args:
+        radius: of the circle through the corners of an end [m].
+        half: of its length [m].
+        count: of the corners of an end.
+    """
+    angles = np.arange(count) * 2.0 * np.pi / count
+    rim = radius * np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    return np.concatenate([np.c_[rim, np.full(count, z)] for z in (-half, half)])

@@ -6,23 +6,25 @@ with its z axis along the lift of the rotors. For most vehicles it is B itself.
 """
 
 import dataclasses
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from typing import Protocol
 
 import numpy as np
 
+from workbench.common.vectors import float_triple
 from workbench.plant.gravity import GRAVITY
 from workbench.plant.rotors import Rotor, allocation_matrix, wrench_matrix
+from workbench.plant.tilt import Tilt
 
 IDLE_SPEED_SHARE = 0.1
 """Armed rotors turn at this share of their largest speed, and never slower while flying."""
 IDLE_HOVER_SHARE = 0.1
 """Limit of the idle thrust of a rotor, as a share of its hover thrust."""
-_UPRIGHT = 1e-9
+_UPRIGHT_TILT_RAD = 1e-9
 """A smaller tilt counts as a rounding error [rad]."""
-_ROUNDS = 60
+_LIFT_ITERATIONS = 60
 """Number of iterations for the direction of lift; each gains a digit or more."""
 
 
@@ -45,6 +47,10 @@ class RotorBody(Protocol):
     def inertia(self) -> np.ndarray:
         """About the centre of mass (3, 3) [kg·m²]."""
 
+    @property
+    def tilts(self) -> tuple[Tilt, ...]:
+        """Servos that tilt rotors, as far as the allocation needs them."""
+
 
 @dataclass(frozen=True)
 class ThrustFrame:
@@ -56,6 +62,7 @@ class ThrustFrame:
         p_ToTcm_T: the centre of mass [m].
         inertia_T: about the centre of mass (3, 3) [kg·m²].
         mass: all-up [kg].
+        tilts: with points and axes in T (m).
     """
 
     R_BT: np.ndarray
@@ -63,6 +70,7 @@ class ThrustFrame:
     p_ToTcm_T: tuple[float, float, float]
     inertia_T: np.ndarray
     mass: float
+    tilts: tuple[Tilt, ...] = ()
 
     @property
     def q_BT(self) -> list[float]:
@@ -73,13 +81,31 @@ class ThrustFrame:
 
     @cached_property
     def allocation(self) -> np.ndarray:
-        """Matrix from force along z of T [N] and moments [N·m] to thrusts (n, 4) [N]."""
-        return _fixed(allocation_matrix(self.rotors, self.p_ToTcm_T))
+        """Matrix from force along z of T [N] and moments [N·m] to thrusts (n, 4) [N].
+
+        With tilts to thrusts and their angles (n + m, 4) [N, rad].
+        """
+        found = allocation_matrix(self.rotors, self.p_ToTcm_T, self.tilts)
+        n = len(self.rotors)
+        hover = found[:n, 0] * self.mass * GRAVITY
+        for row, tilt in zip(found[n:], self.tilts, strict=True):
+            row /= sum(hover[each.rotor] for each in tilt.turns)
+        return _fixed(found)
+
+    @cached_property
+    def effects(self) -> np.ndarray:
+        """Matrix from thrusts [N], and angles [rad], to force and moments (4, n + m)."""
+        lifting = np.array([rotor.lifts for rotor in self.rotors])
+        columns = [*(wrench_matrix(self.rotors, self.p_ToTcm_T)[2:] * lifting).T]
+        for tilt in self.tilts:
+            hover = sum(self.hover_thrusts[each.rotor] for each in tilt.turns)
+            columns.append(hover * tilt.column(self.rotors, self.p_ToTcm_T)[2:])
+        return _fixed(np.array(columns).T)
 
     @cached_property
     def hover_thrusts(self) -> np.ndarray:
         """Thrusts that hold the vehicle still, (n) [N]."""
-        return _fixed(self.allocation[:, 0] * self.mass * GRAVITY)
+        return _fixed(self.allocation[: len(self.rotors), 0] * self.mass * GRAVITY)
 
     @cached_property
     def hover_speeds(self) -> np.ndarray:
@@ -104,7 +130,8 @@ class ThrustFrame:
         Rotors that change the yaw moment of their drag at dm/dt also produce spin_up_time dm/dt by
         their change of speed. The zero of the yaw loop is at the inverse of this time.
         """
-        turning = zip(self.rotors, self.hover_speeds, self.allocation[:, 3], strict=True)
+        n = len(self.rotors)
+        turning = zip(self.rotors, self.hover_speeds, self.allocation[:n, 3], strict=True)
         return float(
             sum(
                 -rotor.direction
@@ -134,10 +161,11 @@ def thrust_frame(vehicle: RotorBody) -> ThrustFrame:
     R_BT = _rotation_of_z_to(lift_direction(vehicle))
     return ThrustFrame(
         R_BT=_fixed(R_BT),
-        rotors=tuple(_seen_from(rotor, R_BT) for rotor in vehicle.rotors),
-        p_ToTcm_T=_triple(R_BT.T @ vehicle.p_BoBcm_B),
+        rotors=tuple(_rotor_in_thrust_frame(rotor, R_BT) for rotor in vehicle.rotors),
+        p_ToTcm_T=float_triple(R_BT.T @ vehicle.p_BoBcm_B),
         inertia_T=_fixed(R_BT.T @ vehicle.inertia @ R_BT),
         mass=vehicle.mass,
+        tilts=tuple(tilt.turned_by(R_BT.T) for tilt in vehicle.tilts),
     )
 
 
@@ -158,15 +186,17 @@ def lift_direction(vehicle: RotorBody) -> np.ndarray:
     lifting = np.array([rotor.lifts for rotor in vehicle.rotors])
     wrench = wrench_matrix(vehicle.rotors, vehicle.p_BoBcm_B)[:, lifting]
     force, moment = wrench[:3], wrench[3:]
+    if vehicle.tilts:  # which make the yaw moment
+        moment = moment[:2]
     free = np.eye(wrench.shape[1]) - np.linalg.pinv(moment) @ moment
     lift = force @ free @ force.T
     upright = np.array([0.0, 0.0, 1.0])
     direction = upright
-    for _ in range(_ROUNDS):
+    for _ in range(_LIFT_ITERATIONS):
         direction = lift @ direction
         direction /= np.linalg.norm(direction)
     thrusts = free @ force.T @ direction
-    if np.hypot(direction[0], direction[1]) < _UPRIGHT or thrusts.min() <= 0.0:
+    if np.hypot(direction[0], direction[1]) < _UPRIGHT_TILT_RAD or thrusts.min() <= 0.0:
         return upright
     return direction
 
@@ -184,12 +214,7 @@ def _rotation_of_z_to(direction: np.ndarray) -> np.ndarray:
     )
 
 
-def _seen_from(rotor: Rotor, R_BT: np.ndarray) -> Rotor:
+def _rotor_in_thrust_frame(rotor: Rotor, R_BT: np.ndarray) -> Rotor:
     return dataclasses.replace(
-        rotor, p_BR=_triple(R_BT.T @ rotor.p_BR), axis_B=_triple(R_BT.T @ rotor.axis_B)
+        rotor, p_BR=float_triple(R_BT.T @ rotor.p_BR), axis_B=float_triple(R_BT.T @ rotor.axis_B)
     )
-
-
-def _triple(values: Iterable[float]) -> tuple[float, float, float]:
-    x, y, z = (float(value) for value in values)
-    return (x, y, z)

@@ -8,15 +8,16 @@ from workbench.common.errors import WorkbenchError
 
 if TYPE_CHECKING:
     from workbench.plant.description import Description
+    from workbench.plant.model import Inertial, Link
     from workbench.plant.vehicle import Vehicle
 
-LEAST, MOST = 0.1, 10.0
+MIN_VARIATION_FACTOR, MAX_VARIATION_FACTOR = 0.1, 10.0
 """Bounds of the factors."""
-LATEST = 16
+MAX_DELAY_PERIODS = 16
 """Limit of delays in control periods."""
-LONGEST = 0.1
+MAX_VARIED_DELAY_S = 0.1
 """Limit of the delays given in seconds [s]."""
-DELAYS = ("sensing_delay", "command_delay")
+DELAY_NAMES = ("sensing_delay", "command_delay")
 """Names of the delays given in seconds."""
 
 
@@ -35,12 +36,12 @@ class Delays:
     command: int
 
     @property
-    def seen(self) -> tuple[int, int]:
+    def sensing_delay(self) -> tuple[int, int]:
         """What an update sees: how many periods ago, and the state before which step of it."""
         return -(-self.sensing // self.steps), -self.sensing % self.steps
 
     @property
-    def acting(self) -> tuple[int, int]:
+    def command_delay(self) -> tuple[int, int]:
         """Which commands act: from how many updates ago, and from which step of a period."""
         return divmod(self.command, self.steps)
 
@@ -81,21 +82,25 @@ class Variation:
         """
         for name in ("mass", "inertia", "rotor_lag"):
             value = getattr(self, name)
-            if not LEAST <= value <= MOST:
+            if not MIN_VARIATION_FACTOR <= value <= MAX_VARIATION_FACTOR:
                 raise WorkbenchError(
                     f"{where}the variation of {name} is {value:g}: give a factor within "
-                    f"{LEAST:g} .. {MOST:g}"
+                    f"{MIN_VARIATION_FACTOR:g} .. {MAX_VARIATION_FACTOR:g}"
                 )
         if not (
-            0 <= self.control_delay <= LATEST and int(self.control_delay) == self.control_delay
+            0 <= self.control_delay <= MAX_DELAY_PERIODS
+            and int(self.control_delay) == self.control_delay
         ):
             raise WorkbenchError(
-                f"{where}the control_delay is {self.control_delay}: give 0 .. {LATEST} periods"
+                f"{where}the control_delay is {self.control_delay}: give 0 .. {MAX_DELAY_PERIODS} "
+                "periods"
             )
-        for name in DELAYS:
+        for name in DELAY_NAMES:
             delay = getattr(self, name)
-            if not 0.0 <= delay <= LONGEST:
-                raise WorkbenchError(f"{where}the {name} is {delay:g} s: give 0 .. {LONGEST:g} s")
+            if not 0.0 <= delay <= MAX_VARIED_DELAY_S:
+                raise WorkbenchError(
+                    f"{where}the {name} is {delay:g} s: give 0 .. {MAX_VARIED_DELAY_S:g} s"
+                )
 
     def delays(self, physics_step: float, control_period: float) -> "Delays":
         """Return the delays of a flight for these periods [s]."""
@@ -104,15 +109,14 @@ class Variation:
         return Delays(steps, late, round(self.command_delay / physics_step))
 
 
-NOMINAL = Variation()
-"""No difference."""
-
-
-def varied(description: "Description", vehicle: "Vehicle", variation: Variation) -> "Description":
+def varied_description(
+    description: "Description", vehicle: "Vehicle", variation: Variation
+) -> "Description":
     """Return the description of what flies.
 
-    All mass is merged into the base link, so that the moments of inertia of the whole can be
-    scaled. The motion of a rigid body stays the same.
+    All mass of a rigid body is merged into the base link, so that the moments of inertia of the
+    whole can be scaled. Its motion stays the same. Where joints move, mass and moments of each link
+    are scaled.
 
     Args:
         description: of the vehicle as the controller knows it.
@@ -130,9 +134,17 @@ def varied(description: "Description", vehicle: "Vehicle", variation: Variation)
         RigidTransform(list(vehicle.p_BoBcm_B)),
         variation.inertia * vehicle.inertia,
     )
+
+    def varied(link: "Link") -> "Inertial | None":
+        """Return the inertia of a link that flies."""
+        if not vehicle.joints:
+            return whole if link.name == description.base_link else None
+        if (own := link.inertial) is None:
+            return None
+        return inertial_of(variation.mass * own.mass, own.X_LI, variation.inertia * own.matrix)
+
     links = tuple(
-        dataclasses.replace(link, inertial=whole if link.name == description.base_link else None)
-        for link in description.model.links
+        dataclasses.replace(link, inertial=varied(link)) for link in description.model.links
     )
     rotors = tuple(
         dataclasses.replace(

@@ -2,11 +2,11 @@
 
 from dataclasses import dataclass
 
-from workbench.common.errors import find_row
+from workbench.common.errors import find_named_row
 
 
 @dataclass(frozen=True)
-class Axis:
+class CommandAxis:
     """One axis of the command.
 
     Attributes:
@@ -48,19 +48,21 @@ class Axis:
 
 
 AXIS_ROWS = (
-    Axis("x", "x, east", "m/s", "m/s²", "N", "velocity_data.v_x", "max_speed", 1.0, 0),
-    Axis("y", "y, north", "m/s", "m/s²", "N", "velocity_data.v_y", "max_speed", 1.0, 1),
-    Axis("z", "z, up", "m/s", "m/s²", "N", "velocity_data.v_z", "max_climb_rate", 1.0, 2),
-    Axis("yaw", "yaw", "rad/s", "rad/s²", "N·m", "velocity_data.w_z", "max_yaw_rate", 0.2, None),
+    CommandAxis("x", "x, east", "m/s", "m/s²", "N", "velocity_data.v_x", "max_speed", 1.0, 0),
+    CommandAxis("y", "y, north", "m/s", "m/s²", "N", "velocity_data.v_y", "max_speed", 1.0, 1),
+    CommandAxis("z", "z, up", "m/s", "m/s²", "N", "velocity_data.v_z", "max_climb_rate", 1.0, 2),
+    CommandAxis(
+        "yaw", "yaw", "rad/s", "rad/s²", "N·m", "velocity_data.w_z", "max_yaw_rate", 0.2, None
+    ),
 )
-AXES = tuple(row.name for row in AXIS_ROWS)
+AXIS_NAMES = tuple(row.name for row in AXIS_ROWS)
 """Names of the axes, in the order of a command."""
 
 
-def find_axis(name: str) -> Axis:
+def find_axis(name: str) -> CommandAxis:
     """Return the axis with a name.
 
     Raises:
         WorkbenchError: if there is none.
     """
-    return find_row("axis", name, AXIS_ROWS)
+    return find_named_row("axis", name, AXIS_ROWS)

@@ -8,15 +8,15 @@ from workbench.common.resources import find_file, find_model, find_world, worlds
 from workbench.estimation.settings import COMPLEMENTARY
 from workbench.plant.description import Description, read_description
 from workbench.plant.loading import make_vehicle
-from workbench.plant.plausible import doubts
-from workbench.plant.remarks import summed_up
+from workbench.plant.plausible import implausible_values
+from workbench.plant.remarks import counts_by_kind
 from workbench.plant.sensors import Imu
 from workbench.plant.vehicle import Vehicle
 from workbench.plant.worlds.reading import read_world
 from workbench.plant.worlds.world import World
 from workbench.scenario.scenario import Scenario, VehicleConfig
 
-MOST_TOLD = 5
+MAX_LOGGED_REMARKS = 5
 """Largest number of remarks on a world that are logged individually."""
 
 
@@ -49,17 +49,17 @@ def read_configured_world(scenario: Scenario) -> World:
     return read_world(find_world(scenario.world), packages)
 
 
-def tell_world(world: World) -> None:
+def log_world_remarks(world: World) -> None:
     """Log where a world differs from its file."""
     logger = logging.getLogger("workbench")
     found = sorted(world.remarks, key=lambda remark: remark.kind == "ignored")
-    for remark in found[:MOST_TOLD]:
+    for remark in found[:MAX_LOGGED_REMARKS]:
         logger.info("%s", remark)
-    if len(found) > MOST_TOLD:
-        logger.info("%s: and so on, %s in all", world.source, summed_up(found))
+    if len(found) > MAX_LOGGED_REMARKS:
+        logger.info("%s: and so on, %s in all", world.source, counts_by_kind(found))
 
 
-def tell_start(obstacle: str, clearance: float, distance: float) -> None:
+def warn_of_start_contact(obstacle: str, clearance: float, distance: float) -> None:
     """Warn that a flight begins in an obstacle, or near enough to touch it.
 
     Args:
@@ -79,11 +79,11 @@ def tell_start(obstacle: str, clearance: float, distance: float) -> None:
         )
 
 
-TILTING = math.radians(1.0)
+MIN_TILT_ERROR_RAD = math.radians(1.0)
 """Attitude error of the complementary filter by a gyro bias from which on it is told [rad]."""
 
 
-def tell_gyro_bias(vehicle: Vehicle, scenario: Scenario, values: Mapping[str, float]) -> None:
+def warn_of_gyro_bias(vehicle: Vehicle, scenario: Scenario, values: Mapping[str, float]) -> None:
     """Warn of a gyro bias that tilts the complementary filter until it is estimated.
 
     Its attitude error is the bias over kp, and decays with the time constant kp / ki.
@@ -100,7 +100,7 @@ def tell_gyro_bias(vehicle: Vehicle, scenario: Scenario, values: Mapping[str, fl
         if not isinstance(sensor, Imu):
             continue
         bias = max(abs(each.bias_mean) + each.bias_stddev for each in sensor.angular_velocity)
-        if kp > 0.0 and bias / kp > TILTING:
+        if kp > 0.0 and bias / kp > MIN_TILT_ERROR_RAD:
             after = (
                 f"for some {kp / ki:.0f} s" if ki > 0.0 else "for good, as complementary_ki is 0"
             )
@@ -114,12 +114,23 @@ def tell_gyro_bias(vehicle: Vehicle, scenario: Scenario, values: Mapping[str, fl
             )
 
 
-def tell_remarks(description: Description, vehicle: Vehicle) -> None:
+def log_held_joints(description: Description) -> None:
+    """Log the joints of a description that do not move, and why."""
+    logger = logging.getLogger("workbench")
+    held = [remark for remark in description.remarks if remark.kind == "held"]
+    for remark in held[:MAX_LOGGED_REMARKS]:
+        logger.info("%s", remark)
+    if len(held) > MAX_LOGGED_REMARKS:
+        logger.info("%s: and %d further joints are held", description.source, len(held))
+
+
+def log_remarks(description: Description, vehicle: Vehicle) -> None:
     """Log the remarks on a description, and its implausible numbers."""
     logger = logging.getLogger("workbench")
-    found = [remark for remark in description.remarks if remark.kind != "ignored"]
+    log_held_joints(description)
+    found = [remark for remark in description.remarks if remark.kind not in ("ignored", "held")]
     if found:
-        said = summed_up(found)
+        said = counts_by_kind(found)
         logger.info("%s: %s; `workbench inspect` lists them", description.source, said)
-    for doubt in doubts(vehicle):
+    for doubt in implausible_values(vehicle):
         logger.info("%s: %s", description.source, doubt)

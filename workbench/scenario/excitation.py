@@ -5,17 +5,18 @@ from dataclasses import dataclass
 from enum import Enum
 
 from workbench.common.errors import WorkbenchError
-from workbench.scenario.axes import Axis
-from workbench.scenario.loads import EXCITED, GustLoad, Load, find_excited
+from workbench.scenario.attitude_axes import AttitudeAxis
+from workbench.scenario.axes import CommandAxis
+from workbench.scenario.loads import EXCITED_AXES, GustLoad, Load, find_excited
 
-SHORTEST, LONGEST = 0.1, 60.0
+MIN_EXCITATION_PERIOD_S, MAX_EXCITATION_PERIOD_S = 0.1, 60.0
 """Limits of the period [s]."""
-LOWEST_FREQUENCY = 0.1
+CHIRP_START_HZ = 0.1
 """Initial frequency of a chirp; it ends at ten times that or more [1/s]."""
-TENFOLD = 10.0
-COMING_BACK = 3.0
+CHIRP_RATIO = 10.0
+PULSE_RETURN_TIME_S = 3.0
 """Time to come back after a pulse [s]."""
-LATE = 1e-9
+EDGE_TOLERANCE_S = 1e-9
 """A time this close before an edge counts as at it, as sums of periods have rounding errors [s]."""
 
 
@@ -39,9 +40,10 @@ class Excitation:
     """A command or a load along one axis; the other axes are held at rest.
 
     Attributes:
-        axis: x, y, z (velocity in W) or yaw (rate), or the name of a load.
+        axis: x, y, z (velocity in W) or yaw (rate), a setpoint of attitude or rate, or the name of
+            a load.
         shape: of the command over time.
-        amplitude: [m/s] or [rad/s], of a load [N] or [N·m].
+        amplitude: [m/s] or [rad/s], of an attitude [rad], of a load [N] or [N·m].
         period: [s].
         repeats: whether it repeats until stopped.
     """
@@ -61,7 +63,7 @@ class Excitation:
         Raises:
             WorkbenchError: for the first error.
         """
-        names = [row.name for row in EXCITED]
+        names = [row.name for row in EXCITED_AXES]
         if self.axis not in names:
             raise WorkbenchError(f"the axis is {self.axis!r:.60}: give one of {', '.join(names)}")
         if not isinstance(self.shape, Shape):
@@ -80,13 +82,14 @@ class Excitation:
             )
         if isinstance(self.row, GustLoad) and self.shape is not Shape.PULSE:
             raise WorkbenchError("a gust rises and falls by itself: give it the shape pulse")
-        if not SHORTEST <= self.period <= LONGEST:
+        if not MIN_EXCITATION_PERIOD_S <= self.period <= MAX_EXCITATION_PERIOD_S:
             raise WorkbenchError(
-                f"the period is {self.period:g} s: give it one from {SHORTEST:g} to {LONGEST:g} s"
+                f"the period is {self.period:g} s: give it one from {MIN_EXCITATION_PERIOD_S:g} "
+                f"to {MAX_EXCITATION_PERIOD_S:g} s"
             )
 
     @property
-    def row(self) -> Axis | Load:
+    def row(self) -> CommandAxis | AttitudeAxis | Load:
         """The axis or the load."""
         return find_excited(self.axis)
 
@@ -99,7 +102,7 @@ class Excitation:
     def round_time(self) -> float:
         """Duration of a round [s]."""
         if self.shape is Shape.PULSE:
-            return self.period + COMING_BACK
+            return self.period + PULSE_RETURN_TIME_S
         return 2.0 * self.period if self.rests else self.period
 
     @property
@@ -120,6 +123,17 @@ class Excitation:
             case Shape.CHIRP:
                 return ()
 
+    @property
+    def longest_level(self) -> float:
+        """Longest time for which the command has one sign [s]; of a chirp half its first wave."""
+        match self.shape:
+            case Shape.STEP | Shape.PULSE:
+                return self.period
+            case Shape.DOUBLET | Shape.SQUARE:
+                return 0.5 * self.period
+            case Shape.CHIRP:
+                return min(self.period, 0.5 / CHIRP_START_HZ)
+
     def command(self, t: float) -> float:
         """Return the command at a time [s] since the beginning of the first round.
 
@@ -128,10 +142,10 @@ class Excitation:
         if t < 0.0:
             return 0.0
         if self.repeats:
-            t = math.fmod(t + LATE, self.round_time)
-        elif t >= self.round_time - LATE:
+            t = math.fmod(t + EDGE_TOLERANCE_S, self.round_time)
+        elif t >= self.round_time - EDGE_TOLERANCE_S:
             return 0.0
-        return self.amplitude * self._share(t + LATE)
+        return self.amplitude * self._share(t + EDGE_TOLERANCE_S)
 
     def _share(self, t: float) -> float:
         """Return the share of the amplitude at a time within a round."""
@@ -152,20 +166,22 @@ class Excitation:
         Its frequency rises linearly. The final frequency is such that whole waves fill the period,
         and the sine ends as it began.
         """
-        waves = math.ceil(0.5 * (1.0 + TENFOLD) * LOWEST_FREQUENCY * self.period - LATE)
-        last = 2.0 * waves / self.period - LOWEST_FREQUENCY
-        pace = (last - LOWEST_FREQUENCY) / self.period
-        return math.sin(2.0 * math.pi * (LOWEST_FREQUENCY + 0.5 * pace * t) * t)
+        waves = math.ceil(
+            0.5 * (1.0 + CHIRP_RATIO) * CHIRP_START_HZ * self.period - EDGE_TOLERANCE_S
+        )
+        last = 2.0 * waves / self.period - CHIRP_START_HZ
+        pace = (last - CHIRP_START_HZ) / self.period
+        return math.sin(2.0 * math.pi * (CHIRP_START_HZ + 0.5 * pace * t) * t)
 
 
 @dataclass(frozen=True)
-class Exciting:
+class ActiveExcitation:
     """An excitation in flight.
 
     Attributes:
         excitation: the one flown.
         began: simulated time at which the present round began, or is about to begin [s].
-        round: number of the present round, from 1.
+        round: number of the present round, from 1; 0 while the drone comes to rest before it.
         from_rest: whether the round began at rest, as the first one and those after a return do.
         returning: whether the round is over and the drone returns to the start of the first one.
     """
@@ -175,6 +191,11 @@ class Exciting:
     round: int
     from_rest: bool = False
     returning: bool = False
+
+    @property
+    def rounds_flown(self) -> int:
+        """Number of rounds that were flown to their end."""
+        return self.round if self.returning else max(0, self.round - 1)
 
     @property
     def again(self) -> bool:

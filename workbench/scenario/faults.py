@@ -2,8 +2,10 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cache
 
-from workbench.scenario.parameters import MOST_ROTORS, SENSOR_KINDS
+from workbench.parameters.flight_parameters import MAX_WEAKENED_ROTORS
+from workbench.plant.sensors import CORE_SENSORS, added_sensors
 
 SENSOR_MODES = {"frozen": 1.0, "noisy": 2.0, "silent": 3.0}
 """Failure modes of a sensor, with the value of its parameter."""
@@ -12,7 +14,7 @@ TURBULENCES = {"still": 0.0, "light": 7.7, "moderate": 15.4, "severe": 23.2}
 
 
 @dataclass(frozen=True)
-class Part:
+class FailingPart:
     """A part that may fail.
 
     Attributes:
@@ -37,7 +39,15 @@ class Part:
         return f"{self.name} at {100.0 * value:.0f} %"
 
 
-PARTS = (
-    *(Part(f"rotor {number}", f"rotor_{number}", 1.0, {}) for number in range(1, MOST_ROTORS + 1)),
-    *(Part(kind.replace("_", " "), f"{kind}_fault", 0.0, SENSOR_MODES) for kind in SENSOR_KINDS),
-)
+@cache
+def failing_parts() -> tuple[FailingPart, ...]:
+    """Return all parts that may fail: the rotors, then the sensors by kind."""
+    rotors = (
+        FailingPart(f"rotor {number}", f"rotor_{number}", 1.0, {})
+        for number in range(1, MAX_WEAKENED_ROTORS + 1)
+    )
+    sensors = (
+        FailingPart(each.kind.replace("_", " "), f"{each.kind}_fault", 0.0, SENSOR_MODES)
+        for each in (*CORE_SENSORS, *added_sensors())
+    )
+    return (*rotors, *sensors)

@@ -10,12 +10,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.common.errors import find_row
-from workbench.scenario.axes import AXIS_ROWS, Axis
+from workbench.common.errors import find_named_row
+from workbench.scenario.attitude_axes import STEP_AXIS_ROWS, AttitudeAxis, tilt_angles
+from workbench.scenario.axes import AXIS_ROWS, CommandAxis
 from workbench.scenario.scenario import Action, Gust, Push
 
-Three = tuple[float, float, float]
-MOTIONS = ("position x", "position y", "position z", "roll", "pitch", "yaw rate")
+LoadVector = tuple[float, float, float]
+LOAD_RESPONSES = ("position x", "position y", "position z", "roll", "pitch", "yaw rate")
 """Responses to loads."""
 
 
@@ -44,10 +45,10 @@ class Load:
     signal: str
     limit: str
     amplitude: float
-    force_W: Three = (0.0, 0.0, 0.0)
-    torque_B: Three = (0.0, 0.0, 0.0)
+    force_W: LoadVector = (0.0, 0.0, 0.0)
+    torque_B: LoadVector = (0.0, 0.0, 0.0)
 
-    def action(self, size: float, duration: float, p_BoBcm_B: Three) -> Action:
+    def action(self, size: float, duration: float, p_BoBcm_B: LoadVector) -> Action:
         """Return the action that starts a load in a script; a size of 0 ends it.
 
         Args:
@@ -78,14 +79,11 @@ class Load:
             p_WB: positions (M, 3) [m].
             w_WB: angular velocities in W (M, 3) [rad/s].
         """
-        w, x, y, z = q_WB.T
-        roll = np.arctan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y))
-        pitch = np.arcsin(np.clip(2.0 * (w * y - z * x), -1.0, 1.0))
-        values = (*p_WB.T, roll, pitch, w_WB[:, 2])[MOTIONS.index(self.response)]
+        values = (*p_WB.T, *tilt_angles(q_WB), w_WB[:, 2])[LOAD_RESPONSES.index(self.response)]
         return np.asarray(values - values[0])
 
     @staticmethod
-    def _scaled(vector: Three, size: float) -> list[float]:
+    def _scaled(vector: LoadVector, size: float) -> list[float]:
         return [size * part for part in vector]
 
 
@@ -97,9 +95,9 @@ class GustLoad(Load):
         velocity_W: velocity of a unit gust (3) [m/s].
     """
 
-    velocity_W: Three = (0.0, 0.0, 0.0)
+    velocity_W: LoadVector = (0.0, 0.0, 0.0)
 
-    def action(self, size: float, duration: float, p_BoBcm_B: Three) -> Action:
+    def action(self, size: float, duration: float, p_BoBcm_B: LoadVector) -> Action:
         """Return the action that starts a gust in a script; see `Load.action`."""
         return Action(gust=Gust(self._scaled(self.velocity_W, size), duration) if size else Gust())
 
@@ -109,12 +107,12 @@ class GustLoad(Load):
         return Gust().duration
 
 
-def _unit(axis: str) -> Three:
+def _unit(axis: str) -> LoadVector:
     x, y, z = (float(axis == each) for each in "xyz")
     return x, y, z
 
 
-def _force(axis: Axis) -> Load:
+def _force(axis: CommandAxis) -> Load:
     return Load(
         f"force_{axis.name}",
         f"force {axis.label}",
@@ -128,7 +126,7 @@ def _force(axis: Axis) -> Load:
     )
 
 
-def _gust(axis: Axis) -> Load:
+def _gust(axis: CommandAxis) -> Load:
     return GustLoad(
         f"gust_{axis.name}",
         f"gust {axis.label}",
@@ -162,9 +160,9 @@ PUSH_ROWS = (
 )
 GUST_ROWS = tuple(map(_gust, AXIS_ROWS[:3]))
 LOAD_ROWS = (*PUSH_ROWS, *GUST_ROWS)
-LOADS = tuple(row.name for row in LOAD_ROWS)
+LOAD_NAMES = tuple(row.name for row in LOAD_ROWS)
 """Names of the loads."""
-EXCITED: tuple[Axis | Load, ...] = (*AXIS_ROWS, *LOAD_ROWS)
+EXCITED_AXES: tuple[CommandAxis | AttitudeAxis | Load, ...] = (*STEP_AXIS_ROWS, *LOAD_ROWS)
 """Names of all axes of an excitation: setpoints, and loads."""
 
 
@@ -174,13 +172,13 @@ def find_load(name: str) -> Load:
     Raises:
         WorkbenchError: if there is none.
     """
-    return find_row("load", name, LOAD_ROWS)
+    return find_named_row("load", name, LOAD_ROWS)
 
 
-def find_excited(name: str) -> Axis | Load:
+def find_excited(name: str) -> CommandAxis | AttitudeAxis | Load:
     """Return the axis of a setpoint or the load with a name.
 
     Raises:
         WorkbenchError: if there is none.
     """
-    return find_row("axis", name, EXCITED)
+    return find_named_row("axis", name, EXCITED_AXES)

@@ -7,9 +7,9 @@ import numpy as np
 
 LINES_PER_DECADE = 14
 """Number of sines per decade of frequencies, evenly spaced on a logarithmic scale."""
-TRIES = 64
+PHASE_TRIALS = 64
 """Number of sets of random phases; the one with the lowest crest factor is used."""
-SLOPE = 1.0
+AMPLITUDE_SLOPE = 1.0
 """Amplitudes fall with this power of the frequency, as slow turbulence and drift are strongest."""
 
 
@@ -45,8 +45,8 @@ def multisine(lowest: float, highest: float, spacing: float) -> Multisine:
     It has odd harmonics only. Even nonlinearities, such as the square in thrust and lift, then only
     produce even harmonics and do not disturb the measured ones (Pintelon and Schoukens, System
     Identification, 2nd edition, 2012, section 4.3). Its phases are random, with the lowest crest
-    factor of `TRIES`; Schroeder's phases are no better for lines evenly spaced on a logarithmic
-    scale.
+    factor of `PHASE_TRIALS`; Schroeder's phases are no better for lines evenly spaced on a
+    logarithmic scale.
 
     Args:
         lowest: frequency, which determines the period [rad/s].
@@ -58,12 +58,12 @@ def multisine(lowest: float, highest: float, spacing: float) -> Multisine:
     wanted = np.geomspace(1.0, most, 1 + math.ceil(LINES_PER_DECADE * math.log10(most)))
     lines = np.unique(2 * (wanted / 2.0).astype(int) + 1)
     lines = lines[lines <= most]
-    sizes = lines**-SLOPE
+    sizes = lines**-AMPLITUDE_SLOPE
     sizes /= math.sqrt(0.5 * float(sizes @ sizes))
     draw = np.random.Generator(np.random.PCG64(0))
     turns = 2.0 * math.pi * np.outer(lines, np.arange(count)) / count
     tried = []
-    for _ in range(TRIES):
+    for _ in range(PHASE_TRIALS):
         phases = draw.uniform(0.0, 2.0 * math.pi, len(lines))
         tried.append(sizes @ np.cos(turns + phases[:, None]))
     best = min(tried, key=lambda values: float(np.abs(values).max()))

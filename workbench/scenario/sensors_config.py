@@ -4,14 +4,13 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from numbers import Real
-from typing import Any
 
 from workbench.common.errors import WorkbenchError
 from workbench.common.yaml_files import Keys
 
-SLOWEST_SENSOR = 0.01
+MIN_SENSOR_RATE_HZ = 0.01
 """Lowest rate of a sensor [1/s]."""
-LONGEST_LATENCY = 10.0
+MAX_SENSOR_LATENCY_S = 10.0
 """Largest latency of a sensor [s]."""
 
 
@@ -19,7 +18,7 @@ LONGEST_LATENCY = 10.0
 class SensorsConfig:
     """The sensors of the vehicle in use, and their settings; those not named are not built.
 
-    Names or kinds, see `parameters.SENSOR_KINDS`, or `all`; rates [1/s] and latencies [s] by name
+    Names or kinds, see `sensor_kinds`, or `all`; rates [1/s] and latencies [s] by name
     or kind that replace those of the description; the seed of all noise; whether there is noise;
     whether to record every sample for `workbench fly` to write.
     """
@@ -44,18 +43,18 @@ def check_sensors(sensors: SensorsConfig, refuse: Callable[[Keys, str], Workbenc
     """
     _check_types(sensors, refuse)
     for name, rate in sensors.rates.items():
-        if not isinstance(rate, Real) or not SLOWEST_SENSOR <= rate < math.inf:
-            reason = f"must be a finite number of samples a second, {SLOWEST_SENSOR:g} or more"
+        if not isinstance(rate, Real) or not MIN_SENSOR_RATE_HZ <= rate < math.inf:
+            reason = f"must be a finite number of samples a second, {MIN_SENSOR_RATE_HZ:g} or more"
             raise refuse(("sensors", "rates", name), reason)
     for name, latency in sensors.latency.items():
-        if not isinstance(latency, Real) or not 0.0 <= latency <= LONGEST_LATENCY:
-            reason = f"must be within 0 .. {LONGEST_LATENCY:g} s"
+        if not isinstance(latency, Real) or not 0.0 <= latency <= MAX_SENSOR_LATENCY_S:
+            reason = f"must be within 0 .. {MAX_SENSOR_LATENCY_S:g} s"
             raise refuse(("sensors", "latency", name), reason)
     if sensors.seed < 0:
         raise refuse(("sensors", "seed"), "must be 0 or more")
 
 
-def _check_types(sensors: Any, refuse: Callable[[Keys, str], WorkbenchError]) -> None:
+def _check_types(sensors: object, refuse: Callable[[Keys, str], WorkbenchError]) -> None:
     """Check the types, as the schema does for a file."""
     if not isinstance(sensors, SensorsConfig):
         raise refuse(("sensors",), f"is {sensors!r:.60}, and should be a SensorsConfig")

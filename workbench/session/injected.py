@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from workbench.control.controller import Controller
 from workbench.scenario.multisine import Multisine, multisine
 from workbench.scenario.scenario import Injection, Rates
 
@@ -15,7 +16,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Injected:
+class InjectedSignal:
     """A signal injected at a loop point, and the response, at each update after a first period.
 
     The first period is left out, as it has the transient. The response is the signal that the law
@@ -38,7 +39,7 @@ class Injected:
 
 
 @dataclass
-class Injecting:
+class ActiveInjection:
     """Adds the values of an injection, one at each control update, or at each n-th one.
 
     If the part of the law that reads the point runs only in every n-th update, each value is held
@@ -64,6 +65,15 @@ class Injecting:
     came: array = field(default_factory=lambda: array("d"))
     is_over: bool = False
 
+    @classmethod
+    def starting(
+        cls, injection: Injection, law: Controller, start: float, rates: Rates
+    ) -> "ActiveInjection":
+        """Return a checked injection into a law, from a time [s] on."""
+        first = round(start / rates.physics_step)
+        place = law.point_names.index(injection.point)
+        return cls(injection, place, first, rates, law.point_dividers[injection.point])
+
     def __post_init__(self) -> None:
         wanted, period = self.injection, self.divider * self.rates.control_period
         self.multisine = multisine(wanted.lowest, wanted.highest, period)
@@ -86,12 +96,12 @@ class Injecting:
         return self.first + len(self.came) * self._steps
 
     @property
-    def injected(self) -> Injected:
+    def injected(self) -> InjectedSignal:
         """The whole periods measured so far."""
         count = len(self.multisine.values)
         whole = max(0, math.floor(len(self.came) / count) - 1)
         came = np.frombuffer(self.came)[count : (1 + whole) * count] if whole else np.empty(0)
-        return Injected(self.injection, self.multisine, came.reshape(whole, count).copy())
+        return InjectedSignal(self.injection, self.multisine, came.reshape(whole, count).copy())
 
     def act(self, step: int, live: "LiveContext") -> None:
         """Add the value of an update that is due at a step, or end the injection after the last."""

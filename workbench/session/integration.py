@@ -2,9 +2,10 @@
 
 In the air `runge_kutta5` takes one step a control period, more where the body turns fast or a
 rotor is quick; where the control period is short `runge_kutta3` takes the steps, as exactly and in
-half the time. A step ends at each sample of a sensor. Near contact CENIC always converges (Kurtz
-and Castro, "CENIC: Convex Error-controlled Numerical Integration for Contact", 2025, arXiv
-2511.08771).
+half the time. A step ends at each sample of a sensor. Where joints have a mode too fast for that
+step, it is taken in up to three parts; where that is not enough (light links, friction, joints that
+follow others), `radau3` flies with error control. Near contact CENIC always converges (Kurtz and
+Castro, "CENIC: Convex Error-controlled Numerical Integration for Contact", 2025, arXiv 2511.08771).
 The choice is made at the beginning of a control period from the Context alone.
 
 Other integrators of Drake were measured on the ground. `radau1` and `implicit_euler` reuse their
@@ -14,7 +15,10 @@ to steps of nanoseconds.
 """
 
 import math
+from collections.abc import Sequence
 
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import BallRpyJoint
 from pydrake.systems.analysis import (
     InitializeParams,
     IntegratorBase,
@@ -22,20 +26,37 @@ from pydrake.systems.analysis import (
     Simulator,
 )
 
+from workbench.common.errors import FlightBrokenError
+from workbench.common.plain_text import plain_name
 from workbench.diagram.airframe import Airframe
+from workbench.diagram.joint_modes import JointMode
+from workbench.plant.vehicle import Vehicle
 from workbench.scenario.scenario import Rates
 
-FAST = 5.0
+FAST_TURN_RAD_S = 5.0
 """Angular velocity above which steps are half as long [rad/s]."""
-LONGEST_STEP = 1 / 128
+MAX_AIR_STEP_S = 1 / 128
 """[s]"""
-ACCURACY = 1e-5
+CENIC_ACCURACY = 1e-5
 """Of CENIC: a drone that slides is stopped after the right distance within 3 %, also if it has come
 down with 0.5 m/s; with 1e-4 within 10 %."""
-SHORT = 0.2
+SHORT_STEP_LAG_SHARE = 0.2
 """Share of the rotors' lag below which a step is as exact with `runge_kutta3` as one of a control
 period with `runge_kutta5`."""
-AIR, AIR_SHORT, GROUND = "runge_kutta5", "runge_kutta3", "cenic"
+AIR_INTEGRATOR, SHORT_STEP_INTEGRATOR = "runge_kutta5", "runge_kutta3"
+CONTACT_INTEGRATOR, STIFF_INTEGRATOR = "cenic", "radau3"
+STIFF_ACCURACY = 1e-3
+"""For joints with fast modes: an arm with dry friction and a gripper takes two steps a control
+period. Of the implicit integrators `radau1` takes eight for the same accuracy, `implicit_euler`
+and `velocity_implicit_euler` six. Positions are within 1e-6 m of those at 1e-5."""
+MAX_BALL_PITCH_RAD = math.radians(85.0)
+"""Largest second angle of a ball joint: at 90° Drake's three angles have no rates, and fixed steps
+are inexact nearby."""
+MAX_EXPLICIT_STEP_RATE = 1.0
+"""Largest product of step and fastest mode of the joints for an explicit integrator."""
+MAX_STEP_PARTS = 3
+"""Largest number of steps in place of one: elastic cables of up to 380 rad/s fly in half the time
+of `radau3`, and a hundred times as exactly."""
 
 
 def air_step(period: float, lag: float, turns_fast: bool) -> tuple[float, bool]:
@@ -44,15 +65,44 @@ def air_step(period: float, lag: float, turns_fast: bool) -> tuple[float, bool]:
     Args:
         period: of control [s].
         lag: time constant of the quickest rotor [s].
-        turns_fast: whether the body turns faster than `FAST`.
+        turns_fast: whether the body turns faster than `FAST_TURN_RAD_S`.
     """
-    size = _part(period, min(0.5 * LONGEST_STEP if turns_fast else LONGEST_STEP, lag))
-    return size, size <= SHORT * lag
+    size = _part(period, min(0.5 * MAX_AIR_STEP_S if turns_fast else MAX_AIR_STEP_S, lag))
+    return size, size <= SHORT_STEP_LAG_SHARE * lag
+
+
+def integrator_in_hover(rates: Rates, vehicle: Vehicle, modes: Sequence[JointMode]) -> str:
+    """Return the integrator of a vehicle that hovers away from everything."""
+    size, third = air_step(rates.control_period, quickest_rotor(vehicle), False)
+    return _air_integrator(third, explicit_parts(size, modes))
+
+
+def quickest_rotor(vehicle: Vehicle) -> float:
+    """Return the smallest time constant of a rotor [s]."""
+    return min(min(each.time_constant_up, each.time_constant_down) for each in vehicle.rotors)
+
+
+def explicit_parts(step: float, modes: Sequence[JointMode]) -> int:
+    """Return in how many parts a step [s] is short for the fastest mode of joints, the first."""
+    return max(1, math.ceil(modes[0].rate * step / MAX_EXPLICIT_STEP_RATE)) if modes else 1
+
+
+def _air_integrator(third: bool, parts: int) -> str:
+    """Return the integrator in the air: of third order, fifth, or implicit for stiff joints."""
+    if parts > MAX_STEP_PARTS:
+        return STIFF_INTEGRATOR
+    return SHORT_STEP_INTEGRATOR if third and parts == 1 else AIR_INTEGRATOR
 
 
 def _part(period: float, longest: float) -> float:
     """Return the longest part of a period of which as many as fill it are no longer [s]."""
     return period / math.ceil(period / longest - 1e-9)
+
+
+def _ball_joints(plant: MultibodyPlant) -> list[BallRpyJoint]:
+    """Return the ball joints of a plant."""
+    joints = map(plant.get_joint, plant.GetJointIndices())
+    return [each for each in joints if each.type_name() == BallRpyJoint.kTypeName]
 
 
 class Integration:
@@ -62,34 +112,67 @@ class Integration:
         self._simulator, self._airframe = simulator, airframe
         self._step, self._period = rates.physics_step, rates.control_period
         self._every = rates.control_steps
-        rotors = airframe.vehicle.rotors
-        self._lag = min(min(each.time_constant_up, each.time_constant_down) for each in rotors)
+        self._lag = quickest_rotor(airframe.vehicle)
+        longest, _ = air_step(self._period, self._lag, False)
+        self._parts = explicit_parts(longest, airframe.modes)
+        self._joints_step = longest / self._parts
         self._scheme, self._size = "", 0.0
+        self._balls = _ball_joints(airframe.plant)
 
     def advance(self, step: int) -> None:
-        """Advance to a step of the physics."""
-        now = round(self._simulator.get_context().get_time() / self._step)
-        while now < step:
-            self._choose()
-            now = min(step, (now // self._every + 1) * self._every)
-            self._simulator.AdvanceTo(now * self._step)
+        """Advance to a step of the physics.
+
+        Raises:
+            FlightBrokenError: if the simulation cannot go on.
+        """
+        context = self._simulator.get_context()
+        now = round(context.get_time() / self._step)
+        try:
+            while now < step:
+                self._check_balls()
+                self._choose()
+                now = min(step, (now // self._every + 1) * self._every)
+                self._simulator.AdvanceTo(now * self._step)
+        except (FlightBrokenError, RuntimeError, SystemExit) as error:
+            broke = f"the flight broke off after {context.get_time():.3f} s"
+            if isinstance(error, FlightBrokenError):
+                raise FlightBrokenError(f"{error}; {broke}") from error
+            raise FlightBrokenError(f"{broke}: {' '.join(str(error).split())}") from error
+
+    def _check_balls(self) -> None:
+        """End a flight in which a ball joint has turned too far."""
+        if not self._balls:
+            return
+        context = self._airframe.plant.GetMyContextFromRoot(self._simulator.get_context())
+        for ball in self._balls:
+            if abs(ball.get_angles(context)[1]) > MAX_BALL_PITCH_RAD:
+                raise FlightBrokenError(
+                    f"the ball joint '{plain_name(ball.name())}' has turned by more than "
+                    f"{math.degrees(MAX_BALL_PITCH_RAD):.0f}° about y, and at 90° its three angles "
+                    "have no rates: make it a universal joint, or a cable (docs/joints.md)"
+                )
 
     def _choose(self) -> None:
         """Set the integrator for the control period that begins now."""
         root, airframe = self._simulator.get_context(), self._airframe
         air = not airframe.may_touch(root, self._period)
-        turns_fast = math.hypot(*airframe.body_state(root)[7:10].tolist()) > FAST
+        turns_fast = math.hypot(*airframe.body_state(root)[7:10].tolist()) > FAST_TURN_RAD_S
         size, third = air_step(self._period, self._lag, turns_fast)
-        scheme = AIR_SHORT if third else AIR
+        scheme, controlled = _air_integrator(third, self._parts), 0.0
+        if scheme == STIFF_INTEGRATOR:
+            size, controlled = self._period, STIFF_ACCURACY
         if not air:  # steps of the rotors' speeds are those of Euler in CENIC
-            scheme, size = GROUND, _part(self._period, min(size, 0.5 * self._lag))
+            scheme, size = CONTACT_INTEGRATOR, _part(self._period, min(size, 0.5 * self._lag))
+            controlled = CENIC_ACCURACY
+        elif not controlled:
+            size = min(size, self._joints_step)
         if scheme == self._scheme and size == self._size:
             return
         self._scheme, self._size = scheme, size
         integrator: IntegratorBase = ResetIntegratorFromFlags(self._simulator, scheme, size)
-        integrator.set_fixed_step_mode(air)
-        if not air:
-            integrator.set_target_accuracy(ACCURACY)
+        integrator.set_fixed_step_mode(not controlled)
+        if controlled:
+            integrator.set_target_accuracy(controlled)
         # With a new integrator the Simulator begins anew at the present time. Updates that are due
         # now are still to come; what is published now is published again.
         begin = InitializeParams()

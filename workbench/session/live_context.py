@@ -4,57 +4,44 @@ A Context of a diagram with systems in Python cannot be pickled, but its numbers
 """
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from functools import partial
-from typing import TypeVar
 
 import numpy as np
-from pydrake.common.eigen_geometry import Quaternion
-from pydrake.math import RollPitchYaw
-from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.analysis import InitializeParams, Simulator
-from pydrake.systems.framework import Context, Diagram, System
+from pydrake.systems.framework import Context, System
 
-from workbench.common.errors import WorkbenchError, sentences
-from workbench.control.controller import COMMON, LIMITS
-from workbench.control.flight_mode import REASON, initial_state
-from workbench.control.mode import FlightMode, Reason
-from workbench.control.schedule import Schedule, parse_schedule, split_label
+from workbench.common.errors import WorkbenchError, drake_error_sentences
+from workbench.common.parameter import HOOKS, Parameter, hooks_are_open
+from workbench.control.controller import COMMON_PARAMETERS, LIMITS_GROUP
+from workbench.control.flight_mode import initial_state
+from workbench.control.mode import FlightMode, ModeRequest
+from workbench.control.schedule import GainSchedule, parse_schedule, split_label
 from workbench.diagram.core import COMMAND_DELAY, COMMAND_HOLD, STATE_DELAY, STATE_HOLD
-from workbench.diagram.sensing import Mounted
 from workbench.diagram.workbench import Workbench
-from workbench.estimation.ekf import START
-from workbench.estimation.settings import ESTIMATORS, HEARD, OWN
+from workbench.estimation.ekf import START_ERRORS_SOURCE
+from workbench.parameters.parameter_table import check_parameters
 from workbench.plant.payload import Payload
 from workbench.plant.placing import body_state
+from workbench.plant.sensors import sensor_kinds
 from workbench.plant.thrust_frame import thrust_frame
 from workbench.plant.vehicle import Vehicle
-from workbench.scenario.parameters import SENSOR_KINDS, Parameter, check_parameters, parameter_table
-from workbench.scenario.scenario import Scenario, Start
-from workbench.session.checkpoint import Checkpoint, Groups, SystemState
+from workbench.scenario.attitude_axes import attitude_places, point_values
+from workbench.scenario.scenario import AttitudeSetpoint, ScenarioStart
+from workbench.session.checkpoint import Checkpoint, SystemState
+from workbench.session.flight_snapshot import flight_snapshot
 from workbench.session.integration import Integration
-from workbench.session.snapshot import Clearance, LidarSummary, SensorStatus, Snapshot, Triple
-from workbench.systems.noise import CountedNoise, noise_seed, seed_noise
-from workbench.systems.pilot import Wish
-from workbench.systems.propeller_display import PropellerDisplay
-from workbench.systems.push import PushSettings
-from workbench.systems.sensors.faults import Fault
-from workbench.systems.sensors.readings import (
-    BarometerReading,
-    GpsReading,
-    ImuReading,
-    LidarScan,
-    MagnetometerReading,
-    RangeReading,
-    Reading,
+from workbench.session.live_states import read_system_states, write_system_states
+from workbench.session.parameter_place import (
+    ParameterPlace,
+    missing_system_remedy,
+    parameter_places,
 )
-from workbench.systems.wind import WindSettings
+from workbench.session.snapshot import Snapshot
+from workbench.systems.noise import noise_seed, seed_noise
+from workbench.systems.pilot import PilotCommand, with_mode_request
 
-R = TypeVar("R", bound=Reading)
-Place = tuple[System, int, int]
-"""A system, the index of its numeric parameter, and an index in it."""
-START_HEIGHT = 1.5
+START_HEIGHT_M = 1.5
 """Initial height of a flight that starts hovering without a stated position [m]."""
 
 
@@ -64,18 +51,14 @@ class LiveContext:
     def __init__(
         self,
         bench: Workbench,
-        scenario: Scenario,
-        values: Mapping[str, float] | None = None,
         checkpoint: Checkpoint | None = None,
         first: Mapping[str, float] | None = None,
     ) -> None:
         """Begin a flight.
 
         Args:
-            bench: the flying diagram.
-            scenario: its start and seed are used.
-            values: values of parameters by name. Those of faults and of optional systems are set;
-                the others stay as built.
+            bench: the flying diagram. Start and seed are its setup's; of its values, those of
+                faults and of optional systems are set, and the others stay as built.
             checkpoint: state to continue from; without one the flight begins at its start.
             first: values that the script sets at time 0, so that the first sample is recorded with
                 them; one that is refused is refused when the script acts.
@@ -84,14 +67,14 @@ class LiveContext:
             WorkbenchError: if Drake cannot begin, a fault names an absent system, the checkpoint
                 belongs to another flight, or another controller cannot continue from it.
         """
-        self._bench = bench
-        self._table = parameter_table(bench.controller)
+        setup, scenario = bench.setup, bench.setup.scenario
+        self._bench, self._table = bench, setup.table
         self._period, self._step = scenario.rates.control_period, scenario.rates.physics_step
-        self._places = _places(bench)
-        self._found: dict[str, list[Place]] = {}
+        self._places = parameter_places(bench)
+        self._found: dict[str, list[ParameterPlace]] = {}
         self.simulator = Simulator(bench.diagram)
-        self._integration = Integration(self.simulator, bench.airframe, scenario.rates)
-        self._start(scenario.start)
+        self.integration = Integration(self.simulator, bench.airframe, scenario.rates)
+        self._start(scenario.start, hooks_are_open({**setup.values, **(first or {})}))
         root = self.simulator.get_mutable_context()
         airframe = bench.airframe
         for noisy in (airframe.wind, airframe.imu):
@@ -101,38 +84,38 @@ class LiveContext:
             state = airframe.body_state(root)
             seed = None
             if scenario.sensors.noise:
-                seed = noise_seed(scenario.sensors.seed, START)
+                seed = noise_seed(scenario.sensors.seed, START_ERRORS_SOURCE)
             bench.navigation.begin(self._of(bench.navigation), state, seed)
         if bench.gauge:
             seed_noise(bench.gauge.noise, root, scenario.sensors.seed)
-        rows = [row for row in self._table if row.system in (*SENSOR_KINDS, "gauge", "rotors")]
+        rows = [
+            row
+            for row in self._table
+            if row.system in (*sensor_kinds(), "gauge", "rotors", "cables")
+        ]
         faults = {row.name: row.default for row in rows}
-        self.set({n: v for n, v in (values or {}).items() if n in faults and v != faults[n]})
+        self.set({n: v for n, v in setup.values.items() if n in faults and v != faults[n]})
         with suppress(WorkbenchError):
             self.set(first or {})
         airframe.wind.begin(self._of(airframe.wind))
         begin = InitializeParams()
         if checkpoint:
-            _write_states(bench, root, self._taken_over(checkpoint))
+            write_system_states(bench, root, self._taken_over(checkpoint))
             airframe.set_payload(root, self.payload)
             bench.computer.close_loops(self._of(bench.computer))
             bench.computer.design(self._of(bench.computer))
             root.SetTime(checkpoint.time)
-            if checkpoint.source != bench.controller.digest:  # before anything is published
+            if checkpoint.source != setup.controller.digest:  # before anything is published
                 bench.computer.try_update(self._of(bench.computer))
             # events of the start are done; those due at the present time are still to come
             begin.suppress_initialization_events = True
-        with sentences("the flight could not begin"):
+        with drake_error_sentences("the flight could not begin"):
             self.simulator.Initialize(begin)
 
     @property
     def root(self) -> Context:
         """The whole diagram's Context, for reading."""
         return self.simulator.get_context()
-
-    def advance(self, step: int) -> None:
-        """Let the Simulator advance to a step of the physics."""
-        self._integration.advance(step)
 
     @property
     def payload(self) -> Payload:
@@ -152,11 +135,11 @@ class LiveContext:
 
     def states(self) -> dict[str, SystemState]:
         """Return the states that determine the rest of the flight, by path of the system."""
-        return _read_states(self._bench, self.root)
+        return read_system_states(self._bench, self.root)
 
     def snapshot(self, start: Sequence[float]) -> Snapshot:
         """Return the present of a flight that began at `start` in W [m], read from the ports."""
-        return _observed(self._bench, self.root, start)
+        return flight_snapshot(self._bench, self.root, start)
 
     @property
     def next_update(self) -> float:
@@ -164,15 +147,20 @@ class LiveContext:
         return math.ceil(self.root.get_time() / self._period - 1e-6) * self._period
 
     @property
-    def wish(self) -> Wish:
+    def command(self) -> PilotCommand:
         """The pilot's command."""
         pilot = self._bench.pilot
-        return pilot.wish(self._of(pilot))
+        return pilot.command(self._of(pilot))
 
-    @wish.setter
-    def wish(self, wish: Wish) -> None:
+    @command.setter
+    def command(self, command: PilotCommand) -> None:
         pilot = self._bench.pilot
-        pilot.set_wish(self._of(pilot), wish)
+        pilot.set_command(self._of(pilot), command)
+
+    def request(self, what: ModeRequest, height: float) -> None:
+        """Request something of the flight mode; the height is that of a take-off [m]."""
+        mode, seen, *_ = self._bench.recorder.now(self.root)["mode"]
+        self.command = with_mode_request(self.command, what, height, FlightMode(int(mode)), seen)
 
     def probed(self, place: int, value: float) -> float:
         """Inject a value at a loop point, and return the present signal there.
@@ -184,6 +172,26 @@ class LiveContext:
         computer = self._bench.computer
         computer.inject(self._of(computer), place, value)
         return float(self.loop_signals()[place])
+
+    def set_attitude(self, setpoint: AttitudeSetpoint) -> None:
+        """Give the attitude and rate loops their setpoints from the next update on.
+
+        Raises:
+            WorkbenchError: if the law has no such loop.
+        """
+        computer = self._bench.computer
+        values = point_values(setpoint, computer.controller)
+        for place in attitude_places(computer.controller):
+            value = values.get(computer.controller.point_names[place])
+            gate = 1.0 if value is None else 0.0
+            computer.set_point(self._of(computer), place, gate, value or 0.0)
+
+    @property
+    def attitude_is_set(self) -> bool:
+        """Whether a setpoint replaces that of the loops outside."""
+        computer = self._bench.computer
+        probes = self._of(computer).get_numeric_parameter(computer.probes_index)
+        return any(probes[place] == 0.0 for place in attitude_places(computer.controller))
 
     def loop_signals(self) -> np.ndarray:
         """Return the signals that the next update reads at the loop points (P)."""
@@ -203,6 +211,8 @@ class LiveContext:
         good = self._table.checked(values)
         places = {name: self._find(self._table.find(name)) for name in good}
         airframe, computer = self._bench.airframe, self._bench.computer
+        if good.get(HOOKS, 1.0) == 0.0 and self.get(self._table.find(HOOKS)) != 0.0:
+            airframe.refuse_closing_hooks(self.root)
         carried = {name: good.pop(name) for name in Payload._fields if name in good}
         if carried:
             payload = self.payload._replace(**carried)
@@ -210,22 +220,26 @@ class LiveContext:
             airframe.set_payload(self.simulator.get_mutable_context(), payload)
         chosen = [(place, value) for name, value in good.items() for place in places[name]]
         own = [
-            (place[2], value)
+            (place[1:], value)
             for place, value in chosen
-            if place[:2] == (computer, computer.gains_index)
+            if place[0] is computer and place[1] in computer.designing
         ]
         if own:
-            gains = self._of(computer).get_mutable_numeric_parameter(computer.gains_index)
-            before = gains.CopyToVector()
-            for index, value in own:
-                gains.SetAtIndex(index, value)
+            context = self._of(computer)
+            changed = {
+                number: context.get_mutable_numeric_parameter(number) for (number, _), _ in own
+            }
+            before = {number: values.CopyToVector() for number, values in changed.items()}
+            for (number, index), value in own:
+                changed[number].SetAtIndex(index, value)
             try:
-                computer.design(self._of(computer))
+                computer.design(context)
             except WorkbenchError:
-                gains.SetFromVector(before)
+                for number, values in before.items():
+                    changed[number].SetFromVector(values)
                 raise
         for (system, number, index), value in chosen:
-            if (system, number) != (computer, computer.gains_index):
+            if system is not computer or number not in computer.designing:
                 self._of(system).get_mutable_numeric_parameter(number).SetAtIndex(index, value)
 
     def get(self, row: Parameter) -> float:
@@ -233,19 +247,19 @@ class LiveContext:
         system, number, index = self._find(row)[0]
         return float(system.GetMyContextFromRoot(self.root).get_numeric_parameter(number)[index])
 
-    def _find(self, row: Parameter) -> list[Place]:
+    def _find(self, row: Parameter) -> list[ParameterPlace]:
         """Return a parameter's places in the Context; cached, because the look-up is slow.
 
         Raises:
             WorkbenchError: if this flight does not have it.
         """
         if row.name not in self._found:
-            check_parameters(self._bench.vehicle, [row.name], self._table)
+            check_parameters(self._bench.setup.vehicle, [row.name], self._table)
             first = self._places.get(row.name) or self._places.get(row.system)
             if not first:
                 raise WorkbenchError(
                     f"{row.name} cannot be set: nothing in this flight uses it: "
-                    f"{_remedy(row.system)}"
+                    f"{missing_system_remedy(row.system)}"
                 )
             index = 0 if row.name in self._places else self._table.of(row.system).index(row)
             self._found[row.name] = [(system, n, at + index) for system, n, at in first]
@@ -253,7 +267,7 @@ class LiveContext:
 
     def _taken_over(self, checkpoint: Checkpoint) -> Mapping[str, SystemState]:
         """Return the systems' states; by name for the controller, if it is another one."""
-        law, computer = self._bench.controller, self._bench.computer
+        law, computer = self._bench.setup.controller, self._bench.computer
         path = computer.GetSystemPathname()
         if checkpoint.source in ("", law.digest):
             return checkpoint.systems
@@ -264,7 +278,9 @@ class LiveContext:
         known = dict(zip(checkpoint.memory, before.state[-1], strict=False))
         earlier, label = split_label(checkpoint.controller)
         if earlier != law.unscheduled:  # another law may have a gain of the same name
-            gains = {row.name: gains[row.name] for row in COMMON if row.group == LIMITS}
+            gains = {
+                row.name: gains[row.name] for row in COMMON_PARAMETERS if row.group == LIMITS_GROUP
+            }
             known = {}
         elif label:
             gains |= self._flown_gains(checkpoint, parse_schedule(label), gains)
@@ -279,20 +295,20 @@ class LiveContext:
         state += here.state[len(state) :]
         parameters = [
             (*own, *designed),
-            before.parameters[computer.shares_index],
             here.parameters[computer.probes_index],
             *before.parameters[computer.probes_index + 1 :],
         ]
         return {**checkpoint.systems, path: SystemState(tuple(state), tuple(parameters))}
 
     def _flown_gains(
-        self, checkpoint: Checkpoint, schedule: Schedule, sets: Mapping[str, float]
+        self, checkpoint: Checkpoint, schedule: GainSchedule, sets: Mapping[str, float]
     ) -> Mapping[str, float]:
         """Return the gains interpolated in a schedule that flew, by name."""
         body = checkpoint.systems[self._bench.airframe.plant.GetSystemPathname()]
         computer = checkpoint.systems[self._bench.computer.GetSystemPathname()]
         number = self._bench.computer.payload_index
-        state, payload = body.continuous, Payload(*computer.parameters[number])
+        state = np.array(body.continuous)[self._bench.airframe.places].tolist()
+        payload = Payload(*computer.parameters[number])
         # the voltage is unknown before the flight continues: that of a full battery stands in
         now = schedule.value(
             height=state[6], velocity=state[10:13], payload=payload.known_payload_mass
@@ -304,9 +320,10 @@ class LiveContext:
                 found[gain] = schedule.between([sets[each] for each in schedule.names(gain)], now)
         return found
 
-    def _start(self, start: Start) -> None:
+    def _start(self, start: ScenarioStart, hooks_open: bool) -> None:
         """Write a scenario's start to the Context."""
-        bench, vehicle = self._bench, self._bench.vehicle
+        bench = self._bench
+        vehicle = bench.setup.vehicle.with_hooks(hooks_open)
         flying = start.mode == "hovering"
         frame = thrust_frame(vehicle)
         p_WB = start_position(start, vehicle)
@@ -344,216 +361,9 @@ class LiveContext:
         return system.GetMyMutableContextFromRoot(self.simulator.get_mutable_context())
 
 
-def start_position(start: Start, vehicle: Vehicle) -> list[float]:
-    """Return where a flight begins [m]: as stated, on the ground, or hovering at `START_HEIGHT`."""
-    height = START_HEIGHT if start.mode == "hovering" else vehicle.ground_clearance
+def start_position(start: ScenarioStart, vehicle: Vehicle) -> list[float]:
+    """Return where a flight begins [m]: as stated, on the ground, or hovering at
+    `START_HEIGHT_M`.
+    """
+    height = START_HEIGHT_M if start.mode == "hovering" else vehicle.ground_clearance
     return [0.0, 0.0, height] if start.position is None else [float(p) for p in start.position]
-
-
-def _places(bench: Workbench) -> dict[str, list[Place]]:
-    """Return the places of the first row of each system of the parameter table.
-
-    Most systems have their rows in numeric parameter 0 of the diagram's system of that name.
-    """
-    airframe, computer, navigation = bench.airframe, bench.computer, bench.navigation
-    places: dict[str, list[Place]] = {
-        each.get_name(): [(each, 0, 0)] for each in bench.diagram.GetSystems()
-    }
-    places |= {
-        "gyro": [(airframe.imu, airframe.imu.settings_index, 0)],
-        "payload": [(computer, computer.payload_index, 0)],
-        "rotors": [(computer, computer.shares_index, 0), (airframe.rotors, 0, 0)],
-        "computer": [(computer, computer.settings_index, 0)],
-    }
-    for system, names in (
-        (airframe.wind, WindSettings._fields),
-        (airframe.push, PushSettings._fields),
-        (airframe.body_forces, ("drag_area", "air_density")),
-    ):
-        places |= {name: [(system, 0, number)] for number, name in enumerate(names)}
-    for kind in SENSOR_KINDS:
-        places[kind] = [(each.system, 0, 0) for each in bench.sensing.of_kind(kind)]
-    if navigation:
-        own = navigation.estimator
-        places[own.name if own.file is None else OWN] = [(navigation, 0, 0)]
-        places["imu"].insert(0, (airframe.imu, airframe.imu.fault_index, 0))
-    return places
-
-
-def _remedy(system: str) -> str:
-    """Return how to get a missing system into a flight."""
-    if system in SENSOR_KINDS:
-        said = f"switch the {system.replace('_', ' ')} on, as `--sensors {system}`"
-        if system in HEARD:
-            said += ", or fly with an estimator, which reads it, as `--estimator ekf`"
-        return said
-    if system in ESTIMATORS:
-        return f"fly with that estimator, as `--estimator {system}`"
-    if system == "gauge":
-        return "fly a drone that has a battery with an estimator, as `--estimator ekf`"
-    return "fly in a world with obstacles, as `--world room`"
-
-
-def _read_states(bench: Workbench, root: Context) -> dict[str, SystemState]:
-    """Return the state of each system that determines the rest of the flight, by its path."""
-    found = {}
-    for path, system in _deciding(bench):
-        context = system.GetMyContextFromRoot(root)
-        continuous = tuple(context.get_continuous_state_vector().CopyToVector().tolist())
-        # the plant's parameters follow from the payload
-        parameters = () if isinstance(system, MultibodyPlant) else _parameters(context)
-        memory = SystemState(_discrete(context), parameters, continuous)
-        if memory.state or memory.parameters or continuous:
-            found[path] = memory
-    return found
-
-
-def _write_states(bench: Workbench, root: Context, states: Mapping[str, SystemState]) -> None:
-    """Write the states of a checkpoint to the systems.
-
-    Raises:
-        WorkbenchError: if the states belong to a different flight.
-    """
-    here = _read_states(bench, root)
-    if _shapes(here) != _shapes(states):
-        raise WorkbenchError(
-            "the checkpoint belongs to another flight: continue with the scenario that it was "
-            "taken from"
-        )
-    for path, system in _deciding(bench):
-        if path not in states or states[path] == here[path]:
-            continue
-        context = system.GetMyMutableContextFromRoot(root)
-        for number, values in enumerate(states[path].state):
-            context.SetDiscreteState(number, values)
-        for number, values in enumerate(states[path].parameters):
-            context.get_mutable_numeric_parameter(number).SetFromVector(values)
-        if states[path].continuous:
-            context.SetContinuousState(states[path].continuous)
-
-
-def _deciding(bench: Workbench) -> Iterator[tuple[str, System]]:
-    """Yield the systems that determine the rest of the flight, with their paths.
-
-    This excludes sensors that no estimator reads, with their noise, and everything that draws.
-    """
-    unheard = [m for m in bench.sensing.mounted if not isinstance(m.noise, CountedNoise)]
-    looking = {mounted.system.GetSystemPathname() for mounted in unheard}
-    looking |= {mounted.noise.GetSystemPathname() for mounted in unheard if mounted.noise}
-    for system in _leaves(bench.diagram):
-        path = system.GetSystemPathname()
-        if path not in looking and not isinstance(system, PropellerDisplay):
-            yield path, system
-
-
-def _leaves(diagram: Diagram) -> Iterator[System]:
-    """Yield the systems in a diagram, and in its nested diagrams."""
-    for system in diagram.GetSystems():
-        if isinstance(system, Diagram):
-            yield from _leaves(system)
-        else:
-            yield system
-
-
-def _discrete(context: Context) -> Groups:
-    """Return the discrete state."""
-    assert not context.num_abstract_states()
-    groups = range(context.num_discrete_state_groups())
-    return tuple(tuple(context.get_discrete_state(i).CopyToVector().tolist()) for i in groups)
-
-
-def _parameters(context: Context) -> Groups:
-    groups = range(context.num_numeric_parameter_groups())
-    return tuple(tuple(context.get_numeric_parameter(i).CopyToVector().tolist()) for i in groups)
-
-
-def _shapes(states: Mapping[str, SystemState]) -> dict[str, tuple[list[int], list[int]]]:
-    """Return the number of numbers in each group."""
-    return {
-        path: (list(map(len, each.state)), list(map(len, each.parameters)))
-        for path, each in states.items()
-    }
-
-
-def _observed(bench: Workbench, root_context: Context, start: Sequence[float]) -> Snapshot:
-    """Return everything that a screen shows of a flight."""
-    signals = bench.recorder.now(root_context)
-    state = signals["state"]
-    q_WB = state[0:4] / np.linalg.norm(state[0:4])
-    mounted = bench.sensing.mounted
-    readings = [each.reading(root_context) for each in mounted]
-    scan = _first(readings, LidarScan)
-    height = _first(readings, RangeReading)
-    w, x, y, z = q_WB.tolist()
-    return Snapshot(
-        time=root_context.get_time(),
-        p_WB=_triple(state[4:7]),
-        q_WB=(w, x, y, z),
-        v_WB=_triple(state[10:13]),
-        w_WB=_triple(state[7:10]),
-        vdot_WB=_triple(signals["acceleration"][3:6]),
-        displacement=_triple(state[4:7] - np.array(start)),
-        roll_pitch_yaw=_triple(RollPitchYaw(Quaternion(q_WB)).vector()),
-        thrusts=tuple(signals["thrusts"].tolist()),
-        reference=tuple(signals["reference"].tolist()),
-        mode=FlightMode(int(signals["mode"][0])),
-        charge=float(signals["charge"][0]),
-        wind=_triple(signals["wind"]),
-        imu=_first(readings, ImuReading),
-        gps=_first(readings, GpsReading),
-        barometer=_first(readings, BarometerReading),
-        lidar=_summary(scan) if scan else None,
-        height=height.distance if height else None,
-        clearance=_clearance(signals["obstacle"]) if "obstacle" in signals else None,
-        sensors=tuple(map(partial(_status, root_context), mounted, readings)),
-        voltage=_voltage(bench, root_context),
-        magnetometer=_first(readings, MagnetometerReading),
-        reason=Reason(int(signals["mode"][REASON])),
-    )
-
-
-def _voltage(bench: Workbench, root_context: Context) -> float:
-    """Return the voltage under load over that of a full battery, 1 without a stated battery."""
-    rotors = bench.airframe.rotors
-    port = rotors.GetOutputPort("voltage")
-    return float(port.Eval(rotors.GetMyContextFromRoot(root_context))[0])
-
-
-def _first(readings: Iterable[Reading | None], wanted: type[R]) -> R | None:
-    """Return the first reading of a type, None without one."""
-    return next((reading for reading in readings if isinstance(reading, wanted)), None)
-
-
-def _summary(scan: LidarScan) -> LidarSummary:
-    return LidarSummary(
-        stamp=scan.stamp,
-        returns=scan.returns,
-        rays=scan.ranges.size,
-        nearest=scan.nearest,
-        direction=scan.nearest_direction if scan.returns else None,
-    )
-
-
-def _clearance(obstacle: np.ndarray) -> Clearance:
-    distance, *direction, warning = obstacle.tolist()
-    return Clearance(distance, _triple(np.array(direction)), bool(warning))
-
-
-def _status(root_context: Context, mounted: Mounted, reading: Reading | None) -> SensorStatus:
-    sensor, period = mounted.choice.sensor, mounted.choice.period
-    time, taken = root_context.get_time(), mounted.samples_taken(root_context)
-    periods = math.ceil(time / period - 1e-6)  # periods begun so far; each has a sample
-    context = mounted.system.GetMyContextFromRoot(root_context)
-    return SensorStatus(
-        name=sensor.name,
-        kind=sensor.kind,
-        asked_rate=mounted.choice.asked_rate,
-        rate=taken / (periods * period) if periods else 0.0,
-        age=time - reading.stamp if reading else math.inf,
-        fault=Fault(int(context.get_numeric_parameter(0).GetAtIndex(0))),
-    )
-
-
-def _triple(vector: np.ndarray) -> Triple:
-    x, y, z = (float(number) for number in vector)
-    return (x, y, z)

@@ -3,28 +3,64 @@
 import csv
 import io
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
-from workbench.common.errors import WorkbenchError
-from workbench.common.plain_files import atomic_file
-from workbench.control.flight_mode import REASON
+from workbench.common.plain_files import atomic_file, make_folder
+from workbench.common.series import TimedArrays
+from workbench.control.flight_mode import REASON_INDEX
 from workbench.plant.rotors import wrench_matrix
 from workbench.plant.sensors import Imu
 from workbench.plant.vehicle import Vehicle
 
-ESTIMATED = ("estimate", "deviations", "covariance", "innovations")
-"""Signals of a flight with an estimator."""
+PART_FIELDS = {
+    "joint": "joints",
+    "joint_setpoint": "joint_setpoints",
+    "tension": "tensions",
+    "contact": "contact_forces",
+}
+"""Fields of a recording with what is of parts, by the first part of its names in a table."""
+_OPTIONAL_SIGNALS = (
+    *("estimate", "deviations", "covariance", "innovations", "known_charge"),
+    *PART_FIELDS.values(),
+)
+"""Signals of a flight with an estimator, or with joints; (N, 0) without."""
 
 
-def _nothing() -> np.ndarray:
+class PartSignals(NamedTuple):
+    """Names of what is recorded of a vehicle's joints, servos, cables or touching bodies.
+
+    Attributes:
+        group: see `PART_FIELDS`.
+        field: of the recording.
+        rows: name and unit of each column of that field.
+    """
+
+    group: str
+    field: str
+    rows: tuple[tuple[str, str], ...]
+
+
+def part_signals(vehicle: Vehicle) -> tuple[PartSignals, ...]:
+    """Return what a recording of a vehicle has of its parts."""
+    setpoints = tuple((each.joint, each.setpoint_unit) for each in vehicle.servos)
+    forces = tuple((f"{link}.{axis}", "N") for link in vehicle.contact_links for axis in "xyz")
+    tensions = tuple((cable, "N") for cable in vehicle.cables)
+    rows = (vehicle.joint_signals, setpoints, tensions, forces)
+    return tuple(
+        PartSignals(*names, each) for names, each in zip(PART_FIELDS.items(), rows, strict=True)
+    )
+
+
+def _empty_array() -> np.ndarray:
     return np.empty((0, 0))
 
 
 @dataclass(frozen=True)
-class Recording:
+class Recording(TimedArrays):
     """A flight at evenly spaced times; N samples, n rotors, SI units.
 
     Attributes:
@@ -40,7 +76,7 @@ class Recording:
         rotor_speeds: (N, n) speeds of the rotors [rad/s].
         thrusts: (N, n) thrusts of the rotors [N].
         reference: (N, 8) the pilot's command until now, see `control.guidance.Reference`.
-        mode: (N) flight mode, see `systems.flight_mode.FlightMode`.
+        mode: (N) flight mode, see `control.mode.FlightMode`.
         charge: (N) charge of the battery, 0 .. 1.
         wind_W: (N, 3) velocity of the air at the drone [m/s].
         clearance: (N) free distance to the nearest obstacle [m], infinite without one.
@@ -51,10 +87,17 @@ class Recording:
             not know them. The same applies to the next two.
         covariance: (N, 45) covariance of the first nine errors, upper triangle row by row.
         innovations: (N, 20) innovation and its variance for each measured number, see
-            `ekf.CHANNELS`; NaN without a measurement at that time.
+            `ekf_state.MEASUREMENT_CHANNELS`; NaN without a measurement at that time.
         known_charge: (N, 1) the charge as known to the controller, 0 .. 1; (N, 0) if it knew the
             true one, or no battery is stated.
         reason: (N) why the mode differs from the requested one, see `control.mode.Reason`.
+        joints: (N, 2 j) positions and velocities of joints, see `Vehicle.joint_signals`; (N, 0)
+            without any.
+        joint_setpoints: (N, k) of the servos, in the order of the vehicle, behind their delays,
+            low-passes and limits; (N, 0) without any.
+        tensions: (N, c) of the cables [N], 0 of a slack one; (N, 0) without any.
+        contact_forces: (N, 3 b) of ground and obstacles on the bodies of `Vehicle.contact_links` in
+            W [N]; (N, 0) without joints.
     """
 
     vehicle: Vehicle
@@ -73,12 +116,16 @@ class Recording:
     charge: np.ndarray
     wind_W: np.ndarray
     clearance: np.ndarray
-    estimate: np.ndarray = field(default_factory=_nothing)
-    deviations: np.ndarray = field(default_factory=_nothing)
-    covariance: np.ndarray = field(default_factory=_nothing)
-    innovations: np.ndarray = field(default_factory=_nothing)
-    reason: np.ndarray = field(default_factory=_nothing)
-    known_charge: np.ndarray = field(default_factory=_nothing)
+    estimate: np.ndarray = field(default_factory=_empty_array)
+    deviations: np.ndarray = field(default_factory=_empty_array)
+    covariance: np.ndarray = field(default_factory=_empty_array)
+    innovations: np.ndarray = field(default_factory=_empty_array)
+    reason: np.ndarray = field(default_factory=_empty_array)
+    known_charge: np.ndarray = field(default_factory=_empty_array)
+    joints: np.ndarray = field(default_factory=_empty_array)
+    joint_setpoints: np.ndarray = field(default_factory=_empty_array)
+    tensions: np.ndarray = field(default_factory=_empty_array)
+    contact_forces: np.ndarray = field(default_factory=_empty_array)
 
     def __repr__(self) -> str:
         return f"<Recording of {self.vehicle.name}: {len(self.time)} samples>"
@@ -119,8 +166,7 @@ class Recording:
                 signals["obstacle"][:, 0] if "obstacle" in signals else np.full(len(time), np.inf)
             ),
             reason=_reasons(signals["mode"]),
-            known_charge=signals.get("known_charge", np.empty((len(time), 0))),
-            **{name: signals.get(name, np.empty((len(time), 0))) for name in ESTIMATED},
+            **{name: signals.get(name, np.empty((len(time), 0))) for name in _OPTIONAL_SIGNALS},
         )
 
     @property
@@ -131,7 +177,9 @@ class Recording:
     @property
     def p_BI(self) -> np.ndarray:
         """Position of the estimator's IMU in B (3) [m]: the first one."""
-        places = (each.p_BS for each in self.vehicle.sensors if isinstance(each, Imu))
+        flown = self.vehicle
+        imus = (each for each in flown.sensors if isinstance(each, Imu))
+        places = (each.p_BS for each in imus if not flown.is_moved(each.link))
         return np.array(next(places, (0.0, 0.0, 0.0)))
 
     @property
@@ -139,6 +187,12 @@ class Recording:
         """Body z in W, (N, 3)."""
         w, x, y, z = self.q_WB.T
         return np.stack([2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)], axis=1)
+
+    @property
+    def slack_time(self) -> float:
+        """How long any cable was slack [s]; with open hooks all are."""
+        slack = (self.tensions == 0.0).any(axis=1) if self.tensions.size else np.zeros(1, bool)
+        return float(slack[:-1] @ np.diff(self.time)) if slack.any() else 0.0
 
     @property
     def total_thrust(self) -> np.ndarray:
@@ -174,13 +228,6 @@ class Recording:
         matrix = wrench_matrix(self.vehicle.rotors, self.vehicle.p_BoBcm_B)
         return self.thrusts @ matrix.T
 
-    def between(self, start: float, end: float) -> "Recording":
-        """Return the samples with start <= time <= end [s]."""
-        keep = (self.time >= start - 1e-9) & (self.time <= end + 1e-9)
-        arrays = {f.name: getattr(self, f.name) for f in fields(self) if f.name != "vehicle"}
-        kept = {name: each[keep] if len(each) else each for name, each in arrays.items()}
-        return Recording(vehicle=self.vehicle, **kept)
-
     def write_csv(self, path: Path) -> None:
         """Write one row per sample, with units in the header.
 
@@ -189,10 +236,7 @@ class Recording:
         """
         columns = self._columns()
         table = np.column_stack(list(columns.values()))
-        try:
-            path.parent.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise WorkbenchError(f"{path}: cannot be written: {error.strerror}") from error
+        make_folder(path.parent)
         with atomic_file(path) as stream:
             file = io.TextIOWrapper(stream, encoding="utf-8", newline="")
             writer = csv.writer(file)
@@ -235,6 +279,11 @@ class Recording:
                 columns[f"setpoint.{axis} [m]"] = np.where(
                     follows, self.reference[:, index], np.nan
                 )
+        for group, field_name, rows in part_signals(self.vehicle):
+            values = getattr(self, field_name)
+            if values.size:
+                named = zip(rows, values.T, strict=True)
+                columns |= {f"{group}.{name} [{unit}]": column for (name, unit), column in named}
         return columns | self._estimated_columns()
 
     def _estimated_columns(self) -> dict[str, np.ndarray]:
@@ -269,5 +318,7 @@ def estimate_columns(estimate: np.ndarray, deviations: np.ndarray) -> dict[str, 
 
 def _reasons(mode: np.ndarray) -> np.ndarray:
     """Return the reasons in recorded states of the flight mode, zeros if they have none."""
-    found: np.ndarray = mode[:, REASON] if mode.shape[1] > REASON else np.zeros(len(mode))
+    found: np.ndarray = (
+        mode[:, REASON_INDEX] if mode.shape[1] > REASON_INDEX else np.zeros(len(mode))
+    )
     return found

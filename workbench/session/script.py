@@ -1,18 +1,26 @@
-"""The script of a scenario, step by step, and its path."""
+"""The script of a scenario, step by step."""
 
 import dataclasses
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
-from pydrake.trajectories import PiecewisePolynomial
-
+from workbench.dynamics.air.settings import gust_settings, push_settings
 from workbench.scenario.scenario import Action, Rates, Scenario
-from workbench.systems.reference import figure_eight, path_acceleration
 
 
 def acting_step(at: float, rates: Rates) -> int:
     """Return the physics step of the first control update at or after a time [s]."""
     return rates.control_steps * math.ceil(at / rates.control_period - 1e-6)
+
+
+def disturbance_settings(action: Action, start: float) -> dict[str, float]:
+    """Return the parameters that an action's gust and push set if they begin at a time [s]."""
+    settings: dict[str, float] = {}
+    if (gust := action.gust) is not None:
+        settings |= gust_settings(gust.velocity, start, gust.duration)
+    if (push := action.push) is not None:
+        settings |= push_settings(push.force, push.point, start, push.duration, push.torque)
+    return settings
 
 
 class Script:
@@ -61,22 +69,7 @@ class Script:
         self._done = done
 
 
-def scenario_path(scenario: Scenario) -> PiecewisePolynomial | None:
-    """Return the path that a scenario flies beside its script, None without one."""
-    eight = scenario.figure_eight
-    if eight is None:
-        return None
-    return figure_eight(eight.center, eight.length, eight.width, eight.period, eight.laps)
-
-
-def scenario_feedforward(scenario: Scenario) -> PiecewisePolynomial | None:
-    """Return the acceleration along a scenario's path, None if the law does not use it."""
-    path = scenario_path(scenario)
-    fed = scenario.figure_eight is not None and scenario.figure_eight.feedforward
-    return path_acceleration(path) if path is not None and fed else None
-
-
-def repeated(
+def repeat_scenario(
     scenario: Scenario, settings: Mapping[str, float], done: Sequence[Action], duration: float
 ) -> Scenario:
     """Return the scenario of a flight, with the pilot's live actions in its script.

@@ -2,16 +2,16 @@
 
 from dataclasses import dataclass
 
+from workbench.common.vectors import Vector3
 from workbench.control.mode import FlightMode, Reason
-from workbench.systems.sensors.faults import Fault
+from workbench.plant.faults import Fault
 from workbench.systems.sensors.readings import (
     BarometerReading,
     GpsReading,
     ImuReading,
     MagnetometerReading,
+    Reading,
 )
-
-Triple = tuple[float, float, float]
 
 
 @dataclass(frozen=True)
@@ -30,11 +30,11 @@ class LidarSummary:
     returns: int
     rays: int
     nearest: float
-    direction: Triple | None
+    direction: Vector3 | None
 
 
 @dataclass(frozen=True)
-class Clearance:
+class NearestClearance:
     """The nearest obstacle, other than the ground.
 
     Attributes:
@@ -44,7 +44,7 @@ class Clearance:
     """
 
     distance: float
-    direction: Triple
+    direction: Vector3
     warning: bool
 
 
@@ -54,7 +54,7 @@ class SensorStatus:
 
     Attributes:
         name: its declared name.
-        kind: one of `parameters.SENSOR_KINDS`.
+        kind: one of `sensor_kinds`.
         asked_rate: requested rate of samples [1/s].
         rate: achieved rate of samples, over the periods begun since the start [1/s].
         age: age of the last delivered sample [s]; infinite before the first.
@@ -67,6 +67,30 @@ class SensorStatus:
     rate: float
     age: float
     fault: Fault
+
+
+@dataclass(frozen=True)
+class CableStatus:
+    """A cable that carries a load.
+
+    Attributes:
+        name: of the cable.
+        upper: place of its upper end in W [m].
+        lower: place of its lower end in W [m].
+        length: of the cable without tension [m].
+        tension: [N], 0 of a slack one.
+    """
+
+    name: str
+    upper: Vector3
+    lower: Vector3
+    length: float
+    tension: float
+
+    @property
+    def slack(self) -> bool:
+        """Whether its ends are closer than its length."""
+        return self.tension == 0.0
 
 
 @dataclass(frozen=True)
@@ -86,7 +110,7 @@ class Snapshot:
         reference: the pilot's command, see `control.guidance.Reference`.
         mode: flight mode.
         charge: charge of the battery, 0 .. 1.
-        voltage: voltage of the battery, see `guidance.Measured`.
+        voltage: voltage of the battery, see `guidance.MeasuredMotion`.
         wind: velocity of the air at the drone.
         imu: last reading, None without an active IMU; the same applies to the next three.
         gps: location and altitude.
@@ -97,28 +121,34 @@ class Snapshot:
         sensors: state of each sensor.
         magnetometer: last reading, None without an active one.
         reason: why the mode differs from the requested one, or what has failed.
+        others: last reading of each sensor of another package.
+        joints: positions, then velocities of joints, see `Vehicle.joint_signals`.
+        cables: while the hooks are open those without one.
     """
 
     time: float
-    p_WB: Triple
+    p_WB: Vector3
     q_WB: tuple[float, float, float, float]
-    v_WB: Triple
-    w_WB: Triple
-    vdot_WB: Triple
-    displacement: Triple
-    roll_pitch_yaw: Triple
+    v_WB: Vector3
+    w_WB: Vector3
+    vdot_WB: Vector3
+    displacement: Vector3
+    roll_pitch_yaw: Vector3
     thrusts: tuple[float, ...]
     reference: tuple[float, ...]
     mode: FlightMode
     charge: float
-    wind: Triple
+    wind: Vector3
     imu: ImuReading | None = None
     gps: GpsReading | None = None
     barometer: BarometerReading | None = None
     lidar: LidarSummary | None = None
     height: float | None = None
-    clearance: Clearance | None = None
+    clearance: NearestClearance | None = None
     sensors: tuple[SensorStatus, ...] = ()
     voltage: float = 1.0
     magnetometer: MagnetometerReading | None = None
     reason: Reason = Reason.NONE
+    others: tuple[Reading, ...] = ()
+    joints: tuple[float, ...] = ()
+    cables: tuple[CableStatus, ...] = ()

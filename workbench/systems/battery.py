@@ -24,9 +24,9 @@ from pydrake.systems.framework import BasicVector, Context, DiscreteValues
 from workbench.plant.vehicle import BatteryPack, Vehicle
 from workbench.systems.discrete_system import DiscreteSystem
 
-PERIOD = 0.125
+BATTERY_PERIOD_S = 0.125
 """Between updates [s]; a battery is slow."""
-SETTLING_TIME = 60.0
+CHARGE_SETTLING_TIME_S = 60.0
 """An error of the charge falls by the factor e in this time [s]: a voltage with noise of 0.1 V at
 8 Hz on a curve of 3 V leaves 0.1 % of noise."""
 
@@ -64,7 +64,7 @@ class Battery(DiscreteSystem):
             self.DeclareVectorOutputPort(
                 "terminals", 2, self._calc_terminals, needs | {self._thrusts.ticket()}
             )
-        self.DeclarePeriodicDiscreteUpdateEvent(PERIOD, 0.0, self._update)
+        self.DeclarePeriodicDiscreteUpdateEvent(BATTERY_PERIOD_S, 0.0, self._update)
 
     def _update(self, context: Context, discrete_state: DiscreteValues) -> None:
         charge = context.get_discrete_state(0).CopyToVector()[0]
@@ -80,7 +80,7 @@ class Battery(DiscreteSystem):
             thrusts: of the rotors at rest far from the ground (n) [N].
             duration: that a full battery hovers [s].
         """
-        used = PERIOD * _power(thrusts) / self._hover_power / duration
+        used = BATTERY_PERIOD_S * _power(thrusts) / self._hover_power / duration
         return max(0.0, charge - used)
 
     def supply_at(self, charge: float, duration: float, compensation: float) -> list[float]:
@@ -178,7 +178,7 @@ class ChargeGauge(DiscreteSystem):
         self.DeclareVectorOutputPort("open_circuit", 1, self._calc_open_circuit, known)
         needs = known | {self._terminals.ticket()}
         self.DeclareVectorOutputPort("voltage", 1, self._calc_voltage, needs)
-        self.DeclarePeriodicDiscreteUpdateEvent(PERIOD, 0.0, self._update)
+        self.DeclarePeriodicDiscreteUpdateEvent(BATTERY_PERIOD_S, 0.0, self._update)
 
     def _charge(self, context: Context) -> float:
         return float(context.get_discrete_state(0)[0])
@@ -188,7 +188,7 @@ class ChargeGauge(DiscreteSystem):
         deviation = float(context.get_numeric_parameter(0)[0])
         if deviation > 0.0:
             voltage += deviation * float(self.noise_input.Eval(context)[0])
-        found = next_charge(self._charge(context), voltage, current, self._pack, PERIOD)
+        found = next_charge(self._charge(context), voltage, current, self._pack, BATTERY_PERIOD_S)
         discrete_state.set_value([found])
 
     def _calc_open_circuit(self, context: Context, output: BasicVector) -> None:
@@ -250,5 +250,5 @@ def next_charge(
         dt: to the next update [s].
     """
     told = charge_by_voltage(voltage, current, pack, charge)
-    charge += (1.0 - math.exp(-dt / SETTLING_TIME)) * (told - charge)
+    charge += (1.0 - math.exp(-dt / CHARGE_SETTLING_TIME_S)) * (told - charge)
     return min(max(charge - current * dt / pack.capacity, 0.0), 1.0)

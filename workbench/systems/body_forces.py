@@ -4,27 +4,27 @@ With v the velocity of the centre of mass relative to the air, drag is -ρ A |v|
 the air's density ρ and the body's drag area A.
 """
 
-import sys
+from collections.abc import Sequence
 from typing import Any, TypeAlias
 
-import numpy as np
-from pydrake.autodiffutils import AutoDiffXd
-from pydrake.common.value import Value
-from pydrake.multibody.math import SpatialForce_
-from pydrake.multibody.plant import ExternallyAppliedSpatialForce_
 from pydrake.multibody.tree import BodyIndex
-from pydrake.systems.framework import BasicVector_, LeafSystem_
-from pydrake.systems.scalar_conversion import TemplateSystem
+from pydrake.systems.framework import (
+    BasicVector_,
+    Context,
+    LeafSystem,
+    LeafSystem_,
+)
 
+from workbench.common.vectors import Vector3
 from workbench.dynamics.air.drag import drag_force
 from workbench.dynamics.rigid_body import cross, into_world, rotation
 from workbench.systems.cached import cached
-from workbench.systems.weak_callback import weakly
+from workbench.systems.convertible import convertible
+from workbench.systems.spatial_forces import BodyLoads, declare_spatial_forces
 
 
-# See `rotors` for `scope`.
-@TemplateSystem.define("BodyForces_", [float, AutoDiffXd], scope=sys.modules[__name__])
-def BodyForces_(T: Any) -> Any:
+@convertible
+def BodyForces_(T: type) -> type[LeafSystem]:
     """Drag and push on a body.
 
     Input ports:
@@ -43,21 +43,16 @@ def BodyForces_(T: Any) -> Any:
         air_density: initial one.
         p_BoBcm_B: initial centre of mass (3) [m].
     """
-    Force, SpatialForce = ExternallyAppliedSpatialForce_[T], SpatialForce_[T]
-    origin = np.array([T(0.0)] * 3)
 
     class Impl(LeafSystem_[T]):
-        def _construct(
+        def declare(
             self,
             *,
             body: BodyIndex,
             drag_area: float,
             air_density: float,
             p_BoBcm_B: tuple[float, float, float],
-            converter: Any = None,
         ) -> None:
-            LeafSystem_[T].__init__(self, converter)
-            self._given = (body, drag_area, air_density, p_BoBcm_B)
             self._body = body
             self.DeclareNumericParameter(BasicVector_[T]([T(drag_area), T(air_density)]))
             self.DeclareNumericParameter(BasicVector_[T]([T(value) for value in p_BoBcm_B]))
@@ -69,28 +64,12 @@ def BodyForces_(T: Any) -> Any:
                 "what changes at updates only",
                 {self.pn_ticket(), self._wind.ticket(), self._push.ticket()},
             )
-            self.DeclareAbstractOutputPort(
-                "spatial_forces",
-                lambda: Value[list[Force]]([Force()]),
-                weakly(self._calc_spatial_forces),
-                {self.pn_ticket(), self.all_input_ports_ticket()},
-            )
+            needs = {self.pn_ticket(), self.all_input_ports_ticket()}
+            declare_spatial_forces(self, T, self._body_loads, needs)
 
-        def _construct_copy(self, other: Any, converter: Any = None) -> None:
-            body, drag_area, air_density, center = other._given
-            Impl._construct(
-                self,
-                body=body,
-                drag_area=drag_area,
-                air_density=air_density,
-                p_BoBcm_B=center,
-                converter=converter,
-            )
-
-        def DoCalcTimeDerivatives(self, context: Any, derivatives: Any) -> None:
-            """Calculate nothing, quickly, see `DiscreteSystem`."""
-
-        def _calc_held(self, context: Any) -> tuple[Any, ...]:
+        def _calc_held(
+            self, context: Context
+        ) -> tuple[float, list[float], Vector3, Sequence[float]]:
             """Return ρ A / 2 [kg/m], p_BoBcm_B [m], the wind in W [m/s], and the push if any."""
             drag_area, air_density = context.get_numeric_parameter(0).CopyToVector().tolist()
             center = context.get_numeric_parameter(1).CopyToVector().tolist()
@@ -99,7 +78,7 @@ def BodyForces_(T: Any) -> Any:
             push = self._push.Eval(context).tolist() if pushed else ()
             return 0.5 * air_density * drag_area, center, wind, push if any(push) else ()
 
-        def _calc_spatial_forces(self, context: Any, output: Any) -> None:
+        def _body_loads(self, context: Context) -> BodyLoads:
             half_drag, center, (u_x, u_y, u_z), push = self._held(context)
             state = self._state.Eval(context).tolist()
             R_WB, (v_x, v_y, v_z) = rotation(state[0:4]), state[10:13]
@@ -113,11 +92,7 @@ def BodyForces_(T: Any) -> Any:
                 torque = into_world(R_WB, push[6:9])
                 moment = [a + b for a, b in zip(lever, torque, strict=True)]
                 forces = [a + b for a, b in zip(forces, [*moment, *f_W], strict=True)]
-            found = Force()
-            found.body_index = self._body
-            found.p_BoBq_B = origin  # without, it is not a number in Drake 1.51
-            found.F_Bq_W = SpatialForce(np.array(forces))
-            output.set_value([found])
+            return [(self._body, forces)]
 
     return Impl
 

@@ -10,30 +10,36 @@ from dataclasses import dataclass
 
 from pydrake.systems.framework import Context, State
 
-from workbench.control.flight_mode import HOLD_HERE, ModeState
-from workbench.control.mode import FlightMode, Request
+from workbench.control.flight_mode import HOLD_HEIGHT_M, ModeState
+from workbench.control.mode import FlightMode, ModeRequest
 from workbench.link.authority import (
-    NOBODY_YET,
+    NO_HOLDER_YET,
+    SCRIPT_IN_CONTROL,
     Authority,
+    CommandLimits,
     DeniedError,
-    Effect,
-    Limits,
+    SilenceEffect,
 )
-from workbench.link.backplane import Command, Published, Refused, Sampled
-from workbench.systems.pilot import AT_REST, Pilot, Wish, commanded, requested
+from workbench.link.backplane import CommandRefusal, Published, Sampled, VelocityCommand
+from workbench.systems.pilot import (
+    ZERO_REFERENCE,
+    PilotSystem,
+    with_mode_request,
+    with_velocity_command,
+)
 
-MOST_COMMANDS = 32
+MAX_WAITING_COMMANDS = 32
 """Commands that may wait for one update; then the newest replaces the previous one.
 
 The first one stays, as it may be the neutral one that a new holder starts with. All of them may be
 refused at once, so the limit is below that of a client's pending answers (64).
 """
-MOST_SAMPLES = 4096
+MAX_WAITING_SAMPLES = 4096
 """Samples that may wait; older ones are dropped."""
 
 
 @dataclass(frozen=True)
-class Applied:
+class AppliedCommand:
     """A command that took effect in a flight.
 
     Attributes:
@@ -45,7 +51,7 @@ class Applied:
 
     at: float
     by: str
-    what: Command | Effect
+    what: VelocityCommand | SilenceEffect
     aborts: bool = False
 
 
@@ -58,6 +64,7 @@ class Bridge:
         settings: increases whenever a live parameter is set.
         at_once: receives each sample within the publish event, and must never block.
         scripted: physics steps at which a script acts.
+        commands: the mailbox: commands of the holder for the next update.
     """
 
     def __init__(self) -> None:
@@ -65,23 +72,37 @@ class Bridge:
         self.settings = 0
         self.at_once: Callable[[Published], None] = lambda published: None
         self.scripted: frozenset[int] = frozenset()
-        self.authority = Authority(Limits(0.0, 0.0, 0.0))
+        self.authority = Authority(CommandLimits(0.0, 0.0, 0.0))
         self._neutral = True
         self._last_ns = -1  # when something was published
-        self._commands: deque[Command] = deque()
-        self._samples: deque[Sampled] = deque(maxlen=MOST_SAMPLES)
-        self._applied: list[Applied] = []
-        self._refused: list[Refused] = []
+        self.commands: deque[VelocityCommand] = deque()
+        self._samples: deque[Sampled] = deque(maxlen=MAX_WAITING_SAMPLES)
+        self._applied: list[AppliedCommand] = []
+        self._refused: list[CommandRefusal] = []
 
     def reset(self) -> None:
         """Start a new flight: nobody has control, nothing waits."""
-        self.authority.begin(0.0, NOBODY_YET)
+        self.authority.begin(0.0, NO_HOLDER_YET)
         self._neutral = True
         self._last_ns = -1
-        for waiting in (self._commands, self._samples, self._applied, self._refused):
+        for waiting in (self.commands, self._samples, self._applied, self._refused):
             waiting.clear()
 
-    def command(self, command: Command, now: float) -> None:
+    def parameters_changed(self, value: Callable[[str], float]) -> None:
+        """Apply the present limits to commands of clients.
+
+        Args:
+            value: returns the value of a live parameter by name.
+        """
+        self.settings += 1
+        limits = map(value, ("max_speed", "max_climb_rate", "max_yaw_rate"))
+        self.authority.limits = CommandLimits(*limits)
+
+    def script_flies(self, now: float) -> None:
+        """Take control from a client: a script precedes clients, as the operator does."""
+        self.authority.begin(now, SCRIPT_IN_CONTROL)
+
+    def command(self, command: VelocityCommand, now: float) -> None:
         """Put a command of the holder into the mailbox; the next update checks it.
 
         Only the holder's commands enter the mailbox, so a flood from others displaces nothing.
@@ -89,15 +110,15 @@ class Bridge:
         try:
             self.authority.check(command.peer, command.lease, now)
         except DeniedError as error:
-            self.refuse(command, error)
+            self.refuse(command, error.code, str(error))
             return
-        if len(self._commands) == MOST_COMMANDS:
-            self._commands.pop()
-        self._commands.append(command)
+        if len(self.commands) == MAX_WAITING_COMMANDS:
+            self.commands.pop()
+        self.commands.append(command)
 
-    def refuse(self, command: Command, error: DeniedError) -> None:
-        """Tell the client that a command is refused."""
-        self._refused.append(Refused(command.peer, command.seq, error.code, str(error)))
+    def refuse(self, command: VelocityCommand, code: str, said: str) -> None:
+        """Tell the client that a command is refused, or reduced."""
+        self._refused.append(CommandRefusal(command.peer, command.seq, code, said))
 
     def publish(self, sampled: Sampled) -> None:
         """Pass a sample on at once, and keep it until `drain`.
@@ -114,12 +135,18 @@ class Bridge:
         """Return the samples since the last call."""
         return [self._samples.popleft() for _ in range(len(self._samples))]
 
-    def applied(self) -> list[Applied]:
+    def apply(
+        self, now: float, by: str, what: VelocityCommand | SilenceEffect, *, aborts: bool = False
+    ) -> None:
+        """Note that a command, or an effect of silence, takes effect at a time [s]."""
+        self._applied.append(AppliedCommand(now, by, what, aborts))
+
+    def applied(self) -> list[AppliedCommand]:
         """Return the commands that took effect since the last call."""
         applied, self._applied = self._applied, []
         return applied
 
-    def refused(self) -> list[Refused]:
+    def refused(self) -> list[CommandRefusal]:
         """Return the commands that were refused or reduced since the last call."""
         refused, self._refused = self._refused, []
         return refused
@@ -132,48 +159,8 @@ class Bridge:
         before, self._neutral = self._neutral, not any(command)
         return before and not self._neutral
 
-    def decide(self, now: float, wish: Wish, mode: Callable[[], ModeState]) -> Wish:
-        """Return the wish from now on.
 
-        Args:
-            now: time of the update [s].
-            wish: until now.
-            mode: returns the flight mode's state.
-        """
-        while effect := self.authority.effect_due(now):
-            state = mode()
-            flying = FlightMode(int(state.mode))
-            wish = commanded(wish, AT_REST[:3], 0.0)
-            wish = requested(wish, Request[effect.name], 0.0, flying, state.serial)
-            self._applied.append(Applied(now, self.authority.effect_by, effect))
-        last: Command | None = None
-        moves = False
-        while self._commands:
-            command = self._commands.popleft()
-            try:
-                flown = self.authority.command(command, now)
-            except DeniedError as error:
-                self.refuse(command, error)
-                continue
-            if flown.scaled:
-                refusal = Refused(command.peer, command.seq, "scaled", flown.scaled)
-                self._refused.append(refusal)
-            last = flown
-            moves = self.moves(*flown.velocity, flown.yaw_rate) or moves
-        if last is None:
-            return wish
-        aborts = moves and int((state := mode()).mode) == FlightMode.LANDING
-        if aborts:
-            landing = Request.ABORT_LANDING
-            wish = requested(wish, landing, HOLD_HERE, FlightMode.LANDING, state.serial)
-        asked = commanded(wish, last.velocity, last.yaw_rate)
-        if asked == wish and not aborts:  # only repeated, or -0.0 for 0.0: it renews, no more
-            return wish
-        self._applied.append(Applied(now, self.authority.state(now).name, last, aborts))
-        return asked
-
-
-class CommandBridge(Pilot):
+class CommandBridge(PilotSystem):
     """A pilot whose commands may come from the network, through a mailbox.
 
     Input port:
@@ -200,12 +187,48 @@ class CommandBridge(Pilot):
         self.DeclarePeriodicUnrestrictedUpdateEvent(period, 0.0, self._update)
 
     def _update(self, context: Context, state: State) -> None:
-        step = round(context.get_time() / self._step)
-        if step in self._bridge.scripted:  # a repeated flight would apply a command before it
+        """Fly the effects of silence that are due, then the newest command that may fly."""
+        bridge, step = self._bridge, round(context.get_time() / self._step)
+        if step in bridge.scripted:  # a repeated flight would apply a command before it
             return
-        before = self.wish(context)
-        wish = self._bridge.decide(
-            self._step * step, before, lambda: ModeState(*self._mode.Eval(context).tolist())
-        )
-        if wish is not before:
-            self.write(state.get_mutable_discrete_state(), wish)
+        now = self._step * step
+        before = command = self.command(context)
+        while effect := bridge.authority.effect_due(now):
+            mode = self._mode_state(context)
+            command = with_velocity_command(command, ZERO_REFERENCE[:3], 0.0)
+            flying = FlightMode(int(mode.mode))
+            command = with_mode_request(command, ModeRequest[effect.name], 0.0, flying, mode.serial)
+            bridge.apply(now, bridge.authority.effect_by, effect)
+        last: VelocityCommand | None = None
+        moves = False
+        while bridge.commands:
+            received = bridge.commands.popleft()
+            try:
+                last = bridge.authority.command(received, now)
+            except DeniedError as error:
+                bridge.refuse(received, error.code, str(error))
+                continue
+            if last.scaled:
+                bridge.refuse(received, "scaled", last.scaled)
+            moves = bridge.moves(*last.velocity, last.yaw_rate) or moves
+        if last is not None:
+            mode = self._mode_state(context)
+            aborts = moves and int(mode.mode) == FlightMode.LANDING
+            if aborts:
+                command = with_mode_request(
+                    command,
+                    ModeRequest.ABORT_LANDING,
+                    HOLD_HEIGHT_M,
+                    FlightMode.LANDING,
+                    mode.serial,
+                )
+            asked = with_velocity_command(command, last.velocity, last.yaw_rate)
+            # what is only repeated, or is -0.0 for 0.0, renews, and no more
+            if asked != command or aborts:
+                bridge.apply(now, bridge.authority.state(now).name, last, aborts=aborts)
+                command = asked
+        if command is not before:
+            self.write(state.get_mutable_discrete_state(), command)
+
+    def _mode_state(self, context: Context) -> ModeState:
+        return ModeState(*self._mode.Eval(context).tolist())

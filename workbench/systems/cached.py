@@ -5,8 +5,10 @@ from types import MethodType
 from typing import Any, TypeVar
 from weakref import ref
 
-from pydrake.common.value import Value
+from pydrake.common.value import AbstractValue, Value
 from pydrake.systems.framework import Context, DependencyTicket, ValueProducer
+
+from workbench.systems.weak_callback import weakly
 
 Calculated = TypeVar("Calculated")
 
@@ -26,12 +28,12 @@ def cached(
     """
     assert isinstance(calculate, MethodType)
     owner: Any = calculate.__self__
-    system, function = ref(owner), calculate.__func__
+    system, function = ref(owner), weakly(calculate)
 
-    def store(context: Context, output: Any) -> None:
-        output.set_value(function(system(), context))
+    def store(context: Context, output: AbstractValue) -> None:
+        output.set_value(function(context))
 
-    producer = ValueProducer(_nothing, store)
+    producer = ValueProducer(_empty_entry, store)
     index = owner.DeclareCacheEntry(name, producer, needs).cache_index()
 
     def evaluate(context: Context) -> Calculated:
@@ -42,6 +44,6 @@ def cached(
     return evaluate
 
 
-def _nothing() -> Any:
+def _empty_entry() -> AbstractValue:
     """Return the first value of a cache entry."""
     return Value[object](())

@@ -14,21 +14,25 @@ from pydrake.systems.framework import (
 )
 
 from workbench.common.errors import FlightBrokenError
-from workbench.common.own_file import own_errors
-from workbench.control.controller import Controller, Program
+from workbench.common.own_file import user_code_errors
+from workbench.control.controller import Controller
 from workbench.control.flight_law import (
     ALL_PARTS,
-    FILTERED,
-    PLAIN,
+    UNFILTERED_COMPUTER,
     ComputerSettings,
-    LawConstants,
     flight_law,
-    known_vehicle,
-    law_constants,
-    steady_filters,
 )
-from workbench.control.guidance import Guidance, Reference, Setpoint
-from workbench.control.update import Arguments, Held, check_update, make_update, plain
+from workbench.control.guidance import Guidance, LawSetpoint, Reference
+from workbench.control.law_constants import LawConstants, known_vehicle, law_constants
+from workbench.control.law_program import LawProgram
+from workbench.control.law_signals import FILTER_STATE_COUNT, steady_filters
+from workbench.control.update import (
+    HeldArguments,
+    UpdateInputs,
+    check_update,
+    make_control_update,
+    plain_constants,
+)
 from workbench.plant.payload import NO_PAYLOAD, Payload
 from workbench.plant.vehicle import Vehicle
 from workbench.systems.acceleration_estimate import sampled_estimate
@@ -46,20 +50,24 @@ class FlightComputer(DiscreteSystem):
         reference (8): see `guidance.Reference`.
         guidance (22): see `guidance.Guidance`.
         feedforward (3): acceleration of a path in W [m/s²]; zero if unconnected.
-        voltage (1): see `guidance.Measured`; that of a full battery if unconnected.
+        voltage (1): see `guidance.MeasuredMotion`; that of a full battery if unconnected.
+        joints (2 s): positions and velocities of the joints that the law commands, if any.
     Output ports, which are state:
-        commands (n): rotor speeds [rad/s].
+        commands (n + m + s): rotor speeds [rad/s], angles of tilts [rad], and setpoints of the
+            servos that the law commands.
         ended (1): whether the program that runs the law has ended, after which all commands are
             zero. Only a controller that is a program has it.
     Numeric parameter 0: the controller's parameters, and the numbers that it designs.
-    Numeric parameter 1: share of its thrust that each rotor gives (n), initially 1.
-    Numeric parameter 2: gates and injections of the loop points, see `loop_points`.
-    Numeric parameter 3: `Payload`, as the law knows it.
-    Numeric parameter 4: `ComputerSettings`.
+    Numeric parameter 1: gates and injections of the loop points, see `loop_points`.
+    Numeric parameter 2: `Payload`, as the law knows it.
+    Numeric parameter 3: `ComputerSettings`.
+    Numeric parameter 4: 1 if the hooks are open, and the law carries no loads; initially 0. Only
+        with a vehicle that has loads on cables.
 
     Attributes:
         controller: whose law runs.
         period: between updates [s].
+        designing: the numeric parameters after whose change `design` is due.
 
     Args:
         controller: whose law runs.
@@ -81,13 +89,13 @@ class FlightComputer(DiscreteSystem):
         gains: Mapping[str, float],
         period: float,
         payload: Payload = NO_PAYLOAD,
-        settings: ComputerSettings = PLAIN,
+        settings: ComputerSettings = UNFILTERED_COMPUTER,
     ) -> None:
         super().__init__()
         n = len(vehicle.rotors)
         self.controller = controller
-        self._program: Program | None = None
-        self._run = make_update(controller)
+        self._program: LawProgram | None = None
+        self._run = make_control_update(controller)
         self._vehicle = vehicle
         self.period = period
         self._divides = bool(controller.dividers)
@@ -95,19 +103,27 @@ class FlightComputer(DiscreteSystem):
         constants = law_constants(vehicle, payload)
         numbers = controller.gains(gains, known_vehicle(constants), period)
         self.gains_index = int(self.DeclareNumericParameter(BasicVector(numbers)))
-        self.shares_index = int(self.DeclareNumericParameter(BasicVector([1.0] * n)))
         self.probes_index = int(self.DeclareNumericParameter(BasicVector(controller.closed)))
         self.payload_index = int(self.DeclareNumericParameter(BasicVector(list(payload))))
         self.settings_index = int(self.DeclareNumericParameter(BasicVector(list(settings))))
+        self.hooks_index = None
+        if vehicle.unloaded:
+            self.hooks_index = int(self.DeclareNumericParameter(BasicVector([0.0])))
+        self.designing = {self.gains_index, self.hooks_index}
         self._state = self.DeclareVectorInputPort("state", 13)
         self._reference = self.DeclareVectorInputPort("reference", len(Reference._fields))
         self._guidance = self.DeclareVectorInputPort("guidance", len(Guidance._fields))
         self._feedforward = self.DeclareVectorInputPort("feedforward", 3)
         self._voltage = self.DeclareVectorInputPort("voltage", 1)
-        commands = self.DeclareDiscreteState(n)
+        self._joints = None
+        if controller.servos:
+            self._joints = self.DeclareVectorInputPort("joints", 2 * len(controller.servos))
+        self._rotors = n
+        count = n + len(vehicle.tilts) + len(controller.servos)
+        commands = self.DeclareDiscreteState(count)
         self.DeclareStateOutputPort("commands", commands)
         self._commands_state = int(commands)
-        self._filtered = int(self.DeclareDiscreteState(FILTERED))
+        self._filtered = int(self.DeclareDiscreteState(FILTER_STATE_COUNT))
         self.memory_index = self._filtered + 1
         if controller.memory:
             self.DeclareDiscreteState(BasicVector(controller.initial_memory))
@@ -118,7 +134,11 @@ class FlightComputer(DiscreteSystem):
         self._known = cached(
             self._calc_known,
             "what the law knows of the vehicle",
-            {self.numeric_parameter_ticket(NumericParameterIndex(self.payload_index))},
+            {
+                self.numeric_parameter_ticket(NumericParameterIndex(index))
+                for index in (self.payload_index, self.hooks_index)
+                if index is not None
+            },
         )
         inputs = (self._reference, self._guidance, self._feedforward)
         self._held = cached(
@@ -129,7 +149,7 @@ class FlightComputer(DiscreteSystem):
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
 
     @property
-    def program(self) -> Program | None:
+    def program(self) -> LawProgram | None:
         """The running program of a law that is a program, else None."""
         return self._program
 
@@ -148,16 +168,16 @@ class FlightComputer(DiscreteSystem):
         if law.program is None or self._program:
             return
         known = known_vehicle(self._known(context))
-        with own_errors(law.file, "program"):
+        with user_code_errors(law.file, "program"):
             self._program = law.program(known, self.period)
         weakref.finalize(self, self._program.close)  # if nobody calls `end_program`
-        self._run = make_update(replace(law, update=self._program.update))
+        self._run = make_control_update(replace(law, update=self._program.update))
 
     def end_program(self) -> None:
         """End the program that runs the law, if there is one."""
         if self._program:
             self._program.close()
-            self._run = make_update(self.controller)
+            self._run = make_control_update(self.controller)
         self._program = None
 
     def try_update(self, context: Context) -> None:
@@ -179,6 +199,12 @@ class FlightComputer(DiscreteSystem):
         probes = context.get_mutable_numeric_parameter(self.probes_index)
         probes.SetAtIndex(len(self.controller.points) + place, value)
 
+    def set_point(self, context: Context, place: int, gate: float, value: float) -> None:
+        """Set gate and injection of the loop point at a place, see `loop_points`."""
+        probes = context.get_mutable_numeric_parameter(self.probes_index)
+        probes.SetAtIndex(place, gate)
+        probes.SetAtIndex(len(self.controller.points) + place, value)
+
     def close_loops(self, context: Context) -> None:
         """Inject nothing, and let all gates be 1, as in a normal flight."""
         context.get_mutable_numeric_parameter(self.probes_index).SetFromVector(
@@ -188,7 +214,8 @@ class FlightComputer(DiscreteSystem):
     def begin(self, context: Context, speeds: np.ndarray, velocity: np.ndarray) -> None:
         """Begin with rotors that turn steadily at `speeds` (n) [rad/s], at `velocity` [m/s]."""
         self._ended = ""
-        context.SetDiscreteState(self._commands_state, speeds)
+        count = context.get_discrete_state(self._commands_state).size()
+        context.SetDiscreteState(self._commands_state, [*speeds, *[0.0] * (count - self._rotors)])
         context.SetDiscreteState(self._filtered, steady_filters(velocity.tolist()))
 
     def set_payload(self, context: Context, payload: Payload) -> None:
@@ -197,12 +224,12 @@ class FlightComputer(DiscreteSystem):
         Raises:
             WorkbenchError: if it cannot hover with that; nothing changes then.
         """
-        law_constants(self._vehicle, payload)
+        law_constants(self._flown(context), payload)
         context.get_mutable_numeric_parameter(self.payload_index).SetFromVector(list(payload))
         self.design(context)
 
     def design(self, context: Context) -> None:
-        """Let the controller design the numbers that follow from its gains and the payload.
+        """Let the controller design the numbers that follow from its gains, payload and loads.
 
         Raises:
             WorkbenchError: if it cannot design with them.
@@ -231,7 +258,7 @@ class FlightComputer(DiscreteSystem):
             discrete_state.set_value(self._ended_index, [1.0])
             discrete_state.get_mutable_value(self._commands_state)[:] = 0.0
         except Exception as error:
-            with own_errors(self.controller.file, "update"):
+            with user_code_errors(self.controller.file, "update"):
                 raise error
         else:
             if not math.isfinite(total):
@@ -247,16 +274,18 @@ class FlightComputer(DiscreteSystem):
         old.SetFrom(context.get_discrete_state())
         return old
 
-    def _arguments(self, context: Context, state: DiscreteValues) -> Arguments:
+    def _arguments(self, context: Context, state: DiscreteValues) -> UpdateInputs:
         """Return the arguments of an update from a discrete state."""
         held = self._held(context)
         has_voltage, controller = self._voltage.HasValue(context), self.controller
-        return Arguments(
-            self._state.Eval(context).tolist(),
+        motion = self._state.Eval(context).tolist()
+        if self._joints:
+            motion += self._joints.Eval(context).tolist()
+        return UpdateInputs(
+            motion,
             self._voltage.Eval(context)[0] if has_voltage else 1.0,
             held.setpoint,
             held.gains,
-            held.shares,
             held.constants,
             [*held.probes, *[0.0] * len(controller.points)],
             self._estimate,
@@ -264,31 +293,33 @@ class FlightComputer(DiscreteSystem):
             state.value(self._filtered).tolist(),
             state.value(self.memory_index).tolist() if controller.memory else [],
             state.value(self._commands_state).tolist(),
-            self._count(context),
+            float(round(context.get_time() / self.period)) if self._divides else ALL_PARTS,
         )
 
-    def _calc_held(self, context: Context) -> Held:
+    def _calc_held(self, context: Context) -> HeldArguments:
         has_path = self._feedforward.HasValue(context)
-        gains, shares, probes, settings = (
+        gains, probes, settings = (
             context.get_numeric_parameter(number).value().tolist()
             for number in (
                 self.gains_index,
-                self.shares_index,
                 self.probes_index,
                 self.settings_index,
             )
         )
-        setpoint = Setpoint(
+        setpoint = LawSetpoint(
             self._reference.Eval(context).tolist(),
             self._guidance.Eval(context).tolist(),
             self._feedforward.Eval(context).tolist() if has_path else _STRAIGHT,
         )
-        return Held(setpoint, gains, shares, self._known(context), probes, settings)
+        return HeldArguments(setpoint, gains, self._known(context), probes, settings)
 
     def _calc_known(self, context: Context) -> LawConstants:
         payload = Payload(*context.get_numeric_parameter(self.payload_index).CopyToVector())
-        return plain(law_constants(self._vehicle, payload))
+        return plain_constants(law_constants(self._flown(context), payload))
 
-    def _count(self, context: Context) -> float:
-        """Return the number of updates before the next one, see `ALL_PARTS`."""
-        return float(round(context.get_time() / self.period)) if self._divides else ALL_PARTS
+    def _flown(self, context: Context) -> Vehicle:
+        """Return the vehicle as the law knows it: without the loads if its hooks are open."""
+        if self.hooks_index is None:
+            return self._vehicle
+        opened = context.get_numeric_parameter(self.hooks_index)[0] > 0.5
+        return self._vehicle.with_hooks(opened)

@@ -9,47 +9,47 @@ body, and the mean noise. Without an IMU there is an exact gyro alone, and its f
 
 import math
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues
 
+from workbench.common.vectors import Numbers
 from workbench.dynamics.motion_between import (
     body_rate,
     mean_specific_force,
     motions_between,
     point_motion,
 )
-from workbench.estimation.filters import lowpass, mean_smoothed, works
+from workbench.estimation.filters import filter_is_on, lowpass, mean_smoothed
 from workbench.estimation.gyro import (
     GyroSettings,
-    at_rest,
-    body_rates,
     filtered_rates,
     filters_gyro,
     gyro_filter,
     sample_steps,
-    sensed,
+    state_body_rates,
+    steady_gyro_states,
     stepped_filters,
+    with_sensed_rates,
 )
 from workbench.estimation.imu import (
-    FROZEN,
-    SILENT,
-    SOURCE,
-    drawn_bias,
+    IMU_NOISE_SOURCE,
+    drawn_imu_bias,
+    ideal_imu_sample,
     imu_noise,
+    imu_noise_rows,
     mean_rate,
-    measured,
     next_drift,
-    noise_rows,
 )
+from workbench.plant.faults import Fault
 from workbench.plant.gravity import GRAVITY
 from workbench.plant.sensors import Imu
 from workbench.systems.cached import cached
 from workbench.systems.discrete_system import DiscreteSystem
 from workbench.systems.noise import noise_seed
 
-ON_TIME = 1e-6
+UPDATE_TIME_TOLERANCE = 1e-6
 """Largest share of a physics step by which an update is off its time."""
 
 
@@ -68,7 +68,7 @@ class _Sampling(NamedTuple):
     accel: Sequence[float]
 
 
-class Samples(NamedTuple):
+class ImuPeriodSamples(NamedTuple):
     """What the samples of a period lead to.
 
     Attributes:
@@ -98,9 +98,9 @@ class FlightImu(DiscreteSystem):
         imu (9): mean angular velocity [rad/s] and specific force [m/s²] since the last reading, and
             filtered angular velocity, in B; between updates those of the last one; only with an
             IMU.
-    Discrete state: see `Samples`; the biases (6) and their drift (6); of the last update the motion
-    of the IMU (14), see `point_motion`, and the number in physics steps (1), -1 without a sample.
-    Numeric parameters: `GyroSettings`, the fault of the IMU, and the seed of its noise.
+    Discrete state: see `ImuPeriodSamples`; the biases (6) and their drift (6); of the last update
+    the motion of the IMU (14), see `point_motion`, and the number in physics steps (1), -1 without
+    a sample. Numeric parameters: `GyroSettings`, the fault of the IMU, and the seed of its noise.
 
     Args:
         settings: initial ones.
@@ -142,15 +142,15 @@ class FlightImu(DiscreteSystem):
 
     def set_seed(self, context: Context, seed: int) -> None:
         """Set the seed of the noise; equal seeds give equal noise."""
-        own = float(noise_seed(seed, SOURCE))
+        own = float(noise_seed(seed, IMU_NOISE_SOURCE))
         context.get_mutable_numeric_parameter(self._seed).SetAtIndex(0, own)
 
     def begin(self, context: Context, state: np.ndarray) -> None:
         """Begin at a state of the body (13)."""
-        rates = body_rates(state)
+        rates = state_body_rates(state)
         for group in range(context.num_discrete_state_groups()):
             context.SetDiscreteState(group, np.zeros(context.get_discrete_state(group).size()))
-        context.SetDiscreteState(self._gyro_filters, at_rest(rates))
+        context.SetDiscreteState(self._gyro_filters, steady_gyro_states(rates))
         context.SetDiscreteState(self._rates, rates)
         context.SetDiscreteState(self._number, [-1.0])
 
@@ -165,7 +165,7 @@ class FlightImu(DiscreteSystem):
         return _Sampling(
             steps,
             filters_gyro(settings, period),
-            works(settings.accel_lowpass, period),
+            filter_is_on(settings.accel_lowpass, period),
             gyro_filter(settings, period),
             lowpass(settings.accel_lowpass, settings.accel_lowpass_order, period),
         )
@@ -178,7 +178,9 @@ class FlightImu(DiscreteSystem):
         """Return whether an update is due now that has not been done."""
         updates = context.get_time() / (self._readout * self._step)
         passed = self._passed(context)
-        return abs(updates - round(updates)) < ON_TIME and (passed < 0.0 or passed > ON_TIME)
+        return abs(updates - round(updates)) < UPDATE_TIME_TOLERANCE and (
+            passed < 0.0 or passed > UPDATE_TIME_TOLERANCE
+        )
 
     def _passed(self, context: Context) -> float:
         """Return the physics steps since the last update, negative if it took no sample."""
@@ -188,12 +190,16 @@ class FlightImu(DiscreteSystem):
     def _count(self, context: Context) -> int:
         """Return the number of samples since the last update, up to now."""
         passed = self._passed(context)
-        return math.floor(passed / self._sampled(context).steps + ON_TIME) if passed >= 0.0 else 1
+        return (
+            math.floor(passed / self._sampled(context).steps + UPDATE_TIME_TOLERANCE)
+            if passed >= 0.0
+            else 1
+        )
 
-    def _calc_samples(self, context: Context) -> Samples:
+    def _calc_samples(self, context: Context) -> ImuPeriodSamples:
         """Return what the samples since the last update lead to."""
         fault = context.get_numeric_parameter(self.fault_index)[0]
-        if self._began(context) and fault in (FROZEN, SILENT):
+        if self._began(context) and fault in (Fault.FROZEN, Fault.SILENT):
             last = self._values(context, self._last)
             return self._filtered(context, np.tile(last, (self._count(context), 1)), last[0:3])
         samples, turn = self._exact(context)
@@ -213,10 +219,10 @@ class FlightImu(DiscreteSystem):
         """
         state = self._state.Eval(context).tolist()
         if not self._began(context):
-            rates, force = body_rates(state), (0.0, 0.0, 0.0)
+            rates, force = state_body_rates(state), (0.0, 0.0, 0.0)
             if self._imu is not None:
                 acceleration = self._acceleration.Eval(context).tolist()
-                force = measured(state, acceleration, self._p_BS)[3:6]
+                force = ideal_imu_sample(state, acceleration, self._p_BS)[3:6]
             return np.array([[*rates, *force]]), np.array(rates)
         passed, count, found = self._passed(context), self._count(context), self._sampled(context)
         before, now = self._values(context, self._motion), point_motion(state, self._p_BS)
@@ -243,7 +249,7 @@ class FlightImu(DiscreteSystem):
             numbers = number + steps * np.arange(1, self._count(context) + 1)
         bias = np.add(self._begun_bias(context), self._values(context, self._drift))
         seed = context.get_numeric_parameter(self._seed)[0]
-        return noise_rows(self._noise, numbers, steps, fault, bias, seed, self._imu.R_BS)
+        return imu_noise_rows(self._noise, numbers, steps, fault, bias, seed, self._imu.R_BS)
 
     def _begun_bias(self, context: Context) -> Sequence[float]:
         """Return the biases of the flight (6), which are drawn at the first update."""
@@ -252,13 +258,13 @@ class FlightImu(DiscreteSystem):
         assert self._noise
         with np.errstate(over="ignore"):  # integers of the noise wrap around
             seed = context.get_numeric_parameter(self._seed)[0]
-            return drawn_bias(self._noise.mean, self._noise.spread, seed)
+            return drawn_imu_bias(self._noise.mean, self._noise.spread, seed)
 
-    def _filtered(self, context: Context, samples: np.ndarray, turn: Any) -> Samples:
+    def _filtered(self, context: Context, samples: np.ndarray, turn: Numbers) -> ImuPeriodSamples:
         """Return what samples (K, 6) lead to, given the mean of the angular velocity (3)."""
         rows: list[list[float]] = samples.tolist()
         began, found = self._began(context), self._sampled(context)
-        filters: Sequence[float] = at_rest(rows[0][0:3])
+        filters: Sequence[float] = steady_gyro_states(rows[0][0:3])
         if began:
             filters = self._values(context, self._gyro_filters)
         before = filters
@@ -266,12 +272,12 @@ class FlightImu(DiscreteSystem):
             before, filters = filters, stepped_filters(found.gyro, filters, row[0:3])
         rates = filtered_rates(found.gyro, before, rows[-1][0:3])
         if self._imu is None:
-            return Samples(filters, rates, [0.0] * 6, rows[-1], [0.0] * 6)
+            return ImuPeriodSamples(filters, rates, [0.0] * 6, rows[-1], [0.0] * 6)
         accel = self._values(context, self._accel_filters)
         if not began:
             accel = [0.0, rows[0][3], 0.0, rows[0][4], 0.0, rows[0][5]]
         force, accel = mean_smoothed(found.accel, accel, [row[3:6] for row in rows])
-        return Samples(filters, rates, accel, rows[-1], [*turn, *force])
+        return ImuPeriodSamples(filters, rates, accel, rows[-1], [*turn, *force])
 
     def _update(self, context: Context, discrete_state: DiscreteValues) -> None:
         if self._imu is None and not self._sampled(context).filters_gyro:
@@ -300,7 +306,7 @@ class FlightImu(DiscreteSystem):
         rates: Sequence[float] = self._values(context, self._rates)
         if self._count(context):
             rates = self._samples(context).rates
-        output_vector.SetFromVector(sensed(state.tolist(), rates))
+        output_vector.SetFromVector(with_sensed_rates(state.tolist(), rates))
 
     def _calc_imu(self, context: Context, output_vector: BasicVector) -> None:
         if self._is_due(context):

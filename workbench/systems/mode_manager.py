@@ -3,17 +3,17 @@
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues
 
 from workbench.control.flight_mode import (
-    Health,
+    EstimateHealth,
+    FlightModeInputs,
+    FlightModeSettings,
     ModeState,
-    Settings,
-    Situation,
     guidance,
     next_state,
     with_walls,
 )
 from workbench.control.guidance import Guidance, Reference
 from workbench.control.mode import FlightMode
-from workbench.control.obstacle_brake import WALLS
+from workbench.control.obstacle_brake import MAX_WALLS
 from workbench.systems.discrete_system import DiscreteSystem
 
 
@@ -23,23 +23,23 @@ class ModeManager(DiscreteSystem):
     Input ports:
         state (13): of the plant.
         reference (8): see `guidance.Reference`.
-        request (3): request (`flight_mode.Request`), its serial number, take-off height [m].
+        request (3): request (`mode.ModeRequest`), its serial number, take-off height [m].
         charge (1): of the battery, 0 .. 1.
         known_charge (1): the estimated charge, by which the drone lands; unconnected, the true one.
         walls (12): see `nearest_obstacle`; unconnected, nothing limits the speed.
-        health (4): see `flight_mode.Health`; unconnected, the state is the true one.
+        health (4): see `flight_mode.EstimateHealth`; unconnected, the state is the true one.
         ended (1): whether the program that runs the law has ended; unconnected, there is none.
     Output ports:
         guidance (22): see `guidance.Guidance`.
         mode (10): see `flight_mode.ModeState`.
-    Numeric parameter 0: `flight_mode.Settings`.
+    Numeric parameter 0: `flight_mode.FlightModeSettings`.
     """
 
     def __init__(
         self,
         *,
         period: float,
-        settings: Settings,
+        settings: FlightModeSettings,
         standing_height: float,
         wall_period: float | None = None,
     ) -> None:
@@ -60,8 +60,8 @@ class ModeManager(DiscreteSystem):
         self._request = self.DeclareVectorInputPort("request", 3)
         self._charge = self.DeclareVectorInputPort("charge", 1)
         self._known_charge = self.DeclareVectorInputPort("known_charge", 1)
-        self._walls = self.DeclareVectorInputPort("walls", 4 * WALLS)
-        self._health = self.DeclareVectorInputPort("health", len(Health._fields))
+        self._walls = self.DeclareVectorInputPort("walls", 4 * MAX_WALLS)
+        self._health = self.DeclareVectorInputPort("health", len(EstimateHealth._fields))
         self._ended = self.DeclareVectorInputPort("ended", 1)
         self.guidance_index = self.DeclareDiscreteState(len(Guidance._fields))
         self.mode_index = self.DeclareDiscreteState(len(ModeState._fields))
@@ -73,16 +73,16 @@ class ModeManager(DiscreteSystem):
 
     def set_mode(self, context: Context, state: ModeState, p_WB: list[float]) -> None:
         """Put a mode state, and the guidance that follows from it, into a Context."""
-        settings = Settings(*context.get_numeric_parameter(0).CopyToVector().tolist())
+        settings = _settings(context)
         context.SetDiscreteState(self.mode_index, list(state))
         context.SetDiscreteState(self.guidance_index, list(guidance(state, p_WB, settings)))
 
     def _update(self, context: Context, discrete_state: DiscreteValues) -> None:
-        settings = Settings(*context.get_numeric_parameter(0).CopyToVector().tolist())
+        settings = _settings(context)
         state = ModeState(*context.get_discrete_state(self.mode_index).CopyToVector().tolist())
         plant_state = self._state.Eval(context).tolist()
         request, serial, height = self._request.Eval(context).tolist()
-        now = Situation(
+        now = FlightModeInputs(
             time=context.get_time(),
             p_WB=plant_state[4:7],
             v_WB=plant_state[10:13],
@@ -93,7 +93,7 @@ class ModeManager(DiscreteSystem):
             charge=float(self._charge.Eval(context)[0]),
             standing_height=self._standing_height,
             health=(
-                Health(*self._health.Eval(context).tolist())
+                EstimateHealth(*self._health.Eval(context).tolist())
                 if self._health.HasValue(context)
                 else None
             ),
@@ -115,10 +115,14 @@ class ModeManager(DiscreteSystem):
 
     def _update_walls(self, context: Context, discrete_state: DiscreteValues) -> None:
         """Update the walls of the guidance; a mode update at the same time has already done it."""
-        settings = Settings(*context.get_numeric_parameter(0).CopyToVector().tolist())
+        settings = _settings(context)
         mode, *_ = discrete_state.get_vector(self.mode_index).CopyToVector().tolist()
         guide = Guidance(*discrete_state.get_vector(self.guidance_index).CopyToVector().tolist())
         walls = self._walls.Eval(context).tolist()
         p_WB = self._state.Eval(context)[4:7].tolist()
         guide = with_walls(guide, walls, p_WB, FlightMode(int(mode)), settings)
         discrete_state.set_value(self.guidance_index, list(guide))
+
+
+def _settings(context: Context) -> FlightModeSettings:
+    return FlightModeSettings(*context.get_numeric_parameter(0).CopyToVector().tolist())

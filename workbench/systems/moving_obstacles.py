@@ -1,11 +1,8 @@
 """Obstacles that move: shapes in the scene whose poses Drake's C++ systems find from time."""
 
-from dataclasses import dataclass
-
 import numpy as np
 from pydrake.geometry import (
     CollisionFilterDeclaration,
-    FrameId,
     GeometryId,
     GeometrySet,
     Role,
@@ -26,33 +23,14 @@ from pydrake.trajectories import (
 
 from workbench.plant.worlds.world import MovingObstacle, World
 
-HORIZON = 1e6
+MOTION_END_S = 1e6
 """Time for which they move; then they stop [s]."""
-_LAPS = 64
+_PATH_REPETITIONS = 64
 """Repetitions of a path in a trajectory, which is then repeated itself, and so on."""
 
 
-@dataclass(frozen=True)
-class MovingObstacles:
-    """The moving obstacles, for sensors.
-
-    Attributes:
-        names: of each, as in the world.
-        frames: in the scene graph, of each; F is O, at the shape's centre.
-        geometries: in the scene graph, of each.
-        kinematics: a plant for their poses, which is not a system of the diagram.
-    """
-
-    names: tuple[str, ...]
-    frames: tuple[FrameId, ...]
-    geometries: tuple[GeometryId, ...]
-    kinematics: MultibodyPlant
-
-
-def add_moving_obstacles(
-    builder: DiagramBuilder, plant: MultibodyPlant, scene_graph: SceneGraph, world: World
-) -> MovingObstacles | None:
-    """Add the moving obstacles of a world to a diagram; return None if there are none.
+def add_moving_obstacles(builder: DiagramBuilder, scene_graph: SceneGraph, world: World) -> None:
+    """Add the moving obstacles of a world to a diagram, if it has any.
 
     They have no contact: their poses are functions of time, and a drone flies through them without
     a force. Sensors see them, and signed distances include them. The first one costs 7 µs a step of
@@ -60,16 +38,15 @@ def add_moving_obstacles(
 
     Args:
         builder: of the diagram.
-        plant: of the drone, finalised.
-        scene_graph: with all geometries of the plant.
+        scene_graph: with all geometries of the finalised plant.
         world: with the paths.
     """
     if not world.moving:
-        return None
+        return
     kinematics = MultibodyPlant(0.0)
     kinematics.set_name("moving_obstacles")
     source = kinematics.RegisterAsSourceForSceneGraph(scene_graph)
-    frames, geometries = [], []
+    geometries = []
     path = StackedTrajectory()
     for moving in world.moving:
         inertia = SpatialInertia(1.0, np.zeros(3), UnitInertia.SolidSphere(1.0))  # of no effect
@@ -78,20 +55,17 @@ def add_moving_obstacles(
             RpyFloatingJoint(moving.name, kinematics.world_frame(), body.body_frame())
         )
         frame = kinematics.GetBodyFrameIdOrThrow(body.index())
-        frames.append(frame)
         geometries.append(scene_graph.RegisterGeometry(source, frame, moving.geometry))
         path.Append(_path(moving))
     kinematics.Finalize()
-    _touch_nothing(scene_graph, geometries)
+    _exclude_contact(scene_graph, geometries)
     clock = builder.AddNamedSystem("obstacle_paths", TrajectorySource(path))
     poses = builder.AddNamedSystem("obstacle_poses", MultibodyPositionToGeometryPose(kinematics))
     builder.Connect(clock.get_output_port(), poses.get_input_port())
     builder.Connect(poses.get_output_port(), scene_graph.get_source_pose_port(source))
-    names = tuple(moving.name for moving in world.moving)
-    return MovingObstacles(names, tuple(frames), tuple(geometries), kinematics)
 
 
-def _touch_nothing(scene_graph: SceneGraph, geometries: list[GeometryId]) -> None:
+def _exclude_contact(scene_graph: SceneGraph, geometries: list[GeometryId]) -> None:
     """Exclude geometries from all contact."""
     everything = scene_graph.model_inspector().GetAllGeometryIds(Role.kProximity)
     declaration = CollisionFilterDeclaration().ExcludeBetween(
@@ -101,20 +75,24 @@ def _touch_nothing(scene_graph: SceneGraph, geometries: list[GeometryId]) -> Non
 
 
 def _path(moving: MovingObstacle) -> Trajectory:
-    """Return roll, pitch, yaw, x, y, z (6) over `HORIZON`, in the order of the joint."""
+    """Return roll, pitch, yaw, x, y, z (6) over `MOTION_END_S`, in the order of the joint."""
     course = moving.course
     rows = np.zeros((6, len(course.times)))
     x, y, z, yaw = np.transpose(course.corners)
     rows[2:] = yaw, x, y, z
     path: Trajectory = PiecewisePolynomial.FirstOrderHold(course.times, rows)
-    while course.repeat and path.end_time() < HORIZON:
+    while course.repeat and path.end_time() < MOTION_END_S:
         path = _repeated(path)
-    return PathParameterizedTrajectory(path, _time([0.0, HORIZON]))
+    return PathParameterizedTrajectory(path, _time([0.0, MOTION_END_S]))
 
 
 def _repeated(path: Trajectory) -> Trajectory:
-    """Return a path repeated `_LAPS` times, without more memory for a longer horizon."""
-    return PathParameterizedTrajectory(path, _time(path.end_time() * np.arange(_LAPS + 1.0)))
+    """Return a path repeated `_PATH_REPETITIONS` times, without more memory for a longer
+    horizon.
+    """
+    return PathParameterizedTrajectory(
+        path, _time(path.end_time() * np.arange(_PATH_REPETITIONS + 1.0))
+    )
 
 
 def _time(breaks: list[float] | np.ndarray) -> PiecewisePolynomial:

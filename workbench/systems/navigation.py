@@ -7,40 +7,45 @@ from typing import NamedTuple
 import numpy as np
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues
 
-from workbench.control.flight_mode import GPS_LATE, Health, ModeState
+from workbench.control.flight_mode import MAX_GPS_AGE_S, EstimateHealth, ModeState
 from workbench.control.mode import FlightMode
-from workbench.estimation import ekf
-from workbench.estimation.estimators import TRIANGLE, Estimator, checked_update, known_motion
+from workbench.estimation import ekf, ekf_state
+from workbench.estimation.estimators import (
+    COVARIANCE_TRIANGLE,
+    Estimator,
+    checked_update,
+    known_motion,
+)
 from workbench.estimation.samples import (
     AGES,
     BAROMETER,
     GPS,
     MAGNETOMETER,
     RANGE_FINDER,
-    SAMPLES,
+    SAMPLE_ARRAY_SIZE,
     Mounting,
 )
-from workbench.estimation.settings import HEARD
-from workbench.plant.geodesy import in_world
+from workbench.estimation.settings import AIDING_SENSORS
+from workbench.plant.geodesy import point_in_world
 from workbench.plant.home import Home
 from workbench.systems.cached import cached
 from workbench.systems.discrete_system import DiscreteSystem
 
-SIZES = {"gps": 7, "barometer": 3, "magnetometer": 4, "range_finder": 2}
-"""Size of a delivered sample with its stamp, for each of `HEARD`."""
+AIDING_SAMPLE_SIZES = {"gps": 7, "barometer": 3, "magnetometer": 4, "range_finder": 2}
+"""Size of a delivered sample with its stamp, for each of `AIDING_SENSORS`."""
 
 
-DECIDING = {"gps": (GPS, slice(0, 2)), "magnetometer": (MAGNETOMETER, slice(7, 8))}
+AIDING_USE_CHANNELS = {"gps": (GPS, slice(0, 2)), "magnetometer": (MAGNETOMETER, slice(7, 8))}
 """Flag of a new sample, and channels of `ekf.update` that show whether it used it: east and north,
 heading."""
 
 
-class Heard(NamedTuple):
+class ReceivedSamples(NamedTuple):
     """What sensors gave since the update before.
 
     Attributes:
         z: see `estimation.samples` (25).
-        stamps: of the last sample of each of `HEARD` (4) [s], NaN without one.
+        stamps: of the last sample of each of `AIDING_SENSORS` (4) [s], NaN without one.
         fix: the last sample of the GPS without its stamp (6); empty if it is unconnected.
         gyro_repeats: whether the gyro's readings equal those of the update before.
     """
@@ -72,7 +77,7 @@ class Navigation(DiscreteSystem):
         state (13): estimated q_WB, p_WB [m], w_WB_W [rad/s] and v_WB_W [m/s]; the angular velocity
             is that of the gyro's filters, less its bias.
         deviations (15): of the errors, see `ekf`.
-        health (4): see `flight_mode.Health`.
+        health (4): see `flight_mode.EstimateHealth`.
         covariance (45), innovations (20): see `Estimator`.
     Numeric parameter 0: the estimator's settings.
 
@@ -110,25 +115,31 @@ class Navigation(DiscreteSystem):
         self._R_BM, self._home, self._period = np.array(turn_BM), home, period
         self._known = known
         still = np.array([1.0, *[0.0] * 12])
-        memory = estimator.begin(still, mounting, np.zeros(ekf.ERRORS), known)
+        memory = estimator.begin(still, mounting, np.zeros(ekf_state.ERRORS), known)
         names = estimator.settings._fields
         self.DeclareNumericParameter(BasicVector([settings[name] for name in names]))
         self._memory_state = self.DeclareDiscreteState(memory)
-        self._stamps = self.DeclareDiscreteState(np.full(len(HEARD), np.nan))
+        self._stamps = self.DeclareDiscreteState(np.full(len(AIDING_SENSORS), np.nan))
         self._held = self.DeclareDiscreteState(still)
-        self._since = self.DeclareDiscreteState(len(Health._fields) - 1)
+        self._since = self.DeclareDiscreteState(len(EstimateHealth._fields) - 1)
         self._rates = self.DeclareDiscreteState(np.full(3, np.nan))
-        self._fix = self.DeclareDiscreteState(np.full(SIZES["gps"] - 1, np.nan))
+        self._fix = self.DeclareDiscreteState(np.full(AIDING_SAMPLE_SIZES["gps"] - 1, np.nan))
         self._imu = self.DeclareVectorInputPort("imu", 9)
-        self._ports = [self.DeclareVectorInputPort(name, SIZES[name]) for name in HEARD]
+        self._ports = [
+            self.DeclareVectorInputPort(name, AIDING_SAMPLE_SIZES[name]) for name in AIDING_SENSORS
+        ]
         self._mode = self.DeclareVectorInputPort("mode", len(ModeState._fields))
-        self._heard = cached(self._listen, "heard", {self.all_sources_ticket()})
+        self._received = cached(self._calc_received, "received", {self.all_sources_ticket()})
         self._memory = self.DeclareVectorOutputPort("memory", memory.size, self._calc_memory)
         self._state = self.DeclareVectorOutputPort("state", 13, self._calc_state)
-        self.DeclareVectorOutputPort("deviations", ekf.ERRORS, self._calc_deviations)
-        self.DeclareVectorOutputPort("health", len(Health._fields), self._calc_health)
-        self.DeclareVectorOutputPort("covariance", len(TRIANGLE[0]), self._calc_covariance)
-        self.DeclareVectorOutputPort("innovations", 2 * ekf.CHANNELS, self._calc_innovations)
+        self.DeclareVectorOutputPort("deviations", ekf_state.ERRORS, self._calc_deviations)
+        self.DeclareVectorOutputPort("health", len(EstimateHealth._fields), self._calc_health)
+        self.DeclareVectorOutputPort(
+            "covariance", len(COVARIANCE_TRIANGLE[0]), self._calc_covariance
+        )
+        self.DeclareVectorOutputPort(
+            "innovations", 2 * ekf_state.MEASUREMENT_CHANNELS, self._calc_innovations
+        )
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
 
     def begin(self, context: Context, state: np.ndarray, seed: int | None) -> None:
@@ -141,11 +152,11 @@ class Navigation(DiscreteSystem):
         """
         memory = self.estimator.begin(state, self._mounting, ekf.start_errors(seed), self._known)
         context.SetDiscreteState(self._memory_state, memory)
-        context.SetDiscreteState(self._stamps, np.full(len(HEARD), np.nan))
+        context.SetDiscreteState(self._stamps, np.full(len(AIDING_SENSORS), np.nan))
         context.SetDiscreteState(self._held, state)
-        context.SetDiscreteState(self._since, np.zeros(len(Health._fields) - 1))
+        context.SetDiscreteState(self._since, np.zeros(len(EstimateHealth._fields) - 1))
         context.SetDiscreteState(self._rates, np.full(3, np.nan))
-        context.SetDiscreteState(self._fix, np.full(SIZES["gps"] - 1, np.nan))
+        context.SetDiscreteState(self._fix, np.full(AIDING_SAMPLE_SIZES["gps"] - 1, np.nan))
 
     def _is_update(self, context: Context) -> bool:
         """Return whether an update is due now."""
@@ -159,7 +170,7 @@ class Navigation(DiscreteSystem):
             return
         settings = context.get_numeric_parameter(0).CopyToVector()
         dt = self._period if context.get_time() > 0.5 * self._period else 0.0
-        self._run(memory, self._heard(context).z, settings, self._places, dt)
+        self._run(memory, self._received(context).z, settings, self._places, dt)
         output.SetFromVector(memory)
 
     def _calc_state(self, context: Context, output: BasicVector) -> None:
@@ -185,16 +196,16 @@ class Navigation(DiscreteSystem):
         output.SetFromVector(self.estimator.innovations(self._memory.Eval(context)))
 
     def _update(self, context: Context, discrete_state: DiscreteValues) -> None:
-        memory, heard = self._memory.Eval(context), self._heard(context)
+        memory, received = self._memory.Eval(context), self._received(context)
         discrete_state.set_value(self._memory_state, memory)
         discrete_state.set_value(self._held, self._state.Eval(context))
-        discrete_state.set_value(self._stamps, heard.stamps)
-        if heard.fix:
-            discrete_state.set_value(self._fix, heard.fix)
+        discrete_state.set_value(self._stamps, received.stamps)
+        if received.fix:
+            discrete_state.set_value(self._fix, received.fix)
         renewed = (
-            self._takes_in(context, heard.z, memory, "gps"),
-            self._repeats or not heard.gyro_repeats,
-            self._takes_in(context, heard.z, memory, "magnetometer"),
+            self._takes_in(context, received.z, memory, "gps"),
+            self._repeats or not received.gyro_repeats,
+            self._takes_in(context, received.z, memory, "magnetometer"),
         )
         ages = context.get_discrete_state(self._since).value().tolist()
         since = [0.0 if new else age + self._period for new, age in zip(renewed, ages, strict=True)]
@@ -203,12 +214,12 @@ class Navigation(DiscreteSystem):
 
     def _takes_in(self, context: Context, z: np.ndarray, memory: np.ndarray, kind: str) -> bool:
         """Return whether a sensor has a new sample that the estimate uses, or is absent."""
-        flag, channels = DECIDING[kind]
+        flag, channels = AIDING_USE_CHANNELS[kind]
         if z[flag] > 0.0:
             told = self.estimator.innovations(memory).reshape(-1, 2)[channels]
             return not (told[:, 0] ** 2 > self._gate(context) ** 2 * told[:, 1]).any()
         # without GPS the position is soon unknown
-        return kind != "gps" and not self._ports[HEARD.index(kind)].HasValue(context)
+        return kind != "gps" and not self._ports[AIDING_SENSORS.index(kind)].HasValue(context)
 
     def _gate(self, context: Context) -> float:
         """Return the number of standard deviations beyond which a sample is rejected."""
@@ -217,7 +228,7 @@ class Navigation(DiscreteSystem):
             return np.inf
         return float(context.get_numeric_parameter(0)[names.index("ekf_gate")])
 
-    def _listen(self, context: Context) -> Heard:
+    def _calc_received(self, context: Context) -> ReceivedSamples:
         """Return what sensors gave since the update before."""
         imu = self._imu.Eval(context).tolist()
         samples = [
@@ -231,11 +242,11 @@ class Navigation(DiscreteSystem):
             for sample, stamp in zip(samples, before, strict=True)
         )
         repeats = imu[:3] == context.get_discrete_state(self._rates).value().tolist()
-        z, time = np.zeros(SAMPLES), context.get_time()
+        z, time = np.zeros(SAMPLE_ARRAY_SIZE), context.get_time()
         z[:6] = imu[:6]
         if gps and not self._is_frozen(context, gps, repeats):
             stamp, latitude, longitude, altitude, *velocity = gps
-            place = in_world(latitude, longitude, altitude, self._home)
+            place = point_in_world(latitude, longitude, altitude, self._home)
             z[GPS : GPS + 8] = 1.0, time - stamp, *place, *velocity
         if barometer:
             z[BAROMETER : BAROMETER + 2] = 1.0, barometer[2]
@@ -247,13 +258,13 @@ class Navigation(DiscreteSystem):
         if range_finder and math.isfinite(range_finder[1]):
             z[RANGE_FINDER : RANGE_FINDER + 2] = 1.0, range_finder[1]
             z[AGES + 2] = time - range_finder[0]
-        return Heard(z, stamps, samples[HEARD.index("gps")][1:], repeats)
+        return ReceivedSamples(z, stamps, samples[AIDING_SENSORS.index("gps")][1:], repeats)
 
     def _is_frozen(self, context: Context, gps: list[float], gyro_repeats: bool) -> bool:
         """Return whether a GPS sample with its stamp (7) repeats the previous one."""
         if self._gps_repeats or gyro_repeats:
             return False
-        late = context.get_discrete_state(self._since).value()[0] > GPS_LATE
+        late = context.get_discrete_state(self._since).value()[0] > MAX_GPS_AGE_S
         if not late and not self._in_the_air(context):
             return False
         fix: list[float] = context.get_discrete_state(self._fix).value().tolist()

@@ -11,18 +11,18 @@ from pydrake.math import RotationMatrix
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues
 
-from workbench.control.obstacle_brake import WALLS
-from workbench.plant.reach import Reach
-from workbench.plant.worlds.world import GROUND, obstacle_of
+from workbench.control.obstacle_brake import MAX_WALLS
+from workbench.plant.reach import ReachSphere
+from workbench.plant.worlds.world import GROUND_NAME, obstacle_of
 from workbench.systems.discrete_system import DiscreteSystem
 
-RANGE = 30.0
+OBSTACLE_RANGE_M = 30.0
 """Largest distance from the drone's centre at which obstacles are found [m]."""
-APART = 0.9
+SAME_WALL_COSINE = 0.9
 """If directions n and m of two obstacles have n · m above this, only the nearer one is a wall."""
-STRIDE = 0.5
+MAX_SEARCH_STEP_M = 0.5
 """Longest step of the search along a free way [m]."""
-TOUCHES = 0.005
+MIN_SEARCH_STEP_M = 0.005
 """Shortest step of that search; a shorter one ends the free way [m]."""
 
 
@@ -49,7 +49,7 @@ class NearestObstacle(DiscreteSystem):
     def __init__(
         self,
         *,
-        reach: Reach,
+        reach: ReachSphere,
         not_obstacles: Set[GeometryId],
         period: float,
         lead: float,
@@ -113,26 +113,32 @@ class NearestObstacle(DiscreteSystem):
         query = self._query.Eval(context)
         p_WC, direction, way = self._middle(context), np.array(direction_W), 0.0
         while way < most:
-            step, ahead = min(STRIDE, most - way), ""
-            for clearance, n_W, id in self._around(query, p_WC + way * direction, STRIDE):
+            step, ahead = min(MAX_SEARCH_STEP_M, most - way), ""
+            for clearance, n_W, id in self._around(
+                query, p_WC + way * direction, MAX_SEARCH_STEP_M
+            ):
                 towards = float(direction @ np.array(n_W))
                 if towards > 0.0 and max(0.0, clearance) < step * towards:
                     step = max(0.0, clearance) / towards
                     ahead = obstacle_of(query.inspector().GetName(id))
             way += step
-            if ahead and step < TOUCHES:
+            if ahead and step < MIN_SEARCH_STEP_M:
                 return way, ahead
         return most, ""
 
     def _update(self, context: Context, discrete_state: DiscreteValues) -> None:
-        found: list[Found] = sorted((clearance, *n_W) for clearance, n_W, _ in self._found(context))
+        found: list[ObstacleVector] = sorted(
+            (clearance, *n_W) for clearance, n_W, _ in self._found(context)
+        )
         warning_distance = float(context.get_numeric_parameter(0).CopyToVector()[0])
         discrete_state.set_value(self._obstacle_index, _obstacle(found, warning_distance))
         discrete_state.set_value(self._walls_index, _walls(found))
 
     def _found(self, context: Context) -> list[tuple[float, tuple[float, ...], GeometryId]]:
         """Return clearance [m], direction in W and geometry of every obstacle in range."""
-        return self._around(self._query.Eval(context), self._middle(context), RANGE - self._radius)
+        return self._around(
+            self._query.Eval(context), self._middle(context), OBSTACLE_RANGE_M - self._radius
+        )
 
     def _middle(self, context: Context) -> np.ndarray:
         """Return the centre of the sphere around the drone, in W (3) [m]."""
@@ -152,11 +158,11 @@ class NearestObstacle(DiscreteSystem):
         ]
 
 
-Found = tuple[float, ...]
+ObstacleVector = tuple[float, ...]
 """Clearance [m] and direction in W of an obstacle."""
 
 
-def _obstacle(found: list[Found], warning_distance: float) -> list[float]:
+def _obstacle(found: list[ObstacleVector], warning_distance: float) -> list[float]:
     """Return the value of `obstacle`; `found` is sorted."""
     if not found:
         return [math.inf, 0.0, 0.0, 0.0, 0.0]
@@ -164,14 +170,16 @@ def _obstacle(found: list[Found], warning_distance: float) -> list[float]:
     return [clearance, *n_W, float(clearance < warning_distance)]
 
 
-def _walls(found: list[Found]) -> list[float]:
+def _walls(found: list[ObstacleVector]) -> list[float]:
     """Return the value of `walls`; `found` is sorted."""
-    walls: list[Found] = []
+    walls: list[ObstacleVector] = []
     for clearance, *n_W in found:
-        alike = any(sum(a * b for a, b in zip(n_W, wall, strict=False)) > APART for wall in walls)
-        if not alike and len(walls) < WALLS:
+        alike = any(
+            sum(a * b for a, b in zip(n_W, wall, strict=False)) > SAME_WALL_COSINE for wall in walls
+        )
+        if not alike and len(walls) < MAX_WALLS:
             walls.append((*n_W, clearance))
-    walls += [(0.0, 0.0, 0.0, math.inf)] * (WALLS - len(walls))
+    walls += [(0.0, 0.0, 0.0, math.inf)] * (MAX_WALLS - len(walls))
     return [number for wall in walls for number in wall]
 
 
@@ -186,4 +194,4 @@ def drone_and_ground(
         for geometry in plant.GetCollisionGeometriesForBody(plant.get_body(body))
     }
     anchored = plant.GetCollisionGeometriesForBody(plant.world_body())
-    return ids | {geometry for geometry in anchored if inspector.GetName(geometry) == GROUND}
+    return ids | {geometry for geometry in anchored if inspector.GetName(geometry) == GROUND_NAME}

@@ -11,7 +11,7 @@ from pydrake.common import RandomDistribution, RandomGenerator
 from pydrake.systems.framework import BasicVector, Context, DiagramBuilder, InputPort
 from pydrake.systems.primitives import RandomSource
 
-from workbench.dynamics.air.normals import COUNT, normal_rows
+from workbench.dynamics.air.normals import NORMALS_PER_SAMPLE, normal_rows
 from workbench.plant.sensors import Noise
 from workbench.systems.discrete_system import DiscreteSystem
 
@@ -19,7 +19,7 @@ from workbench.systems.discrete_system import DiscreteSystem
 def add_noise(builder: DiagramBuilder, port: InputPort, period: float) -> RandomSource:
     """Feed a Gaussian random input port with new standard normal numbers every `period` [s]."""
     source = RandomSource(RandomDistribution.kGaussian, port.size(), period)
-    builder.AddNamedSystem(f"{port.get_system().get_name()}_noise", source)
+    builder.AddNamedSystem(noise_source_name(port.get_system().get_name()), source)
     builder.Connect(source.get_output_port(), port)
     return source
 
@@ -46,7 +46,9 @@ class CountedNoise(DiscreteSystem):
         number = round(context.get_time() / self._period)
         seed = context.get_numeric_parameter(0)[0]
         draws = output.get_mutable_value()
-        blocks = -(-len(draws) // COUNT)  # as `normals.counted_draws` does it in compiled flights
+        blocks = -(
+            -len(draws) // NORMALS_PER_SAMPLE
+        )  # as `normals.counted_draws` does it in compiled flights
         rows = normal_rows(seed, number * blocks + np.arange(blocks))
         draws[:] = rows.reshape(-1)[: len(draws)]
 
@@ -54,9 +56,19 @@ class CountedNoise(DiscreteSystem):
 def add_counted_noise(builder: DiagramBuilder, port: InputPort, period: float) -> CountedNoise:
     """Feed a random input port with numbers of `CountedNoise`, new ones every `period` [s]."""
     source = CountedNoise(port.size(), period)
-    builder.AddNamedSystem(f"{port.get_system().get_name()}_noise", source)
+    builder.AddNamedSystem(noise_source_name(port.get_system().get_name()), source)
     builder.Connect(source.get_output_port(), port)
     return source
+
+
+def noise_source_name(system: str) -> str:
+    """Return the name of the source of a system's noise, by which it gets its own seed."""
+    return f"{system}_noise"
+
+
+def sensor_system_name(sensor: str) -> str:
+    """Return the name of a sensor's system; `::` would be a path in a diagram."""
+    return f"{sensor.replace('::', '/')}_sensor"
 
 
 def noise_seed(seed: int, name: str) -> int:
@@ -80,7 +92,7 @@ def sample_draws(seed: int, number: int) -> np.random.Generator:
     return _draws(seed, [0, 0, 0, number])
 
 
-def drawn_bias(noise: Noise, seed: int) -> float:
+def drawn_sensor_bias(noise: Noise, seed: int) -> float:
     """Return the constant bias of a sensor in a flight, in the noise's unit."""
     return noise.bias_mean + noise.bias_stddev * float(_draws(seed, [0, 0, 1, 0]).standard_normal())
 

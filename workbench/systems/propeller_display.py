@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 from pydrake.common.eigen_geometry import Quaternion
-from pydrake.common.value import Value
+from pydrake.common.value import AbstractValue, Value
 from pydrake.geometry import (
     FrameId,
     FramePoseVector,
@@ -99,7 +99,7 @@ class PropellerDisplay(DiscreteSystem):
         places = zip(self._places, turns, strict=True)
         return tuple(X_BR @ turn @ X_RL for (X_BR, X_RL), turn in places)
 
-    def _calc_poses(self, context: Context, output: Any) -> None:
+    def _calc_poses(self, context: Context, output: AbstractValue) -> None:
         state = self._state.Eval(context)
         q_WB = state[:4] / math.sqrt(state[:4] @ state[:4])
         poses = output.get_mutable_value()

@@ -9,7 +9,7 @@ from pydrake.systems.primitives import LogVectorOutput, Multiplexer, VectorLogSi
 
 
 @dataclass(frozen=True)
-class Recorder:
+class SignalRecorder:
     """A log of stacked signals, and the place of each signal in it."""
 
     log: VectorLogSink
@@ -39,7 +39,7 @@ class Recorder:
 
 def add_recorder(
     builder: DiagramBuilder, signals: Mapping[str, OutputPort], period: float
-) -> Recorder:
+) -> SignalRecorder:
     """Add a log that records all `signals` every `period` seconds."""
     sizes = [port.size() for port in signals.values()]
     ends = np.cumsum(sizes).tolist()
@@ -51,4 +51,4 @@ def add_recorder(
     places = {
         name: slice(end - size, end) for name, size, end in zip(signals, sizes, ends, strict=True)
     }
-    return Recorder(log, places)
+    return SignalRecorder(log, places)

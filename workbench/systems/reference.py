@@ -13,17 +13,15 @@ from pydrake.trajectories import PiecewisePolynomial
 
 from workbench.control.guidance import Reference
 
-SIZE = len(Reference._fields)
+REFERENCE_VALUES = len(Reference._fields)
 
 
 def add_reference(
-    builder: DiagramBuilder, pilot: OutputPort, path: PiecewisePolynomial | None
+    builder: DiagramBuilder, pilot: OutputPort, path: PiecewisePolynomial
 ) -> OutputPort:
-    """Add a path to the pilot's command, if there is one; return the reference."""
-    if path is None:
-        return pilot
+    """Add a path to the pilot's command; return the reference."""
     course = builder.AddNamedSystem("path", TrajectorySource(path))
-    both = builder.AddNamedSystem("reference", Adder(2, SIZE))
+    both = builder.AddNamedSystem("reference", Adder(2, REFERENCE_VALUES))
     builder.Connect(pilot, both.get_input_port(0))
     builder.Connect(course.get_output_port(), both.get_input_port(1))
     return both.get_output_port()
@@ -61,7 +59,7 @@ def figure_eight(
     steps = 0.5 * (a_dot[1:] + a_dot[:-1]) * np.diff(times)
     a = np.concatenate([[0.0], np.cumsum(steps)])
     a *= 2.0 * math.pi * laps / a[-1]
-    samples = np.zeros((SIZE, len(times)))
+    samples = np.zeros((REFERENCE_VALUES, len(times)))
     samples[0] = 0.5 * length * np.cos(a) * a_dot
     samples[1] = width * np.cos(2.0 * a) * a_dot
     samples[4] = center[0] + 0.5 * length * np.sin(a)

@@ -4,20 +4,21 @@ import csv
 import io
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from pydrake.systems.primitives import TrajectorySource
 from pydrake.trajectories import PiecewisePolynomial
 
-from workbench.common.errors import LONGEST_ECHO, WorkbenchError
+from workbench.common.errors import MAX_ECHO_CHARS, WorkbenchError
 from workbench.common.plain_files import read_plain_text
 from workbench.common.plain_text import plain_name
 from workbench.dynamics.rotor_response import speed_command
 from workbench.plant.vehicle import Vehicle
 
-MOST_BYTES = 500_000_000
-LEAST_HOLD = 1e-6
-LONGEST = 1e6
+MAX_COMMAND_TABLE_BYTES = 500_000_000
+MIN_ROW_PERIOD_S = 1e-6
+MAX_ROW_TIME_S = 1e6
 """Shortest time between rows, and latest time of a row [s]."""
 
 
@@ -42,7 +43,9 @@ def load_rotor_commands(path: Path, vehicle: Vehicle) -> RotorCommands:
         WorkbenchError: with file and line of an invalid row.
     """
     try:
-        reader = csv.reader(io.StringIO(read_plain_text(path, MOST_BYTES, "utf-8-sig")))
+        reader = csv.reader(
+            io.StringIO(read_plain_text(path, MAX_COMMAND_TABLE_BYTES, "utf-8-sig"))
+        )
         lines = [(reader.line_num, cells) for cells in reader if any(map(str.strip, cells))]
     except csv.Error as error:
         raise WorkbenchError(f"{path}: cannot be read as CSV: {error}") from error
@@ -55,15 +58,16 @@ def load_rotor_commands(path: Path, vehicle: Vehicle) -> RotorCommands:
     if time[0] != 0.0:
         raise WorkbenchError(f"{path}:{lines[0][0]}: the table begins at {time[0]:g} s, not at 0")
     for (line, _), before, now in zip(lines[1:], time, time[1:], strict=False):
-        if not now - before >= LEAST_HOLD or now > LONGEST:
+        if not now - before >= MIN_ROW_PERIOD_S or now > MAX_ROW_TIME_S:
             raise WorkbenchError(
                 f"{path}:{line}: time goes from {before:g} s to {now:g} s: let it rise by "
-                f"{LEAST_HOLD:g} s or more, up to {LONGEST:g} s"
+                f"{MIN_ROW_PERIOD_S:g} s or more, up to {MAX_ROW_TIME_S:g} s"
             )
-    constants = np.array([rotor.motor_constant for rotor in vehicle.rotors])
-    half = 0.5 * np.array([rotor.linear_speed for rotor in vehicle.rotors])
-    speeds = speed_command(table[:, 1:], constants, half, 1.0)
-    return RotorCommands(time=time, speeds=speeds)
+    constants: Any = np.array([rotor.motor_constant for rotor in vehicle.rotors])
+    half: Any = 0.5 * np.array([rotor.linear_speed for rotor in vehicle.rotors])
+    thrusts: Any = table[:, 1:]
+    speeds = speed_command(thrusts, constants, half, 1.0)
+    return RotorCommands(time=time, speeds=np.asarray(speeds))
 
 
 def make_rotor_playback(commands: RotorCommands) -> TrajectorySource:
@@ -84,7 +88,7 @@ def _row(where: str, cells: list[str], vehicle: Vehicle) -> list[float]:
         )
     for cell in cells:
         if not _is_number(cell) or not np.isfinite(float(cell)):
-            shown = plain_name(cell.strip(), LONGEST_ECHO)
+            shown = plain_name(cell.strip(), MAX_ECHO_CHARS)
             raise WorkbenchError(f"{where}'{shown}' is not a finite number")
     numbers = [float(cell) for cell in cells]
     for index, (thrust, rotor) in enumerate(zip(numbers[1:], rotors, strict=True), start=1):

@@ -8,26 +8,32 @@ import numpy as np
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import Context
 
+from workbench.common.parameter import SERVO_UNITS
 from workbench.control.mode import FlightMode
+from workbench.dynamics.rigid_body import into_world, rotation
 from workbench.link import drone_topics as topic
 from workbench.link.backplane import Published, Sampled
+from workbench.link.picture import MAX_DEPTH_MM, STAMP_BYTES, picture_stride
+from workbench.link.picture_signals import COLOUR_IMAGE_SIGNAL, DEPTH_IMAGE_SIGNAL
 from workbench.link.topics import Topic
 from workbench.plant.rotors import wrench_matrix
+from workbench.plant.sensors import DepthCamera, Lidar
 from workbench.plant.vehicle import Vehicle
 from workbench.systems.bridge import Bridge
 from workbench.systems.discrete_system import DiscreteSystem
 from workbench.systems.frame_poses import FrameTransforms
+from workbench.systems.sensors.readings import DepthImage
 from workbench.systems.sensors.scan_pattern import ScanPattern
 
-Payload = tuple[int, bytes]
-Numbers = Sequence[float]
-NS = 1e9
+TopicPayload = tuple[int, bytes]
+SignalNumbers = Sequence[float]
+SECOND_NS = 1e9
 """Nanoseconds in a second."""
-MEASURED = {"imu": topic.IMU, "gps": topic.GPS, "magnetometer": topic.MAGNETOMETER}
-"""Kinds of sensors whose numbers are published unchanged, and their topics."""
-SLOW_SHARE = 6
+SLOW_TOPIC_DIVIDER = 6
 """Slow topics are published with every sixth sample."""
-LARGEST = 3.4e38
+UNKNOWN_TERMINALS = (math.nan, math.nan)
+"""Voltage [V] and current [A] of a battery that the description does not state."""
+FLOAT32_LIMIT = 3.4e38
 """About the largest number of a 32-bit float."""
 
 
@@ -44,16 +50,27 @@ class TopicValues:
 
     def __init__(self, vehicle: Vehicle, topics: Sequence[Topic]) -> None:
         self._topics = {each.id: each for each in topics}
+        self._measured = {row.rate: row.id for row in topic.drone_signals()}
         self._wrench = wrench_matrix(vehicle.rotors, vehicle.p_BoBcm_B)
         self._rotors = len(vehicle.rotors)
-        self.start: Numbers = (0.0, 0.0, 0.0)
+        joints, servos = vehicle.published_joints, vehicle.servos
+        pairs = zip(*joints.values(), strict=True)
+        self._joint_places = [place for pair in pairs for place in pair]
+        known = {each.servo.kind for each in servos}
+        kinds, names = [each for each in SERVO_UNITS if each in known], list(joints)
+        self._setpoint_count = len(kinds) * len(names)
+        self._setpoint_places = [
+            kinds.index(each.servo.kind) * len(names) + names.index(each.joint) for each in servos
+        ]
+        self._capacity = vehicle.battery.capacity if vehicle.battery else math.nan
+        self.start: SignalNumbers = (0.0, 0.0, 0.0)
 
-    def clocks(self, t_ns: int, wall_ns: int) -> Payload:
+    def clocks(self, t_ns: int, wall_ns: int) -> TopicPayload:
         """Return the payload of simulated time and the wall clock."""
         seconds, nanoseconds = divmod(t_ns, 1_000_000_000)
-        return self._pack(topic.TIME, seconds, nanoseconds, wall_ns)
+        return self._pack(topic.CLOCK_SIGNAL.id, seconds, nanoseconds, wall_ns)
 
-    def fast(self, signals: Mapping[str, list[float]]) -> list[Payload]:
+    def fast(self, signals: Mapping[str, list[float]]) -> list[TopicPayload]:
         """Return the payloads of the other fast topics."""
         state = signals["state"]
         w, x, y, z = _unit(state[0:4])
@@ -62,19 +79,39 @@ class TopicValues:
         force_x, force_y, force_z, *torque = (self._wrench @ thrusts).tolist()
         v_x, v_y, v_z, yaw_rate = signals["reference"][:4]
         angles = _angles((w, x, y, z))
-        force = _turned((w, x, y, z), (force_x, force_y, force_z))
+        force = into_world(rotation((w, x, y, z)), (force_x, force_y, force_z))
         way = [here - begin for here, begin in zip(p, self.start, strict=True)]
         return [
-            self._pack(topic.POSITION, *p, *angles, *way),
-            self._pack(topic.VELOCITY, *v, *w_WB),
-            self._pack(topic.ACCELERATION, *acceleration[3:6], *acceleration[0:3]),
-            self._pack(topic.FORCE_TORQUE, *force, *torque),
-            self._pack(topic.COMMAND, 0, topic.AXES, v_x, v_y, v_z, yaw_rate),
-            self._pack(topic.ROTORS, *signals["speeds"], *thrusts),
+            self._pack(topic.POSITION_SIGNAL.id, *p, *angles, *way),
+            self._pack(topic.VELOCITY_SIGNAL.id, *v, *w_WB),
+            self._pack(topic.ACCELERATION_SIGNAL.id, *acceleration[3:6], *acceleration[0:3]),
+            self._pack(topic.FORCE_TORQUE_SIGNAL.id, *force, *torque),
+            self._pack(topic.COMMAND_SIGNAL.id, 0, topic.ALL_COMMAND_AXES, v_x, v_y, v_z, yaw_rate),
+            self._pack(topic.ROTORS_SIGNAL.id, *signals["speeds"], *thrusts),
             *self._estimate(signals),
+            *self._joints(signals),
+            *(
+                self._pack(row.id, *signals[row.name])
+                for row in (topic.CONTACT_FORCES_SIGNAL, topic.TENSIONS_SIGNAL)
+                if row.name in signals
+            ),
         ]
 
-    def _estimate(self, signals: Mapping[str, list[float]]) -> list[Payload]:
+    def _joints(self, signals: Mapping[str, list[float]]) -> list[TopicPayload]:
+        """Return the payloads of positions and velocities of joints, and of setpoints of servos."""
+        moving, setpoints = signals.get("joints"), signals.get("joint_setpoints")
+        found = []
+        if moving and self._joint_places:
+            values = [moving[place] for place in self._joint_places]
+            found.append(self._pack(topic.JOINT_STATES_SIGNAL.id, *values))
+        if setpoints:
+            values = [math.nan] * self._setpoint_count
+            for place, setpoint in zip(self._setpoint_places, setpoints, strict=True):
+                values[place] = setpoint
+            found.append(self._pack(topic.JOINT_SETPOINTS_SIGNAL.id, *values))
+        return found
+
+    def _estimate(self, signals: Mapping[str, list[float]]) -> list[TopicPayload]:
         """Return the payload of the estimated motion, where there is an estimator."""
         if "estimate" not in signals:
             return []
@@ -82,27 +119,34 @@ class TopicValues:
         angles = _angles(_unit(known[0:4]))
         attitude, p, v = deviations[0:3], deviations[3:6], deviations[6:9]
         motion = (*known[4:7], *angles, *known[10:13], *known[7:10])
-        return [self._pack(topic.ESTIMATE, *motion, *p, *attitude, *v)]
+        return [self._pack(topic.ESTIMATE_SIGNAL.id, *motion, *p, *attitude, *v)]
 
-    def slow(self, signals: Mapping[str, list[float]]) -> list[Payload]:
+    def slow(self, signals: Mapping[str, list[float]]) -> list[TopicPayload]:
         """Return the payloads of slow topics."""
         mode = FlightMode(int(signals["mode"][0]))
         charge = signals["charge"][0]
         clearance = signals["obstacle"][0] if "obstacle" in signals else math.inf
         return [
-            self._pack(topic.DRONE_STATE, int(mode), mode.label.encode(), charge, clearance),
-            self._pack(topic.ON_OFF, int(mode is not FlightMode.OFF)),
-            self._pack(topic.WIND, *signals["wind"]),
+            self._pack(
+                topic.DRONE_STATE_SIGNAL.id, int(mode), mode.label.encode(), charge, clearance
+            ),
+            self._pack(topic.ON_OFF_SIGNAL.id, int(mode is not FlightMode.OFF)),
+            self._pack(topic.WIND_SIGNAL.id, *signals["wind"]),
         ]
 
-    def measured(self, kind: str, measurement: Numbers) -> list[Payload]:
-        """Return the payload of a measurement of one of the `MEASURED` kinds: stamp [s], values."""
+    def battery(self, charge: float, terminals: SignalNumbers) -> TopicPayload:
+        """Return the payload of the battery: charge, 0 .. 1, and voltage [V] and current [A]."""
+        voltage, current = terminals
+        return self._pack(topic.BATTERY_SIGNAL.id, voltage, current, charge, self._capacity)
+
+    def measured(self, kind: str, measurement: SignalNumbers) -> list[TopicPayload]:
+        """Return the payload of a sensor's sample, stamp [s] and values, unchanged."""
         stamp, *numbers = measurement
-        return [self._pack(MEASURED[kind], _ns(stamp), *numbers)]
+        return [self._pack(self._measured[kind], _ns(stamp), *numbers)]
 
     def lidar(
         self, stamp: float, ranges: np.ndarray, directions: np.ndarray, sent: np.ndarray
-    ) -> list[Payload]:
+    ) -> list[TopicPayload]:
         """Return the payloads of a scan.
 
         Args:
@@ -116,17 +160,33 @@ class TopicValues:
         if seen.any():
             index = int(np.argmin(np.where(seen, ranges, np.inf)))
             nearest, direction = float(ranges[index]), directions[index].tolist()
-        cloud = self._topics[topic.LIDAR_CLOUD].packer
+        cloud = self._topics[topic.LIDAR_CLOUD_SIGNAL.id].packer
         return [
-            self._pack(topic.LIDAR, _ns(stamp), int(seen.sum()), len(ranges), nearest, *direction),
-            (topic.LIDAR_CLOUD, cloud.pack(_ns(stamp), *ranges[sent].tolist())),
+            self._pack(
+                topic.LIDAR_SIGNAL.id, _ns(stamp), int(seen.sum()), len(ranges), nearest, *direction
+            ),
+            (topic.LIDAR_CLOUD_SIGNAL.id, cloud.pack(_ns(stamp), *ranges[sent].tolist())),
         ]
 
-    def frames(self, poses: Sequence[tuple[Numbers, Numbers]]) -> list[Payload]:
-        """Return the payload of all frames: position and quaternion of each."""
-        return [self._pack(topic.FRAMES, *(n for p, q in poses for n in (*p, *q)))]
+    def pictures(self, image: DepthImage) -> list[TopicPayload]:
+        """Return the payloads of a camera's pictures, of every n-th pixel of every n-th row."""
+        n = picture_stride(image.pinhole.width, image.pinhole.height)
+        depth_mm = np.nan_to_num(np.rint(1e3 * image.depth[::n, ::n]), posinf=0.0, neginf=0.0)
+        depth_mm[depth_mm > MAX_DEPTH_MM] = 0.0
+        pixels = {DEPTH_IMAGE_SIGNAL.id: depth_mm.astype("<u2")}
+        if image.colour is not None:
+            pixels[COLOUR_IMAGE_SIGNAL.id] = image.colour[::n, ::n]
+        stamp = _ns(image.stamp).to_bytes(STAMP_BYTES, "little")
+        return [
+            (number, (stamp + array.tobytes()).ljust(self._topics[number].packer.size, b"\0"))
+            for number, array in pixels.items()
+        ]
 
-    def _pack(self, number: int, *values: object) -> Payload:
+    def frames(self, poses: Sequence[tuple[SignalNumbers, SignalNumbers]]) -> list[TopicPayload]:
+        """Return the payload of all frames: position and quaternion of each."""
+        return [self._pack(topic.FRAMES_SIGNAL.id, *(n for p, q in poses for n in (*p, *q)))]
+
+    def _pack(self, number: int, *values: object) -> TopicPayload:
         packer = self._topics[number].packer
         try:
             return number, packer.pack(*values)
@@ -136,22 +196,22 @@ class TopicValues:
 
 def _in_range(value: object) -> object:
     """Return a number that fits into 32 bits, infinity if it is too large."""
-    if isinstance(value, float) and abs(value) > LARGEST:
+    if isinstance(value, float) and abs(value) > FLOAT32_LIMIT:
         return math.copysign(math.inf, value)
     return value
 
 
 def _ns(seconds: float) -> int:
-    return round(seconds * NS)
+    return round(seconds * SECOND_NS)
 
 
-def _unit(q: Numbers) -> tuple[float, float, float, float]:
+def _unit(q: SignalNumbers) -> tuple[float, float, float, float]:
     w, x, y, z = q
     length = math.sqrt(w * w + x * x + y * y + z * z)
     return w / length, x / length, y / length, z / length
 
 
-def _angles(q: Numbers) -> tuple[float, float, float]:
+def _angles(q: SignalNumbers) -> tuple[float, float, float]:
     """Return roll, pitch and yaw of a unit quaternion [rad]."""
     w, x, y, z = q
     return (
@@ -161,18 +221,7 @@ def _angles(q: Numbers) -> tuple[float, float, float]:
     )
 
 
-def _turned(q: Numbers, v: Numbers) -> tuple[float, float, float]:
-    """Return R(q) v."""
-    w, x, y, z = q
-    a, b, c = v
-    return (
-        (1 - 2 * (y * y + z * z)) * a + 2 * (x * y - w * z) * b + 2 * (x * z + w * y) * c,
-        2 * (x * y + w * z) * a + (1 - 2 * (x * x + z * z)) * b + 2 * (y * z - w * x) * c,
-        2 * (x * z - w * y) * a + 2 * (y * z + w * x) * b + (1 - 2 * (x * x + y * y)) * c,
-    )
-
-
-CLOSE = 1e-9
+SAME_TIME_TOLERANCE_S = 1e-9
 """Between times that are one but for their rounding [s], as 60 times 5 ms and 3 times 0.1 s."""
 
 
@@ -182,8 +231,9 @@ class Telemetry(DiscreteSystem):
     Input ports:
         signals (n): stacked as the recorder has them.
         frames: a `FrameTransforms`.
-        imu, gps, lidar, magnetometer: stamp [s] and values delivered last, where there is such a
-            sensor.
+        battery (2): voltage under load [V] and current [A]; not connected if unknown.
+        the kind of each published sensor: stamp [s] and values delivered last.
+        depth_camera: the `DepthImage` delivered last, if a camera's pictures are published.
     """
 
     def __init__(
@@ -197,6 +247,7 @@ class Telemetry(DiscreteSystem):
         sizes: dict[str, int],
         pattern: ScanPattern | None = None,
         sent: np.ndarray | None = None,
+        picture_period: float | None = None,
     ) -> None:
         """Declare the event.
 
@@ -210,6 +261,7 @@ class Telemetry(DiscreteSystem):
             sizes: of the input ports of the sensors, by their kind.
             pattern: of the lidar's rays.
             sent: indices of the rays that are published.
+            picture_period: between published pictures [s], None without a camera.
         """
         super().__init__()
         self._bridge, self._values, self._places = bridge, values, places
@@ -220,10 +272,16 @@ class Telemetry(DiscreteSystem):
         self._frames = self.DeclareAbstractInputPort(
             "frames", AbstractValue.Make(FrameTransforms(0.0, ()))
         )
+        self._battery = self.DeclareVectorInputPort("battery", len(UNKNOWN_TERMINALS))
         self._sensors = {
             kind: self.DeclareVectorInputPort(kind, size) for kind, size in sizes.items()
         }
-        self._stamps = dict.fromkeys(sizes, math.nan)
+        self._picture_period = picture_period
+        self._camera = None
+        if picture_period is not None:
+            of_any_object = AbstractValue.Make(())
+            self._camera = self.DeclareAbstractInputPort(DepthCamera.kind, of_any_object)
+        self._stamps = dict.fromkeys((*sizes, DepthCamera.kind), math.nan)
         self._last = -math.inf
         self.DeclarePeriodicPublishEvent(period, 0.0, self._publish)
         if self._quick:
@@ -241,49 +299,69 @@ class Telemetry(DiscreteSystem):
         if not self._bridge.wanted or now <= self._last:
             return
         self._last = now
-        t_ns = round(now * NS)
+        t_ns = round(now * SECOND_NS)
         stacked = self._signals.Eval(context).tolist()
         signals = {name: stacked[place] for name, place in self._places.items()}
         payloads = list(self._values.fast(signals))
-        if round(now / self._period) % SLOW_SHARE == 0:
+        if round(now / self._period) % SLOW_TOPIC_DIVIDER == 0:
             payloads += self._values.slow(signals)
+            known = self._battery.HasValue(context)
+            terminals = self._battery.Eval(context).tolist() if known else UNKNOWN_TERMINALS
+            payloads.append(self._values.battery(signals["charge"][0], terminals))
             transforms = self._frames.Eval(context).transforms
             if transforms:
                 payloads += self._values.frames([(each.p, each.q) for each in transforms])
         for kind in self._sensors:
             if kind not in self._quick or _is_due(now, self._quick[kind]):
                 payloads += self._measured(context, kind)
+        payloads += self._pictures(context)
         self._send(t_ns, payloads, signals["state"])
 
     def _publish_sensors(self, context: Context) -> None:
         """Publish new measurements of quick sensors alone, unless a sample is due."""
         now = context.get_time()
-        if not self._bridge.wanted or now <= self._last + CLOSE or _is_due(now, self._period):
+        if (
+            not self._bridge.wanted
+            or now <= self._last + SAME_TIME_TOLERANCE_S
+            or _is_due(now, self._period)
+        ):
             return
         due = [kind for kind, period in self._quick.items() if _is_due(now, period)]
         payloads = [each for kind in due for each in self._measured(context, kind)]
         if payloads:
             self._last = now
             state = self._signals.Eval(context)[self._places["state"]]
-            self._send(round(now * NS), payloads, state.tolist())
+            self._send(round(now * SECOND_NS), payloads, state.tolist())
 
-    def _send(self, t_ns: int, payloads: Sequence[Payload], state: Numbers) -> None:
+    def _send(self, t_ns: int, payloads: Sequence[TopicPayload], state: SignalNumbers) -> None:
         wall_ns = time.time_ns()
         clocks = self._values.clocks(t_ns, wall_ns)
         self._bridge.publish(Sampled(Published(t_ns, wall_ns, (clocks, *payloads)), tuple(state)))
 
-    def _measured(self, context: Context, kind: str) -> list[Payload]:
+    def _measured(self, context: Context, kind: str) -> list[TopicPayload]:
         """Return the payloads of a sensor's new sample, none without one."""
         measurement = self._sensors[kind].Eval(context)
         stamp = float(measurement[0])
         if math.isnan(stamp) or stamp == self._stamps[kind]:
             return []
         self._stamps[kind] = stamp
-        if kind in MEASURED:
+        if kind != Lidar.kind:
             return self._values.measured(kind, measurement.tolist())
         assert self._pattern is not None and self._sent is not None
         ranges = measurement[1 : 1 + len(self._pattern.directions_S)]
         return self._values.lidar(stamp, ranges, self._pattern.directions_S, self._sent)
+
+    def _pictures(self, context: Context) -> list[TopicPayload]:
+        """Return the payloads of the camera's newest pictures, none before the next are due."""
+        if self._camera is None or self._picture_period is None:
+            return []
+        image: DepthImage = self._camera.Eval(context)
+        since = image.stamp - self._stamps[DepthCamera.kind]
+        too_soon = 0.0 <= since < self._picture_period - SAME_TIME_TOLERANCE_S
+        if math.isnan(image.stamp) or too_soon:
+            return []
+        self._stamps[DepthCamera.kind] = image.stamp
+        return self._values.pictures(image)
 
 
 def _is_due(now: float, period: float) -> bool:

@@ -1,42 +1,106 @@
 """The live parameters of the air, in the order of the parameter table."""
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
-from workbench.common.jitable import Scalar
-from workbench.plant.drag import AIR_DENSITY, drag_area
-from workbench.plant.vehicle import Vehicle
+from workbench.common.parameter import Parameter
+from workbench.plant.gravity import AIR_DENSITY
+
+if TYPE_CHECKING:
+    from workbench.plant.vehicle import Vehicle
 
 
 class AirSettings(NamedTuple):
-    """Wind, gust, push and drag; `workbench params` lists meaning, unit and range of each."""
+    """Wind, gust, push and drag; `AIR_PARAMETERS` has meaning, unit and range of each."""
 
-    wind_x: Scalar = 0.0
-    wind_y: Scalar = 0.0
-    wind_z: Scalar = 0.0
-    turbulence: Scalar = 0.0
-    gust_x: Scalar = 0.0
-    gust_y: Scalar = 0.0
-    gust_z: Scalar = 0.0
-    gust_start: Scalar = 0.0
-    gust_duration: Scalar = 1.0
-    push_x: Scalar = 0.0
-    push_y: Scalar = 0.0
-    push_z: Scalar = 0.0
-    push_at_x: Scalar = 0.0
-    push_at_y: Scalar = 0.0
-    push_at_z: Scalar = 0.0
-    push_torque_x: Scalar = 0.0
-    push_torque_y: Scalar = 0.0
-    push_torque_z: Scalar = 0.0
-    push_start: Scalar = 0.0
-    push_duration: Scalar = 0.1
-    drag_area: Scalar = 0.0
-    air_density: Scalar = AIR_DENSITY
+    wind_x: float = 0.0
+    wind_y: float = 0.0
+    wind_z: float = 0.0
+    turbulence: float = 0.0
+    gust_x: float = 0.0
+    gust_y: float = 0.0
+    gust_z: float = 0.0
+    gust_start: float = 0.0
+    gust_duration: float = 1.0
+    push_x: float = 0.0
+    push_y: float = 0.0
+    push_z: float = 0.0
+    push_at_x: float = 0.0
+    push_at_y: float = 0.0
+    push_at_z: float = 0.0
+    push_torque_x: float = 0.0
+    push_torque_y: float = 0.0
+    push_torque_z: float = 0.0
+    push_start: float = 0.0
+    push_duration: float = 0.1
+    drag_area: float = 0.0
+    air_density: float = AIR_DENSITY
 
 
-def calm_air(vehicle: Vehicle) -> AirSettings:
+WIND_FIELDS = AirSettings._fields[: AirSettings._fields.index("push_x")]
+"""Names of wind, turbulence and gust."""
+PUSH_FIELDS = AirSettings._fields[len(WIND_FIELDS) : AirSettings._fields.index("drag_area")]
+"""Names of force, point, torque, start and duration of the push."""
+TABLE_DRAG_AREA_M2 = 0.015
+"""Drag area in the table [m^2]; a flight has that of its vehicle."""
+_AIR_SPEED_RANGE = (-50.0, 50.0)
+_FORCE_RANGE_N = (-1000.0, 1000.0)
+_TORQUE_RANGE_NM = (-100.0, 100.0)
+_PUSH_POINT_RANGE_M = (-10.0, 10.0)
+_TIME_RANGE_S = (0.0, 1e6)
+_DURATION_RANGE_S = (0.001, 3600.0)
+_DEFAULTS = AirSettings(drag_area=TABLE_DRAG_AREA_M2)._asdict()
+
+
+def _air(name: str, unit: str, limits: tuple[float, float], help: str) -> Parameter:
+    return Parameter(name, unit, help, *limits, _DEFAULTS[name], "air")
+
+
+AIR_PARAMETERS = (
+    _air("wind_x", "m/s", _AIR_SPEED_RANGE, "velocity of the mean wind to the east"),
+    _air("wind_y", "m/s", _AIR_SPEED_RANGE, "velocity of the mean wind to the north"),
+    _air("wind_z", "m/s", _AIR_SPEED_RANGE, "velocity of the mean wind upwards"),
+    _air(
+        "turbulence",
+        "m/s",
+        (0.0, 50.0),
+        "wind speed at 20 ft that causes it: light 7.7, moderate 15.4, severe 23.2",
+    ),
+    _air("gust_x", "m/s", _AIR_SPEED_RANGE, "peak of the gust to the east"),
+    _air("gust_y", "m/s", _AIR_SPEED_RANGE, "peak of the gust to the north"),
+    _air("gust_z", "m/s", _AIR_SPEED_RANGE, "peak of the gust upwards"),
+    _air("gust_start", "s", _TIME_RANGE_S, "when the gust begins"),
+    _air("gust_duration", "s", _DURATION_RANGE_S, "how long the gust rises and falls"),
+    _air("push_x", "N", _FORCE_RANGE_N, "force of the push to the east"),
+    _air("push_y", "N", _FORCE_RANGE_N, "force of the push to the north"),
+    _air("push_z", "N", _FORCE_RANGE_N, "force of the push upwards"),
+    _air(
+        "push_at_x",
+        "m",
+        _PUSH_POINT_RANGE_M,
+        "where the push acts, ahead of the base link's origin",
+    ),
+    _air(
+        "push_at_y", "m", _PUSH_POINT_RANGE_M, "where the push acts, left of the base link's origin"
+    ),
+    _air(
+        "push_at_z", "m", _PUSH_POINT_RANGE_M, "where the push acts, above the base link's origin"
+    ),
+    _air("push_torque_x", "N*m", _TORQUE_RANGE_NM, "torque of the push, right side down"),
+    _air("push_torque_y", "N*m", _TORQUE_RANGE_NM, "torque of the push, nose down"),
+    _air("push_torque_z", "N*m", _TORQUE_RANGE_NM, "torque of the push to the left"),
+    _air("push_start", "s", _TIME_RANGE_S, "when the push begins"),
+    _air("push_duration", "s", _DURATION_RANGE_S, "how long the push lasts"),
+    _air("drag_area", "m^2", (0.0, 10.0), "drag coefficient times area of the body"),
+    _air("air_density", "kg/m^3", (0.0, 2.0), "density of the air, for the body's drag"),
+)
+"""Rows of the parameter table, in the order of `AirSettings`."""
+
+
+def calm_air(vehicle: "Vehicle") -> AirSettings:
     """Return still air, in which a vehicle has the drag of its size."""
+    from workbench.plant.drag import drag_area  # the rows are read before numpy is loaded
+
     return AirSettings(drag_area=drag_area(vehicle.mass))
 
 

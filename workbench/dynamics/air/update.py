@@ -17,23 +17,22 @@ same spectra.
 """
 
 import math
-from typing import Any
 
-from workbench.common.jitable import Vector, register_jitable
+from workbench.common.jitable import register_jitable
+from workbench.common.vectors import MutableNumbers, Numbers, Vector3
+from workbench.dynamics.air.settings import AirSettings
 
-FOOT = 0.3048
-LOWEST = 10.0
-HIGHEST = 1000.0
+FOOT_IN_M = 0.3048
+MIN_MODEL_HEIGHT_FT = 10.0
+MAX_MODEL_HEIGHT_FT = 1000.0
 """Range of heights of the model; other heights are clipped to it [ft]."""
-LEAST_AIRSPEED = 1.0
+MIN_EDDY_AIRSPEED = 1.0
 """Smallest airspeed at which a drone meets eddies [m/s]."""
-STATES = 5
-"""Number of filter states: one for u, two for v, two for w."""
-BEGUN = 5
-"""Place, after the filter states, of 1 if the filters have started."""
-EDDIES = 6
+EDDIES_STARTED_INDEX = 5
+"""Place of 1 if the filters have started, after their states: one for u, two for v, two for w."""
+EDDY_MEMORY_SIZE = 6
 """Size of the memory of the turbulence."""
-ANY_TIME = 50.0
+FORGETTING_TIME_CONSTANTS = 50.0
 """Number of time constants after which the initial state of a filter has no effect."""
 
 
@@ -45,7 +44,7 @@ def intensities(height: float, w20: float) -> tuple[float, float]:
         height: above the ground [m].
         w20: wind speed at 20 ft [m/s]: 7.7 in light turbulence, 15.4 in moderate, 23.2 in severe.
     """
-    h = min(max(height / FOOT, LOWEST), HIGHEST)
+    h = min(max(height / FOOT_IN_M, MIN_MODEL_HEIGHT_FT), MAX_MODEL_HEIGHT_FT)
     s_w = 0.1 * w20
     return s_w / (0.177 + 0.000823 * h) ** 0.4, s_w
 
@@ -53,13 +52,18 @@ def intensities(height: float, w20: float) -> tuple[float, float]:
 @register_jitable
 def lengths(height: float) -> tuple[float, float]:
     """Return lengths of scale of u and v, and of w [m], at a height above the ground [m]."""
-    h = min(max(height / FOOT, LOWEST), HIGHEST)
-    return FOOT * h / (0.177 + 0.000823 * h) ** 1.2, FOOT * h
+    h = min(max(height / FOOT_IN_M, MIN_MODEL_HEIGHT_FT), MAX_MODEL_HEIGHT_FT)
+    return FOOT_IN_M * h / (0.177 + 0.000823 * h) ** 1.2, FOOT_IN_M * h
 
 
 @register_jitable
 def step_filters(
-    eddies: Vector, noise: Vector, height: float, airspeed: float, period: float, after: Vector
+    eddies: Numbers,
+    noise: Numbers,
+    height: float,
+    airspeed: float,
+    period: float,
+    after: MutableNumbers,
 ) -> None:
     """Step the filters over a period.
 
@@ -72,15 +76,17 @@ def step_filters(
         after: 5 places for the states after it.
     """
     level, upright = lengths(height)
-    speed = max(airspeed, LEAST_AIRSPEED)
-    after[0] = _step_first(eddies[0], noise[0], min(period * speed / level, ANY_TIME))
+    speed = max(airspeed, MIN_EDDY_AIRSPEED)
+    after[0] = _step_first(
+        eddies[0], noise[0], min(period * speed / level, FORGETTING_TIME_CONSTANTS)
+    )
     for i, length in ((1, level), (3, upright)):
-        share = min(period * speed / length, ANY_TIME)
+        share = min(period * speed / length, FORGETTING_TIME_CONSTANTS)
         after[i], after[i + 1] = _step_second(eddies[i : i + 2], noise[i : i + 2], share)
 
 
 @register_jitable
-def velocities(eddies: Vector, height: float, w20: float) -> tuple[float, float, float]:
+def velocities(eddies: Numbers, height: float, w20: float) -> Vector3:
     """Return u, v and w of the turbulence [m/s]: along, left of and above the mean wind.
 
     Args:
@@ -104,7 +110,7 @@ def _step_first(x: float, noise: float, share: float) -> float:
 
 
 @register_jitable
-def _step_second(state: Vector, noise: Vector, share: float) -> tuple[float, float]:
+def _step_second(state: Numbers, noise: Numbers, share: float) -> tuple[float, float]:
     """Return the states of 1 / (1 + T s) and 1 / (1 + T s)² after `share` of T.
 
     Their variances are 1/2 and 1/4, as that makes 1 for the filter's output. The noise of a step
@@ -143,11 +149,11 @@ def push_share(time: float, period: float, start: float, duration: float) -> flo
 
 
 @register_jitable(forceinline=True)
-def steady_wind(settings: Any, time: float) -> tuple[float, float, float]:
+def steady_wind(settings: AirSettings, time: float) -> Vector3:
     """Return the velocity of mean wind and gust at a time, in W [m/s].
 
     Args:
-        settings: `systems.wind.WindSettings`, or a record with the same names.
+        settings: of the air, or of the wind alone.
         time: [s].
     """
     share = gust_share(time, settings.gust_start, settings.gust_duration)
@@ -160,8 +166,13 @@ def steady_wind(settings: Any, time: float) -> tuple[float, float, float]:
 
 @register_jitable(forceinline=True)
 def turbulent_wind(
-    settings: Any, state: Vector, noise: Vector, eddies: Vector, period: float, after: Vector
-) -> tuple[float, float, float]:
+    settings: AirSettings,
+    state: Numbers,
+    noise: Numbers,
+    eddies: Numbers,
+    period: float,
+    after: MutableNumbers,
+) -> Vector3:
     """Return the velocity of the turbulence in W [m/s], and step its filters.
 
     Its axes are along the mean wind's level part, left of it and up; without wind they are those of
@@ -180,10 +191,10 @@ def turbulent_wind(
     e_y = state[11] - settings.wind_y
     e_z = state[12] - settings.wind_z
     airspeed = math.sqrt(e_x * e_x + e_y * e_y + e_z * e_z)
-    passed = period if eddies[BEGUN] > 0.0 else math.inf
-    step_filters(eddies[0:BEGUN], noise, state[6], airspeed, passed, after)
-    after[BEGUN] = 1.0
-    u, v, w = velocities(after[0:BEGUN], state[6], settings.turbulence)
+    passed = period if eddies[EDDIES_STARTED_INDEX] > 0.0 else math.inf
+    step_filters(eddies[0:EDDIES_STARTED_INDEX], noise, state[6], airspeed, passed, after)
+    after[EDDIES_STARTED_INDEX] = 1.0
+    u, v, w = velocities(after[0:EDDIES_STARTED_INDEX], state[6], settings.turbulence)
     heading = math.atan2(settings.wind_y, settings.wind_x)
     c = math.cos(heading)
     s = math.sin(heading)

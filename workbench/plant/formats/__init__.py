@@ -1,1 +1,1 @@
-"""Readers and writers of file formats: XML, xacro, URDF, SDF, MJCF."""
+"""Readers and writers of file formats: XML, xacro, URDF. Packages add others, see `readers`."""

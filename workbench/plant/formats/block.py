@@ -4,16 +4,16 @@ import math
 from pathlib import Path
 
 from workbench.common.errors import WorkbenchError
-from workbench.plant.formats.values import shortened
-from workbench.plant.formats.xml import Element, place
+from workbench.plant.formats.values import shortened_text
+from workbench.plant.formats.xml import Element, element_location
 
-LARGEST = 1e9
+MAX_BLOCK_NUMBER = 1e9
 """Limit of numbers, in their units."""
-SMALLEST_POSITIVE, LARGEST_POSITIVE = 1e-20, 1e6
+MIN_POSITIVE_VALUE, MAX_POSITIVE_VALUE = 1e-20, 1e6
 """Limits of the positive constants of a motor, in SI or per RPM."""
 
 
-class Block:
+class XmlBlock:
     """An element of a plugin or sensor; a missing one has no children.
 
     Args:
@@ -32,16 +32,16 @@ class Block:
         """The file that contains it."""
         return self.element.file
 
-    def block(self, *tags: str) -> "Block":
+    def block(self, *tags: str) -> "XmlBlock":
         """Return a nested block by the path of names to it."""
         element, there = self.element, self.there
         for tag in tags:
             child = element.find(tag) if there else None
             there = child is not None
             element = child if isinstance(child, Element) else element
-        return Block(self.what, element, there)
+        return XmlBlock(self.what, element, there)
 
-    def first(self, *tags: str) -> "Block":
+    def first(self, *tags: str) -> "XmlBlock":
         """Return the first existing child with one of several names, or an empty block."""
         blocks = [self.block(tag) for tag in tags]
         return next((block for block in blocks if block.there), blocks[0])
@@ -53,7 +53,7 @@ class Block:
     def where(self, tag: str = "") -> str:
         """Return file and line of a child, or of the element without such a child."""
         child = self.element.find(tag) if tag and self.there else None
-        return place(self.element if child is None else child)
+        return element_location(self.element if child is None else child)
 
     def text(self, tag: str) -> str:
         """Return the text of a child, or ""."""
@@ -82,7 +82,7 @@ class Block:
         if not self.has(tag):
             return default
         value = self._value(tag)
-        if not abs(value) <= LARGEST:
+        if not abs(value) <= MAX_BLOCK_NUMBER:
             raise self.fault(tag, "give it a number")
         return value
 
@@ -106,7 +106,7 @@ class Block:
         if not self.has(tag):
             raise self.fault(tag, "add it")
         value = self._value(tag)
-        if not SMALLEST_POSITIVE <= value <= LARGEST_POSITIVE:
+        if not MIN_POSITIVE_VALUE <= value <= MAX_POSITIVE_VALUE:
             raise self.fault(tag, "give it a positive number")
         return value
 
@@ -120,7 +120,7 @@ class Block:
             found = [float(word) for word in self.required(tag).split()]
         except ValueError:
             found = [math.nan]
-        if not all(abs(value) <= LARGEST for value in found):
+        if not all(abs(value) <= MAX_BLOCK_NUMBER for value in found):
             raise self.fault(tag, "give it numbers")
         return found
 
@@ -139,7 +139,7 @@ class Block:
         """Return the error for a child with an invalid text, or for a missing child."""
         if not self.has(tag):
             return WorkbenchError(f"{self.where()}: {self.what} without <{tag}>: {advice}")
-        text = shortened(self.element.findtext(tag) or "")
+        text = shortened_text(self.element.findtext(tag) or "")
         return WorkbenchError(f"{self.where(tag)}: {self.what} has <{tag}>{text}</{tag}>: {advice}")
 
     def wrong(self, what: str) -> WorkbenchError:

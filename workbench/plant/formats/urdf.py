@@ -1,238 +1,54 @@
 """Read URDF, with Gazebo's extensions in `<gazebo>` blocks."""
 
-from collections import Counter
-from collections.abc import Iterator, Mapping
-from difflib import get_close_matches
+import math
+from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 from pydrake.math import RigidTransform
 
 from workbench.common.errors import WorkbenchError
-from workbench.plant.formats.colours import GAZEBO_COLOURS, Colour
-from workbench.plant.formats.sdf_node import FRAME_SEMANTICS, Node, pose
-from workbench.plant.formats.values import (
-    listed,
-    number,
-    numbers,
-    origin,
-    positive,
-    shortened,
-    triple,
+from workbench.plant.formats.block import XmlBlock
+from workbench.plant.formats.joint_limits import (
+    REFUSED_JOINT_KINDS,
+    drive_limit,
+    has_range,
+    joint_limits,
+    limit_number,
+    planar_freedoms,
 )
-from workbench.plant.formats.xml import Element, place
+from workbench.plant.formats.sdf_pose import sdf_pose
+from workbench.plant.formats.urdf_servo import read_servo
+from workbench.plant.formats.urdf_shapes import read_colours, read_shapes
+from workbench.plant.formats.urdf_words import ROS_DRIVE_TAGS, note_unknown_urdf
+from workbench.plant.formats.values import (
+    attribute_number,
+    attribute_triple,
+    listed_names,
+    origin,
+    positive_attribute,
+    shortened_text,
+)
+from workbench.plant.formats.xml import Element, element_location
 from workbench.plant.model import (
+    FREE_FREEDOMS,
+    FREE_JOINT_KIND,
+    Cable,
     DeclaredSensor,
+    Freedom,
     Inertial,
     Joint,
     Link,
-    LinkShape,
+    Mimic,
     Model,
     refuse_too_many,
 )
 from workbench.plant.packages import PackageFinder
 from workbench.plant.remarks import Remarks
-from workbench.plant.shapes import Box, Capsule, Cylinder, Ellipsoid, Mesh, Shape, Sphere
 
-_CHILDREN = {
-    "robot": "link joint material gazebo transmission ros2_control properties",
-    "link": "inertial visual collision contact self_collision_checking verbose",
-    "joint": "origin parent child axis limit dynamics calibration mimic safety_controller",
-    "inertial": "origin mass inertia",
-    "visual": "origin geometry material",
-    "collision": "origin geometry verbose contact_coefficients",
-    "material": "color texture",
-}
-_ATTRIBUTES = {
-    "origin": "xyz rpy",
-    "axis": "xyz",
-    "mass": "value",
-    "inertia": "ixx iyy izz ixy ixz iyz",
-    "mesh": "filename uri scale",
-    "box": "size",
-    "sphere": "radius",
-    "cylinder": "radius length",
-    "parent": "link",
-    "child": "link",
-}
-_IN_GAZEBO = ["material", "sensor", "plugin", "preserveFixedJoint", "disableFixedJointLumping"]
-"""Children of `<gazebo>` that are used, or always hold here; others concern only Gazebo."""
-_CONTROL = ("transmission", "ros2_control")
-_MOST = 50
-"""Largest number of remarks on unknown parts, and of those on unused ones."""
-
-
-def read_colours(robot: Element) -> dict[str, Colour]:
-    """Return colours by name: materials of the robot, and `link NAME` for Gazebo's of a link."""
-    colours = {
-        material.get("name", ""): colour
-        for material in robot.iter("material")
-        if isinstance(material, Element) and (colour := _rgba(material)) is not None
-    }
-    for block in robot.findall("gazebo"):
-        name = (block.findtext("material") or "").strip()
-        if name in GAZEBO_COLOURS:
-            colours[f"link {block.get('reference')}"] = GAZEBO_COLOURS[name]
-    return colours
-
-
-def read_shapes(
-    path: Path,
-    link: Element,
-    tag: str,
-    colours: Mapping[str, Colour],
-    finder: PackageFinder,
-    remarks: Remarks,
-) -> Iterator[LinkShape]:
-    """Yield the shapes of a link for drawing (tag `visual`) or contact (`collision`)."""
-    name = link.get("name", "")
-    for index, element in enumerate(link.findall(tag)):
-        assert isinstance(element, Element)
-        what = f"{tag} {index + 1} of link '{shortened(name)}'"
-        shape = _shape(path, element, what, finder, remarks)
-        if shape is None:
-            continue
-        X_LS, rgba = origin(element), None
-        if tag == "visual":
-            rgba = _colour(element, colours) or colours.get(f"link {name}")
-        yield LinkShape(element.get("name") or f"{tag}_{index}", X_LS, shape, rgba)
-
-
-def _shape(
-    path: Path, parent: Element, what: str, finder: PackageFinder, remarks: Remarks
-) -> Shape | None:
-    """Return the shape of a visual or collision; None, with a remark, without a usable one."""
-    element = parent.find("geometry/*")
-    if not isinstance(element, Element):
-        remarks.add("ignored", path, what, "it has no geometry")
-        return None
-    match element.tag:
-        case "box":
-            size = triple(element, "size", "")
-            return Box(_all_positive(element, "size", size))
-        case "sphere":
-            return Sphere(positive(element, "radius"))
-        case "cylinder":
-            return Cylinder(positive(element, "radius"), positive(element, "length"))
-        case "capsule":
-            return Capsule(positive(element, "radius"), positive(element, "length"))
-        case "ellipsoid":
-            radii = triple(element, "radii", "")
-            return Ellipsoid(_all_positive(element, "radii", radii))
-        case "mesh":
-            return _mesh(path, element, what, finder)
-    remarks.add("ignored", path, what, f"a <{shortened(element.tag)}> is not a known shape")
-    return None
-
-
-def _mesh(path: Path, element: Element, what: str, finder: PackageFinder) -> Mesh:
-    """Return a mesh, found or not."""
-    uri = element.get("filename", "") or element.get("uri", "")
-    scale = numbers(element, "scale", "1 1 1")
-    if len(scale) == 1:  # not in the specification, but accepted by all parsers of ROS
-        scale *= 3
-    if len(scale) != 3 or 0.0 in scale:
-        raise WorkbenchError(
-            f"{place(element)}: {what} has a mesh with the scale "
-            f"'{shortened(element.get('scale', ''))}': give it three numbers, none 0"
-        )
-    return Mesh(uri, finder.resolve(uri, path) if uri else None, (scale[0], scale[1], scale[2]))
-
-
-def _all_positive(
-    element: Element, attribute: str, values: tuple[float, float, float]
-) -> tuple[float, float, float]:
-    if min(values) <= 0.0:
-        raise WorkbenchError(
-            f"{place(element)}: <{element.tag} {attribute}='{element.get(attribute)}'>: "
-            "give it positive numbers"
-        )
-    return values
-
-
-def _colour(visual: Element, colours: Mapping[str, Colour]) -> Colour | None:
-    """Return the colour of a visual, or that of its named material, or None."""
-    material = visual.find("material")
-    if not isinstance(material, Element):
-        return None
-    return _rgba(material) or colours.get(material.get("name", ""))
-
-
-def _rgba(material: Element) -> Colour | None:
-    """Return the colour in a material, or None."""
-    colour = material.find("color")
-    if not isinstance(colour, Element):
-        return None
-    values = numbers(colour, "rgba", "")
-    if len(values) == 3:
-        values = (*values, 1.0)
-    if len(values) != 4:
-        raise WorkbenchError(
-            f"{place(colour)}: <color rgba='{shortened(colour.get('rgba', ''))}'>: "
-            "give it four numbers"
-        )
-    r, g, b, a = (min(1.0, max(0.0, value)) for value in values)
-    return (r, g, b, a)
-
-
-def note_unknown(path: Path, robot: Element, remarks: Remarks) -> None:
-    """Add remarks on elements and attributes unknown in URDF, one for each place and name.
-
-    Elements of URDF, Gazebo and ROS that are not used here get remarks, too. The contents of blocks
-    of Gazebo and ROS, and names with a prefix, are skipped.
-    """
-    found: Counter[tuple[str, str]] = Counter()
-    _count(robot, "the robot", found)
-    for (what, owner), times in list(found.items())[:_MOST]:
-        often = "" if times == 1 else f" ({times} times)"
-        remarks.add("ignored", path, what, f"not known in URDF{owner}; left out{often}")
-    for (what, why), times in list(_unused(robot).items())[:_MOST]:
-        often = "" if times == 1 else f" ({times} times)"
-        remarks.add("ignored", path, what, f"{why}; not used{often}")
-
-
-def _unused(robot: Element) -> Counter[tuple[str, str]]:
-    """Return the unused elements of URDF, Gazebo and ROS, with reason and number."""
-    found: Counter[tuple[str, str]] = Counter()
-    for child in robot:
-        if not isinstance(child, Element):
-            continue
-        if child.tag in _CONTROL:
-            found[f"element <{child.tag}>", "ROS's, of control"] += 1
-        if child.tag == "gazebo":
-            tags = (part.tag for part in child if isinstance(part, Element))
-            for tag in tags:
-                if tag not in _IN_GAZEBO:
-                    found[f"element <{shortened(tag)}> of <gazebo>", "Gazebo's"] += 1
-        dynamics = child.find("dynamics") if child.tag == "joint" else None
-        if dynamics is not None and any(value.strip("0.") for value in dynamics.attrib.values()):
-            why = "a rotor's lag is that of its motor, and no other joint moves"
-            found["element <dynamics> of <joint>", why] += 1
-    return found
-
-
-def _count(element: Element, owner: str, found: Counter[tuple[str, str]]) -> None:
-    """Count the unknown parts of an element and of its descendants."""
-    known = _CHILDREN[element.tag].split()
-    for child in element:
-        if not isinstance(child, Element) or ":" in child.tag:
-            continue
-        whose = owner
-        if child.tag in ("link", "joint"):
-            whose = f"{child.tag} '{shortened(child.get('name', ''))}'"
-        if child.tag not in known:
-            place = f" in <{element.tag}> of {whose}" if element.tag != "robot" else ""
-            near = get_close_matches(child.tag, known, n=1)
-            hint = f", did you mean <{near[0]}>?" if near else ""
-            found[f"element <{shortened(child.tag)}>", place + hint] += 1
-            continue
-        attributes = _ATTRIBUTES.get(child.tag, "").split()
-        for name in child.attrib if attributes else ():
-            if name not in attributes and ":" not in name:
-                what = f"attribute {shortened(name)} of <{child.tag}>"
-                found[what, f" in <{element.tag}> of {whose}"] += 1
-        if child.tag in _CHILDREN:
-            _count(child, whose, found)
+_LIMITED_JOINT_KINDS = ("revolute", "continuous", "prismatic")
+_FLOWN_JOINT_KINDS = (*_LIMITED_JOINT_KINDS, "planar", "universal", "ball")
 
 
 def read_urdf(path: Path, robot: Element, finder: PackageFinder, remarks: Remarks) -> Model:
@@ -240,7 +56,7 @@ def read_urdf(path: Path, robot: Element, finder: PackageFinder, remarks: Remark
 
     Args:
         path: the file, for messages and relative paths.
-        robot: its root element.
+        robot: its root element, `<robot>`.
         finder: of packages and meshes.
         remarks: receives remarks on unused parts.
 
@@ -251,22 +67,35 @@ def read_urdf(path: Path, robot: Element, finder: PackageFinder, remarks: Remark
         raise WorkbenchError(
             f"{path}: the root element is <{robot.tag}>, a URDF has <robot>, an MJCF <mujoco>"
         )
-    elements = _children(robot, "link")
-    collisions = sum(len(_children(link, "collision")) for link in elements)
-    visuals = sum(len(_children(link, "visual")) for link in elements)
+    elements = _children_with_tag(robot, "link")
+    collisions = sum(len(_children_with_tag(link, "collision")) for link in elements)
+    visuals = sum(len(_children_with_tag(link, "visual")) for link in elements)
     refuse_too_many(path, len(elements), visuals + collisions, collisions)
-    note_unknown(path, robot, remarks)
-    joint_elements = _children(robot, "joint")
+    note_unknown_urdf(path, robot, remarks)
+    joint_elements = [
+        child
+        for child in robot
+        if isinstance(child, Element) and child.tag in ("joint", "drake:joint")
+    ]
     _refuse_twins([*elements])
     _refuse_twins([*joint_elements])
-    links = [_name(element) for element in elements]
-    ends = [(_end(j, "parent", links), _end(j, "child", links)) for j in joint_elements]
+    links = [_element_name(element) for element in elements]
+    ends = [
+        (_joint_end_link(j, "parent", links), _joint_end_link(j, "child", links))
+        for j in joint_elements
+    ]
     X_ML = link_poses(
         path,
         links,
         [(*pair, origin(j)) for pair, j in zip(ends, joint_elements, strict=True)],
     )
     colours = read_colours(robot)
+    cables = tuple(_cable(each, links) for each in _children_with_tag(robot, "cable"))
+    hung = {cable.child for cable in cables}
+    joints = [
+        _urdf_joint(element, *pair, X_ML[pair[1]], hung)
+        for element, pair in zip(joint_elements, ends, strict=True)
+    ]
     return Model(
         source=path,
         name=robot.get("name") or path.name.partition(".")[0],
@@ -280,61 +109,66 @@ def read_urdf(path: Path, robot: Element, finder: PackageFinder, remarks: Remark
             )
             for name, element in zip(links, elements, strict=True)
         ),
-        joints=tuple(
-            _joint(element, *pair, X_ML[pair[1]])
-            for element, pair in zip(joint_elements, ends, strict=True)
-        ),
+        joints=_with_springs(path, robot, joints, remarks),
         frames=(),
-        sensors=tuple(_sensors(path, robot, links, remarks)),
+        sensors=tuple(_urdf_sensors(path, robot, links, remarks)),
         plugins=tuple(
-            plugin for block in _children(robot, "gazebo") for plugin in _children(block, "plugin")
+            plugin
+            for block in _children_with_tag(robot, "gazebo")
+            for plugin in _children_with_tag(block, "plugin")
         ),
         properties=tuple(
             (key, value)
-            for element in _children(robot, "properties")
+            for element in _children_with_tag(robot, "properties")
             for key, value in element.attrib.items()
+        ),
+        cables=cables,
+        drives=tuple(
+            element for tag in ROS_DRIVE_TAGS for element in _children_with_tag(robot, tag)
         ),
     )
 
 
-def _children(element: Element, tag: str) -> list[Element]:
+def _children_with_tag(element: Element, tag: str) -> list[Element]:
     """Return the children with a tag."""
     return [child for child in element if isinstance(child, Element) and child.tag == tag]
 
 
-def _name(element: Element) -> str:
+def _element_name(element: Element) -> str:
     name = element.get("name", "")
     if not name:
-        raise WorkbenchError(f"{place(element)}: <{element.tag}> without a name: add it")
+        raise WorkbenchError(f"{element_location(element)}: <{element.tag}> without a name: add it")
     return name
 
 
-def _short(element: Element) -> str:
+def _short_element_name(element: Element) -> str:
     """Return the name of an element for a message."""
-    return shortened(element.get("name", ""))
+    return shortened_text(element.get("name", ""))
 
 
 def _refuse_twins(elements: list[Element]) -> None:
     """Reject two links or joints with one name."""
     seen: dict[str, Element] = {}
     for element in elements:
-        name = _name(element)
+        name = _element_name(element)
         if name in seen:
             raise WorkbenchError(
-                f"{place(element)}: there are two {element.tag}s named "
-                f"'{shortened(name)}': rename one"
+                f"{element_location(element)}: there are two {element.tag}s named "
+                f"'{shortened_text(name)}': rename one"
             )
         seen[name] = element
 
 
-def _end(joint: Element, end: str, links: list[str]) -> str:
+def _joint_end_link(joint: Element, end: str, links: list[str]) -> str:
     """Return the parent or child link of a joint."""
     element = joint.find(end)
     link = "" if element is None else element.get("link", "")
     if link not in links:
         raise WorkbenchError(
-            f"{place(joint)}: joint '{_short(joint)}' has the {end} link '{shortened(link)}', "
-            f"which does not exist: links are {listed(links)}"
+            f"{element_location(joint)}: {joint.tag} '{_short_element_name(joint)}' has the {end} "
+            "link "
+            f"'{shortened_text(link)}', "
+            f"which does not exist: links are {listed_names(links)}"
         )
     return link
 
@@ -347,51 +181,175 @@ def _inertial(link: Element) -> Inertial | None:
     mass, inertia = element.find("mass"), element.find("inertia")
     if not isinstance(mass, Element):
         raise WorkbenchError(
-            f"{place(element)}: link '{_short(link)}' has an <inertial> without <mass>: add it"
+            f"{element_location(element)}: link '{_short_element_name(link)}' has an <inertial> "
+            "without <mass>: add it"
         )
     if not isinstance(inertia, Element):
         inertia = Element("inertia")
     xx, yy, zz, xy, xz, yz = (
-        number(inertia, name, "0") for name in ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
+        attribute_number(inertia, name, "0") for name in ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
     )
     return Inertial(
-        mass=number(mass, "value"),
+        mass=attribute_number(mass, "value"),
         X_LI=origin(element),
         moments=(xx, yy, zz),
         products=(xy, xz, yz),
     )
 
 
-def _joint(element: Element, parent: str, child: str, X_MJ: RigidTransform) -> Joint:
-    """Return a joint; its frame is that of the child link."""
+def _cable(element: Element, links: list[str]) -> Cable:
+    """Return a cable, an element of ours."""
+    ends = []
+    for tag in ("parent", "child"):
+        link, end = _joint_end_link(element, tag, links), element.find(tag)
+        assert isinstance(end, Element)
+        ends.append((link, attribute_triple(end, "xyz", "0 0 0")))
+    (parent, p_parent), (child, p_child) = ends
+    if parent == child:
+        raise WorkbenchError(
+            f"{element_location(element)}: both ends of the cable "
+            f"'{_short_element_name(element)}' are at the link '{shortened_text(parent)}': give "
+            "it two links"
+        )
+    return Cable(
+        _element_name(element),
+        parent,
+        p_parent,
+        child,
+        p_child,
+        positive_attribute(element, "length"),
+        *(max(attribute_number(element, name, "0"), 0.0) for name in ("stiffness", "damping")),
+    )
+
+
+def _urdf_joint(
+    element: Element, parent: str, child: str, X_MJ: RigidTransform, hung: set[str]
+) -> Joint:
+    """Return a joint; its frame is that of the child link, and `hung` are links on cables."""
     axis = element.find("axis")
-    x, y, z = triple(axis, "xyz", "1 0 0") if isinstance(axis, Element) else (1.0, 0.0, 0.0)
+    x, y, z = (
+        attribute_triple(axis, "xyz", "1 0 0") if isinstance(axis, Element) else (1.0, 0.0, 0.0)
+    )
     length = float(np.linalg.norm((x, y, z)))
     if length < 1e-9 and element.get("type") == "fixed":  # a fixed joint has no axis
         x, y, z, length = 0.0, 0.0, 1.0, 1.0
     if length < 1e-9:
         raise WorkbenchError(
-            f"{place(element)}: joint '{_short(element)}' has the axis 0 0 0: give it a direction"
+            f"{element_location(element)}: joint '{_short_element_name(element)}' has the axis 0 "
+            "0 0: give it a direction"
         )
+    axis_J = (x / length, y / length, z / length)
+    kind = element.get("type", "")
+    if kind not in (*_FLOWN_JOINT_KINDS, "fixed", FREE_JOINT_KIND):
+        what = f"is a {kind} joint, which does not fly"
+        if kind not in REFUSED_JOINT_KINDS:
+            what = f"has the type '{shortened_text(kind)}', which URDF does not have"
+        raise WorkbenchError(
+            f"{element_location(element)}: joint '{_short_element_name(element)}' {what}: use "
+            f"{', '.join(_FLOWN_JOINT_KINDS)} or fixed"
+        )
+    mimic = element.find("mimic")
     return Joint(
-        name=_name(element),
-        kind=element.get("type", ""),
+        name=_element_name(element),
+        kind=kind,
         parent=parent,
         child=child,
         X_MJ=X_MJ,
-        axis_J=(x / length, y / length, z / length),
+        axis_J=axis_J,
+        freedoms=FREE_FREEDOMS
+        if kind == FREE_JOINT_KIND and child in hung
+        else _urdf_freedoms(element, kind, axis_J),
+        mimic=Mimic(
+            mimic.get("joint", ""),
+            attribute_number(mimic, "multiplier", "1"),
+            attribute_number(mimic, "offset", "0"),
+        )
+        if isinstance(mimic, Element) and kind in _LIMITED_JOINT_KINDS
+        else None,
     )
 
 
-def _sensors(
+def _with_springs(
+    path: Path, robot: Element, joints: list[Joint], remarks: Remarks
+) -> tuple[Joint, ...]:
+    """Return joints with the springs in their `<gazebo>` blocks."""
+    for block in _children_with_tag(robot, "gazebo"):
+        name = block.get("reference", "")
+        tags = XmlBlock(f"<gazebo> block of '{shortened_text(name)}'", block)
+        if not tags.has("springStiffness"):
+            continue
+        stiffness = tags.non_negative("springStiffness", 0.0)
+        rest = tags.number("springReference", 0.0)
+        sprung = {
+            joint.name: replace(
+                joint, freedoms=(replace(joint.freedoms[0], stiffness=stiffness, rest=rest),)
+            )
+            for joint in joints
+            if joint.name == name and len(joint.freedoms) == 1 and joint.kind != "ball"
+        }
+        if not sprung:
+            text = "it acts in joints that turn or slide along one axis"
+            what = f"<springStiffness> of '{shortened_text(name)}'"
+            remarks.add("ignored", path, what, text)
+        joints = [sprung.get(joint.name, joint) for joint in joints]
+    return tuple(joints)
+
+
+def _urdf_freedoms(
+    joint: Element, kind: str, axis_J: tuple[float, float, float]
+) -> tuple[Freedom, ...]:
+    """Return the freedoms of a joint; a planar joint has its axis across the plane."""
+    dynamics = joint.find("dynamics")
+    damping, friction, stiffness, rest, armature = (
+        attribute_number(dynamics, name, "0") if isinstance(dynamics, Element) else 0.0
+        for name in ("damping", "friction", "stiffness", "rest", "armature")
+    )
+    if kind == "planar":
+        return tuple(replace(each, damping=damping) for each in planar_freedoms(axis_J))
+    if kind == "universal":  # Drake's, about x and y
+        axes = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)
+        return tuple(Freedom("revolute", axis, damping=damping) for axis in axes)
+    if kind not in (*_LIMITED_JOINT_KINDS, "ball"):
+        return ()
+    lower, upper = -math.inf, math.inf
+    limit = joint.find("limit")
+    if isinstance(limit, Element) and kind != "continuous":
+        stated = [limit_number(limit, limit.get(name, ""), 0.0) for name in ("lower", "upper")]
+        lower, upper = joint_limits(*stated)
+        if kind == "ball":  # `upper` alone limits it, if it is stated
+            is_limited = "upper" in limit.attrib and upper < math.inf
+            lower, upper = (0.0, upper) if is_limited else (-math.inf, math.inf)
+    effort, speed = (
+        drive_limit(limit, limit.get(name, "")) if isinstance(limit, Element) else math.inf
+        for name in ("effort", "velocity")
+    )
+    found = Freedom(
+        kind if kind in ("prismatic", "ball") else "revolute",
+        axis_J,
+        (0.0, 0.0, 0.0),
+        lower,
+        upper,
+        damping,
+        friction,
+        stiffness,
+        rest,
+        armature,
+        effort=effort,
+        speed=speed,
+        servo=read_servo(joint) if kind != "ball" else None,
+    )
+    return (found,) if has_range(found) else ()
+
+
+def _urdf_sensors(
     path: Path, robot: Element, links: list[str], remarks: Remarks
 ) -> Iterator[DeclaredSensor]:
     """Yield the sensors of `<gazebo reference>` blocks."""
-    for block in _children(robot, "gazebo"):
+    for block in _children_with_tag(robot, "gazebo"):
         link = block.get("reference", "")
-        for sensor in _children(block, "sensor"):
+        for sensor in _children_with_tag(block, "sensor"):
             if link in links:
-                X_LS = pose(Node(sensor, path, FRAME_SEMANTICS, "", "").child("pose"))
+                X_LS = sdf_pose(next(iter(_children_with_tag(sensor, "pose")), None))
                 yield DeclaredSensor(link, X_LS, sensor)
             else:
                 remarks.add(
@@ -419,7 +377,8 @@ def link_poses(
     for parent, child, X_PC in joints:
         if child in above:
             raise WorkbenchError(
-                f"{path}: link '{shortened(child)}' is the child of two joints: a URDF is a tree, "
+                f"{path}: link '{shortened_text(child)}' is the child of two joints: a URDF is a "
+                "tree, "
                 "so leave one out"
             )
         above[child] = (parent, X_PC)
@@ -430,7 +389,8 @@ def link_poses(
             way.append(above[way[-1]][0])
             if len(way) > len(links):
                 raise WorkbenchError(
-                    f"{path}: the joints above link '{shortened(name)}' form a loop: one link must "
+                    f"{path}: the joints above link '{shortened_text(name)}' form a loop: one "
+                    "link must "
                     "not be the child of a joint"
                 )
         for child in reversed(way[:-1]):

@@ -5,9 +5,9 @@ The model is one tree of links; meshes are referred to by path.
 
 import copy
 import dataclasses
+import math
 import re
-from collections.abc import Iterable, Iterator, Sequence
-from itertools import count
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path, PurePosixPath
 from xml.etree import ElementTree as ET
 
@@ -15,12 +15,25 @@ import numpy as np
 from pydrake.math import RigidTransform, RollPitchYaw, RotationMatrix
 
 from workbench.plant.description import Description
-from workbench.plant.model import MOVING, DeclaredSensor, Inertial, Joint, Link, LinkShape, Model
+from workbench.plant.formats.joint_limits import NO_LIMIT
+from workbench.plant.formats.urdf_servo import add_servo
+from workbench.plant.gathered import body_roots, with_single_freedoms
+from workbench.plant.model import (
+    Cable,
+    DeclaredSensor,
+    Freedom,
+    Inertial,
+    Joint,
+    Link,
+    LinkShape,
+    Model,
+)
 from workbench.plant.rotors import Rotor
-from workbench.plant.shapes import Box, Capsule, Cylinder, Ellipsoid, Mesh, Shape, Sphere
+from workbench.plant.sensors import free_name
+from workbench.plant.shapes import Box, Capsule, Cylinder, Ellipsoid, GeometryShape, Mesh, Sphere
 from workbench.plant.vehicle import BatteryPack
 
-_TURNING = ("continuous", "revolute")
+_TURNING_JOINT_KINDS = ("continuous", "revolute")
 
 
 def write_urdf(model: Model, turning: Iterable[str] = ()) -> ET.Element:
@@ -28,10 +41,13 @@ def write_urdf(model: Model, turning: Iterable[str] = ()) -> ET.Element:
 
     Args:
         model: one tree of links, with meshes that Drake can read.
-        turning: names of joints to write as continuous; those of `MOVING` kinds are written as they
-            are, and all others as fixed.
+        turning: names of joints to write as continuous; those that move are written with their
+            freedoms, and all others as fixed.
     """
-    names = {*turning, *(joint.name for joint in model.joints if joint.kind in MOVING)}
+    loads = {joint.name for joint in model.joints if joint.is_free}
+    joints = [joint.held() if joint.name in loads else joint for joint in model.joints]
+    model = with_single_freedoms(dataclasses.replace(model, joints=tuple(joints)))
+    names = {*turning, *(joint.name for joint in model.joints if joint.moves)}
     robot = ET.Element("robot", name=model.name)
     # If a joint turns about another point than the origin of its link, move the link frame there.
     frames = {
@@ -44,15 +60,20 @@ def write_urdf(model: Model, turning: Iterable[str] = ()) -> ET.Element:
         _add_link(robot, link, frames[link.name].inverse() @ link.X_ML)
     for joint in model.joints:
         X_PC = frames[joint.parent].inverse() @ frames[joint.child]
-        _add_joint(robot, joint, X_PC, _written_kind(joint, names))
+        kind = joint.kind if joint.name in loads else _written_kind(joint, names)
+        _add_joint(robot, joint, X_PC, kind)
+    for cable in model.cables:
+        _add_cable(robot, cable, model, frames)
     return robot
 
 
 def _written_kind(joint: Joint, free: set[str]) -> str:
     """Return the kind of a joint in the file, given the names of those that move or turn."""
-    if joint.kind in MOVING:
-        return joint.kind
-    return "continuous" if joint.name in free else "fixed"
+    if not joint.freedoms:
+        return "continuous" if joint.name in free else "fixed"
+    (freedom,) = joint.freedoms
+    limited = math.isfinite(freedom.lower) or math.isfinite(freedom.upper)
+    return "continuous" if freedom.kind == "revolute" and not limited else freedom.kind
 
 
 def _add_link(robot: ET.Element, link: Link, X_FL: RigidTransform) -> None:
@@ -61,7 +82,7 @@ def _add_link(robot: ET.Element, link: Link, X_FL: RigidTransform) -> None:
     if link.inertial:
         _add_inertial(element, link.inertial, X_FL)
     for tag, shapes in (("visual", link.visuals), ("collision", link.collisions)):
-        for name, shape in zip(_different(shapes), shapes, strict=True):
+        for name, shape in zip(_unique_names(shapes), shapes, strict=True):
             _add_shape(element, tag, name, shape, X_FL)
 
 
@@ -74,7 +95,7 @@ def _add_inertial(link: ET.Element, inertial: Inertial, X_FL: RigidTransform) ->
     ET.SubElement(element, "inertia", dict(zip(names, map(repr, values), strict=True)))
 
 
-def _different(shapes: Sequence[LinkShape]) -> list[str]:
+def _unique_names(shapes: Sequence[LinkShape]) -> list[str]:
     """Return names of shapes, with numbers if one occurs twice; Drake requires unique names."""
     names = [shape.name for shape in shapes]
     if len(set(names)) == len(names):
@@ -92,15 +113,15 @@ def _add_shape(
     if shape.rgba:
         name = "rgba_" + "_".join(f"{round(255 * value):02x}" for value in shape.rgba)
         material = ET.SubElement(element, "material", name=name)
-        ET.SubElement(material, "color", rgba=_text(shape.rgba))
+        ET.SubElement(material, "color", rgba=_values_text(shape.rgba))
     if tag == "collision" and isinstance(shape.shape, Mesh):
         ET.SubElement(geometry[0], "drake:declare_convex")
 
 
-def _geometry(shape: Shape) -> ET.Element:
+def _geometry(shape: GeometryShape) -> ET.Element:
     match shape:
         case Box(size):
-            return ET.Element("box", size=_text(size))
+            return ET.Element("box", size=_values_text(size))
         case Sphere(radius):
             return ET.Element("sphere", radius=repr(radius))
         case Cylinder(radius, length):
@@ -110,30 +131,63 @@ def _geometry(shape: Shape) -> ET.Element:
         case Ellipsoid((a, b, c)):
             return ET.Element("drake:ellipsoid", a=repr(a), b=repr(b), c=repr(c))
         case Mesh(uri=uri, path=path):
-            return ET.Element("mesh", filename=_uri(path) if path else uri)
+            if path:
+                uri = path.as_uri() if path.is_absolute() else path.as_posix()
+            return ET.Element("mesh", filename=uri)
 
 
 def _add_joint(robot: ET.Element, joint: Joint, X_PC: RigidTransform, kind: str) -> None:
-    tag = "drake:joint" if kind in MOVING else "joint"  # which URDF does not have
+    tag = "drake:joint" if kind == "ball" else "joint"  # which URDF does not have
     element = ET.SubElement(robot, tag, name=joint.name, type=kind)
     _add_origin(element, X_PC)
     ET.SubElement(element, "parent", link=joint.parent)
     ET.SubElement(element, "child", link=joint.child)
-    if kind not in ("fixed", *MOVING):
-        ET.SubElement(element, "axis", xyz=_text(joint.axis_J))
+    if kind not in ("fixed", "ball"):
+        ET.SubElement(element, "axis", xyz=_values_text(joint.axis_J))
+    for freedom in joint.freedoms:
+        _add_freedom(element, freedom)
+    if joint.mimic:
+        words = {"joint": joint.mimic.joint, "multiplier": repr(joint.mimic.multiplier)}
+        ET.SubElement(element, "mimic", words, offset=repr(joint.mimic.offset))
+
+
+def _add_freedom(joint: ET.Element, freedom: Freedom) -> None:
+    """Add limits and dynamics; a spring and the armature are our own attributes."""
+    limits = freedom.lower, freedom.upper
+    if any(map(math.isfinite, limits)):
+        lower, upper = (min(max(each, -NO_LIMIT), NO_LIMIT) for each in limits)
+        ET.SubElement(joint, "limit", lower=repr(lower), upper=repr(upper), effort="-1")
+    names = ("damping", "friction", "stiffness", "rest", "armature")
+    values = {name: repr(getattr(freedom, name)) for name in names if getattr(freedom, name)}
+    if values:
+        ET.SubElement(joint, "dynamics", values)
+    if freedom.servo:
+        add_servo(joint, freedom.servo)
+
+
+def _add_cable(
+    robot: ET.Element, cable: Cable, model: Model, frames: Mapping[str, RigidTransform]
+) -> None:
+    """Add a cable, an element of our own, with its ends in the written frames of links."""
+    numbers = {"length": cable.length, "stiffness": cable.stiffness, "damping": cable.damping}
+    stated = {name: repr(value) for name, value in numbers.items() if value}
+    element = ET.SubElement(robot, "cable", {"name": cable.name, **stated})
+    for tag, name, p in (
+        ("parent", cable.parent, cable.p_parent),
+        ("child", cable.child, cable.p_child),
+    ):
+        link = model.link(name)
+        assert link
+        place = (frames[name].inverse() @ link.X_ML).multiply(np.array(p))
+        ET.SubElement(element, tag, link=name, xyz=_values_text(place))
 
 
 def _add_origin(element: ET.Element, X: RigidTransform) -> None:
     rpy = RollPitchYaw(X.rotation()).vector()
-    ET.SubElement(element, "origin", xyz=_text(X.translation()), rpy=_text(rpy))
+    ET.SubElement(element, "origin", xyz=_values_text(X.translation()), rpy=_values_text(rpy))
 
 
-def _uri(path: Path) -> str:
-    """Return an absolute path as a file URI, a relative one unchanged."""
-    return path.as_uri() if path.is_absolute() else path.as_posix()
-
-
-def _text(values: Iterable[float]) -> str:
+def _values_text(values: Iterable[float]) -> str:
     return " ".join(repr(float(value)) for value in values)
 
 
@@ -151,10 +205,10 @@ def stored_files(description: Description) -> Iterator[tuple[PurePosixPath, byte
     turning = turning_joints(model, description.rotors)
     robot = write_urdf(model, turning)
     robot.set("xmlns:drake", "http://drake.mit.edu")
-    add_rotors(robot, model, description.base_link, description.rotors, turning)
+    add_rotor_plugins(robot, model, description.base_link, description.rotors, turning)
     if description.battery:
-        add_battery(robot, description.battery)
-    add_sensors(robot, model.sensors)
+        add_battery_plugin(robot, description.battery)
+    add_sensor_elements(robot, model.sensors)
     ET.indent(robot)
     text = f'<?xml version="1.0"?>\n{ET.tostring(robot, encoding="unicode")}\n'
     yield PurePosixPath(f"{safe_name(description.name)}.urdf"), text.encode()
@@ -190,13 +244,13 @@ def turning_joints(model: Model, rotors: tuple[Rotor, ...]) -> set[str]:
         joint.name
         for rotor in rotors
         if (joint := model.joint(rotor.joint))
-        and joint.kind in _TURNING
+        and joint.kind in _TURNING_JOINT_KINDS
         and (link := model.link(joint.child))
         and link.inertial
     }
 
 
-def add_rotors(
+def add_rotor_plugins(
     robot: ET.Element, model: Model, base_link: str, rotors: tuple[Rotor, ...], turning: set[str]
 ) -> None:
     """Add a motor-model plugin for each rotor, and a hub link for those without a turning joint."""
@@ -211,14 +265,8 @@ def add_rotors(
         else:
             link = _free_name(robot, f"{rotor.name}_hub")
             joint = _free_name(robot, f"{link}_joint")
-            _add_hub(robot, base_link, rotor, joint, link)
-        plugin = ET.SubElement(
-            ET.SubElement(robot, "gazebo"),
-            "plugin",
-            filename="gz-sim-multicopter-motor-model-system",
-            name="gz::sim::systems::MulticopterMotorModel",
-        )
-        for tag, value in (
+            _add_hub(robot, model, base_link, rotor, joint, link)
+        values = (
             ("jointName", joint),
             ("linkName", link),
             ("turningDirection", "ccw" if direction > 0 else "cw"),
@@ -236,66 +284,71 @@ def add_rotors(
             ("groundEffectCoefficient", rotor.ground_effect_coefficient),
             ("propellerRadius", rotor.propeller_radius),
             ("linearMotorConstant", rotor.linear_motor_constant),
-        ):
-            ET.SubElement(plugin, tag).text = value if isinstance(value, str) else repr(value)
+        )
+        _add_plugin(robot, "multicopter-motor-model", "MulticopterMotorModel", values)
 
 
-def add_battery(robot: ET.Element, battery: BatteryPack) -> None:
+def add_battery_plugin(robot: ET.Element, battery: BatteryPack) -> None:
     """Add gz-sim's battery plugin, with the whole curve in our own element."""
     full, empty = battery.open_circuit_voltage[-1][1], battery.open_circuit_voltage[0][1]
-    plugin = ET.SubElement(
-        ET.SubElement(robot, "gazebo"),
-        "plugin",
-        filename="gz-sim-linear-battery-plugin-system",
-        name="gz::sim::systems::LinearBatteryPlugin",
-    )
-    for tag, value in (
+    values = (
         ("battery_name", "battery"),
-        ("voltage", repr(full)),
-        ("open_circuit_voltage_constant_coef", repr(full)),
-        ("open_circuit_voltage_linear_coef", repr(empty - full)),
-        ("openCircuitVoltage", _text(np.ravel(battery.open_circuit_voltage))),
-        ("capacity", repr(battery.capacity / 3600.0)),
-        ("resistance", repr(battery.resistance)),
-        ("hoverDuration", _or_none(battery.hover_duration)),
-        ("sagCompensation", _or_none(battery.sag_compensation)),
-    ):
+        ("voltage", full),
+        ("open_circuit_voltage_constant_coef", full),
+        ("open_circuit_voltage_linear_coef", empty - full),
+        ("openCircuitVoltage", _values_text(np.ravel(battery.open_circuit_voltage))),
+        ("capacity", battery.capacity / 3600.0),
+        ("resistance", battery.resistance),
+        ("hoverDuration", battery.hover_duration),
+        ("sagCompensation", battery.sag_compensation),
+    )
+    _add_plugin(robot, "linear-battery-plugin", "LinearBatteryPlugin", values)
+
+
+def _add_plugin(
+    robot: ET.Element, file: str, name: str, values: Iterable[tuple[str, str | float | None]]
+) -> None:
+    """Add a plugin of gz-sim with its values; None is left out."""
+    words = {"filename": f"gz-sim-{file}-system", "name": f"gz::sim::systems::{name}"}
+    plugin = ET.SubElement(ET.SubElement(robot, "gazebo"), "plugin", words)
+    for tag, value in values:
         if value is not None:
-            ET.SubElement(plugin, tag).text = value
-
-
-def _or_none(number: float | None) -> str | None:
-    return None if number is None else repr(number)
+            ET.SubElement(plugin, tag).text = value if isinstance(value, str) else repr(value)
 
 
 def _free_name(robot: ET.Element, name: str) -> str:
     """Return a name that no link or joint has: this one, or with a number."""
-    taken = {element.get("name") for tag in ("link", "joint") for element in robot.findall(tag)}
-    names = (name if number == 1 else f"{name}_{number}" for number in count(1))
-    return next(each for each in names if each not in taken)
+    taken = {element.get("name", "") for tag in ("link", "joint") for element in robot.findall(tag)}
+    return free_name(taken, name)
 
 
-def add_sensors(robot: ET.Element, sensors: tuple[DeclaredSensor, ...]) -> None:
+def add_sensor_elements(robot: ET.Element, sensors: tuple[DeclaredSensor, ...]) -> None:
     """Add the elements of sensors, with resolved poses."""
     for sensor in sensors:
         block = ET.SubElement(robot, "gazebo", reference=sensor.link)
         element = copy.deepcopy(sensor.element)
         for pose in element.findall("pose"):
             element.remove(pose)
-        ET.SubElement(element, "pose").text = _pose(sensor.X_LS)
+        ET.SubElement(element, "pose").text = _pose_text(sensor.X_LS)
         block.append(element)
 
 
-def _add_hub(robot: ET.Element, base_link: str, rotor: Rotor, joint: str, link: str) -> None:
-    """Add a link whose z is the axis of a rotor."""
+def _add_hub(
+    robot: ET.Element, model: Model, base_link: str, rotor: Rotor, joint: str, link: str
+) -> None:
+    """Add a link whose z is the axis of a rotor, to the link that moves it or to the base link."""
+    base, carrier = model.link(base_link), model.link(rotor.link)
     R_BR = RotationMatrix.MakeFromOneVector(np.array(rotor.axis_B), axis_index=2)
-    xyz, rpy = np.array(rotor.p_BR), RollPitchYaw(R_BR).vector()
+    X_PR = RigidTransform(R_BR, np.array(rotor.p_BR))
+    if base and carrier and body_roots(model, base_link)[rotor.link] != base_link:
+        X_PR, base_link = carrier.X_ML.InvertAndCompose(base.X_ML @ X_PR), carrier.name
+    xyz, rpy = X_PR.translation(), RollPitchYaw(X_PR.rotation()).vector()
     ET.SubElement(robot, "link", name=link)
     element = ET.SubElement(robot, "joint", name=joint, type="fixed")
-    ET.SubElement(element, "origin", xyz=_text(xyz), rpy=_text(rpy))
+    ET.SubElement(element, "origin", xyz=_values_text(xyz), rpy=_values_text(rpy))
     ET.SubElement(element, "parent", link=base_link)
     ET.SubElement(element, "child", link=link)
 
 
-def _pose(X: RigidTransform) -> str:
-    return f"{_text(X.translation())} {_text(RollPitchYaw(X.rotation()).vector())}"
+def _pose_text(X: RigidTransform) -> str:
+    return f"{_values_text(X.translation())} {_values_text(RollPitchYaw(X.rotation()).vector())}"

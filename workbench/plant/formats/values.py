@@ -7,13 +7,13 @@ import numpy as np
 from pydrake.math import RigidTransform, RollPitchYaw
 
 from workbench.common.errors import WorkbenchError
-from workbench.plant.formats.xml import Element, place
+from workbench.plant.formats.xml import Element, element_location
 
-LARGEST = 1e6
+MAX_URDF_NUMBER = 1e6
 """Limit of the lengths, masses and moments of a drone, in their units."""
 
 
-def numbers(element: Element, attribute: str, default: str) -> tuple[float, ...]:
+def attribute_numbers(element: Element, attribute: str, default: str) -> tuple[float, ...]:
     """Return the numbers in an attribute.
 
     Raises:
@@ -24,51 +24,54 @@ def numbers(element: Element, attribute: str, default: str) -> tuple[float, ...]
         found = tuple(float(word) for word in text.split())
     except ValueError:
         found = (math.nan,)
-    if not all(abs(number) <= LARGEST for number in found):
+    if not all(abs(number) <= MAX_URDF_NUMBER for number in found):
         raise WorkbenchError(
-            f"{place(element)}: <{element.tag} {attribute}='{shortened(text)}'>: "
-            f"give it numbers within ±{LARGEST:g}"
+            f"{element_location(element)}: <{element.tag} {attribute}='{shortened_text(text)}'>: "
+            f"give it numbers within ±{MAX_URDF_NUMBER:g}"
         )
     return found
 
 
-def number(element: Element, attribute: str, default: str | None = None) -> float:
+def attribute_number(element: Element, attribute: str, default: str | None = None) -> float:
     """Return the number in an attribute.
 
     Raises:
         WorkbenchError: naming the element, if it is missing or not one number.
     """
     if default is None and attribute not in element.attrib:
-        raise WorkbenchError(f"{place(element)}: <{element.tag}> without {attribute}: add it")
-    found = numbers(element, attribute, default or "")
+        raise WorkbenchError(
+            f"{element_location(element)}: <{element.tag}> without {attribute}: add it"
+        )
+    found = attribute_numbers(element, attribute, default or "")
     if len(found) != 1:
-        raise _count(element, attribute, 1)
+        raise _count_error(element, attribute, 1)
     return found[0]
 
 
-def positive(element: Element, attribute: str) -> float:
+def positive_attribute(element: Element, attribute: str) -> float:
     """Return the positive number in an attribute.
 
     Raises:
         WorkbenchError: naming the element, if it is not positive.
     """
-    found = number(element, attribute)
+    found = attribute_number(element, attribute)
     if found <= 0.0:
         raise WorkbenchError(
-            f"{place(element)}: <{element.tag} {attribute}='{found:g}'>: give it a positive number"
+            f"{element_location(element)}: <{element.tag} {attribute}='{found:g}'>: give it a "
+            "positive number"
         )
     return found
 
 
-def triple(element: Element, attribute: str, default: str) -> tuple[float, float, float]:
+def attribute_triple(element: Element, attribute: str, default: str) -> tuple[float, float, float]:
     """Return the three numbers in an attribute.
 
     Raises:
         WorkbenchError: naming the element, if there are more or fewer.
     """
-    found = numbers(element, attribute, default)
+    found = attribute_numbers(element, attribute, default)
     if len(found) != 3:
-        raise _count(element, attribute, 3)
+        raise _count_error(element, attribute, 3)
     return (found[0], found[1], found[2])
 
 
@@ -77,26 +80,26 @@ def origin(element: Element) -> RigidTransform:
     found = element.find("origin")
     if not isinstance(found, Element):
         return RigidTransform()
-    xyz = triple(found, "xyz", "0 0 0")
-    rpy = triple(found, "rpy", "0 0 0")
+    xyz = attribute_triple(found, "xyz", "0 0 0")
+    rpy = attribute_triple(found, "rpy", "0 0 0")
     return RigidTransform(RollPitchYaw(np.array(rpy)), np.array(xyz))
 
 
-def shortened(text: str) -> str:
+def shortened_text(text: str) -> str:
     """Return a text shortened for a message."""
     text = " ".join(text.split())
     return text if len(text) <= 80 else f"{text[:77]}..."
 
 
-def listed(names: Sequence[str]) -> str:
+def listed_names(names: Sequence[str]) -> str:
     """Return the first dozen names for a message."""
     more = f" and {len(names) - 12} more" if len(names) > 12 else ""
-    return ", ".join(map(shortened, names[:12])) + more
+    return ", ".join(map(shortened_text, names[:12])) + more
 
 
-def _count(element: Element, attribute: str, count: int) -> WorkbenchError:
-    text = shortened(element.get(attribute, ""))
+def _count_error(element: Element, attribute: str, count: int) -> WorkbenchError:
+    text = shortened_text(element.get(attribute, ""))
     return WorkbenchError(
-        f"{place(element)}: <{element.tag} {attribute}='{text}'>: give it {count} "
+        f"{element_location(element)}: <{element.tag} {attribute}='{text}'>: give it {count} "
         f"{'number' if count == 1 else 'numbers'}"
     )

@@ -18,18 +18,18 @@ from workbench.common.cache import cache_folder, release
 from workbench.common.errors import WorkbenchError
 from workbench.common.plain_files import read_plain, write_atomically
 from workbench.ipc.limited import LimitedError, run_limited
-from workbench.plant.formats.xml import MOST_BYTES, Element
+from workbench.plant.formats.xml import MAX_XML_BYTES, Element
 from workbench.plant.packages import PackageFinder
 
-_SECONDS = 3.0
-_MEGABYTES = 400
+_XACRO_CPU_S = 3.0
+_XACRO_MEMORY_MB = 400
 """Limits of an expansion; a drone with four sensors takes 0.2 s and 40 MB."""
-_MOST_PASSES = 20
-_CHILD = "workbench.plant.formats.xacro_child"
-_FIND = re.compile(r"\$\(find\s+([^\s()${}]+)\s*\)(?:/([^\s\"'<>$]+))?")
-MOST_KEPT = 200
+_MAX_XACRO_PASSES = 20
+_XACRO_CHILD_MODULE = "workbench.plant.formats.xacro_child"
+_FIND_PATTERN = re.compile(r"\$\(find\s+([^\s()${}]+)\s*\)(?:/([^\s\"'<>$]+))?")
+MAX_CACHED_EXPANSIONS = 200
 """Largest number of cached expansions; the oldest are deleted first."""
-_MOST_NAMED = 40
+_MAX_ARGUMENTS_LISTED = 40
 
 
 def is_xacro(root: Element) -> bool:
@@ -61,13 +61,13 @@ def expand_xacro(path: Path, args: Mapping[str, str], finder: PackageFinder) -> 
         "source": str(finder.source),
         "packages": {name: str(folder) for name, folder in finder.packages.items()},
     }
-    kept = kept_expansion(request)
+    kept = cached_expansion(request)
     if kept is not None:
         return kept
     answer = _expanded(path, args, finder)
     text = str(answer["text"])
     if answer["lasting"]:
-        keep_expansion(request, text, answer["read"])
+        cache_expansion(request, text, answer["read"])
     return text
 
 
@@ -82,7 +82,7 @@ def files_of_xacro(path: Path, args: Mapping[str, str], finder: PackageFinder) -
 
 def packages_in(text: str) -> list[tuple[str, str]]:
     """Return the packages of all `$(find PACKAGE)` in a text, each with the file named in it."""
-    return [(match[1], match[2] or "") for match in _FIND.finditer(text)]
+    return [(match[1], match[2] or "") for match in _FIND_PATTERN.finditer(text)]
 
 
 def _expanded(path: Path, args: Mapping[str, str], finder: PackageFinder) -> Any:
@@ -91,20 +91,20 @@ def _expanded(path: Path, args: Mapping[str, str], finder: PackageFinder) -> Any
         name: str(folder) for name, folder in finder.packages.items()
     }
     roots = dict.fromkeys(map(str, finder.readable))
-    text = read_plain(path, MOST_BYTES).decode(errors="replace")
+    text = read_plain(path, MAX_XML_BYTES).decode(errors="replace")
     wanted = [(name, rest, str(path)) for name, rest in packages_in(text) if name not in packages]
-    until = time.monotonic() + _SECONDS
-    for _ in range(_MOST_PASSES):
+    until = time.monotonic() + _XACRO_CPU_S
+    for _ in range(_MAX_XACRO_PASSES):
         for name, folder in _folders(wanted, finder).items():
             packages[name] = str(folder) if folder else None
             if folder and folder == finder.folder(name):
                 roots[str(folder.resolve())] = None
         try:
             answer = run_limited(
-                _CHILD,
+                _XACRO_CHILD_MODULE,
                 {"path": str(path), "args": dict(args), "packages": packages, "roots": [*roots]},
                 seconds=max(1, math.ceil(until - time.monotonic())),
-                megabytes=_MEGABYTES,
+                megabytes=_XACRO_MEMORY_MB,
                 reads=roots,
             )
         except LimitedError as error:
@@ -120,7 +120,7 @@ def _expanded(path: Path, args: Mapping[str, str], finder: PackageFinder) -> Any
         for file in answer["outside"]:
             roots[str(finder.allowed(Path(file), answer["in"]))] = None
     raise WorkbenchError(
-        f"{path}: names packages in more than {_MOST_PASSES} steps, each in a file of the one "
+        f"{path}: names packages in more than {_MAX_XACRO_PASSES} steps, each in a file of the one "
         "before: give them with --package NAME=DIR"
     )
 
@@ -143,37 +143,37 @@ def _folders(
     return found
 
 
-def kept_expansion(request: dict[str, object]) -> str | None:
+def cached_expansion(request: dict[str, object]) -> str | None:
     """Return the cached result of a request of `expand_xacro`, if its files are unchanged."""
     try:
-        entry = json.loads(_place(request).read_text(encoding="utf-8"))
-        if all(_digest(Path(path)) == digest for path, digest in entry["read"].items()):
+        entry = json.loads(_expansion_file(request).read_text(encoding="utf-8"))
+        if all(_file_digest(Path(path)) == digest for path, digest in entry["read"].items()):
             return str(entry["text"])
     except (OSError, ValueError, KeyError, TypeError, AttributeError, WorkbenchError):
         return None  # not cached, or damaged: expand it
     return None
 
 
-def keep_expansion(request: dict[str, object], text: str, read: Sequence[str]) -> None:
+def cache_expansion(request: dict[str, object], text: str, read: Sequence[str]) -> None:
     """Cache an expansion with digests of the files read; ignore errors of writing."""
     try:
-        entry = {"read": {path: _digest(Path(path)) for path in read}, "text": text}
-        place = _place(request)
+        entry = {"read": {path: _file_digest(Path(path)) for path in read}, "text": text}
+        place = _expansion_file(request)
         write_atomically(place, json.dumps(entry))
         kept = sorted(place.parent.glob("*.json"), key=lambda path: path.stat().st_mtime)
-        for old in kept[:-MOST_KEPT]:
+        for old in kept[:-MAX_CACHED_EXPANSIONS]:
             old.unlink(missing_ok=True)
     except (OSError, WorkbenchError):
         return  # the cache is optional
 
 
-def _place(request: dict[str, object]) -> Path:
+def _expansion_file(request: dict[str, object]) -> Path:
     """Return the cache file for a request."""
     asked = json.dumps([request, release("xacro"), str(Path.cwd())], sort_keys=True)
     return cache_folder("xacro") / f"{hashlib.sha256(asked.encode()).hexdigest()[:24]}.json"
 
 
-def _digest(path: Path) -> str:
+def _file_digest(path: Path) -> str:
     return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
@@ -200,8 +200,13 @@ class MissingArgumentsError(WorkbenchError):
 
     def __init__(self, path: str, arguments: tuple[XacroArgument, ...]) -> None:
         needed = [f"--arg {each.name}:=…" for each in arguments if each.default is None]
-        more = f" and {len(needed) - _MOST_NAMED} more" if len(needed) > _MOST_NAMED else ""
+        more = (
+            f" and {len(needed) - _MAX_ARGUMENTS_LISTED} more"
+            if len(needed) > _MAX_ARGUMENTS_LISTED
+            else ""
+        )
         super().__init__(
-            f"{path}: has arguments without a default: give {' '.join(needed[:_MOST_NAMED])}{more}"
+            f"{path}: has arguments without a default: give "
+            f"{' '.join(needed[:_MAX_ARGUMENTS_LISTED])}{more}"
         )
         self.arguments = arguments

@@ -16,23 +16,23 @@ from xacro import substitution_args
 
 from workbench.common.errors import WorkbenchError, unknown_name
 from workbench.common.plain_files import read_plain
-from workbench.ipc.limited import one_line, serve
+from workbench.ipc.limited import one_line_message, serve_one_request
 from workbench.plant.formats.xacro import packages_in
 from workbench.plant.formats.xacro_expressions import evaluate, type_of
-from workbench.plant.formats.xml import MOST_BYTES, read_xml
+from workbench.plant.formats.xml import MAX_XML_BYTES, read_xml
 from workbench.plant.packages import PackageFinder
 
-_DEEPEST_INCLUDE = 50
-_STAND_IN = "1"
+_MAX_XACRO_INCLUDE_DEPTH = 50
+_PLACEHOLDER_VALUE = "1"
 """A valid number, name and truth value, so that expansion continues to other missing values."""
-_COMMENT = re.compile(r"<!--.*?-->", re.DOTALL)
-_QUOTE = r"(?:'|\"|&quot;|&apos;)"
-_USED = re.compile(
-    rf"\$\(arg\s+([^\s()${{}}]+)\s*\)|xacro\.arg\(\s*{_QUOTE}([^'\"&]+){_QUOTE}\s*\)"
+_COMMENT_PATTERN = re.compile(r"<!--.*?-->", re.DOTALL)
+_QUOTE_PATTERN = r"(?:'|\"|&quot;|&apos;)"
+_ARGUMENT_PATTERN = re.compile(
+    rf"\$\(arg\s+([^\s()${{}}]+)\s*\)|xacro\.arg\(\s*{_QUOTE_PATTERN}([^'\"&]+){_QUOTE_PATTERN}\s*\)"
 )
-_AROUND = re.compile(r"\$\(\s*(?:find|env|optenv)\b|xacro\.find")
+_ENVIRONMENT_PATTERN = re.compile(r"\$\(\s*(?:find|env|optenv)\b|xacro\.find")
 """Pattern of accesses to packages or the environment."""
-_MAGIC = re.compile(r"[*?\[]")
+_GLOB_PATTERN = re.compile(r"[*?\[]")
 
 
 class _Args(dict[str, str]):
@@ -50,7 +50,7 @@ class _Args(dict[str, str]):
     def __missing__(self, name: str) -> str:
         if name not in self.missing:
             self.missing.append(name)
-        return _STAND_IN
+        return _PLACEHOLDER_VALUE
 
 
 class _EvalNames(dict[str, Any]):
@@ -99,10 +99,10 @@ class _Reading:
         if filename is None:
             return self._parse(inp, filename)
         path = Path(filename)
-        if len(xacro.filestack) > _DEEPEST_INCLUDE:
+        if len(xacro.filestack) > _MAX_XACRO_INCLUDE_DEPTH:
             names = " -> ".join(Path(name).name for name in xacro.filestack[-3:])
             raise WorkbenchError(
-                f"{path.resolve()}: is included more than {_DEEPEST_INCLUDE} deep "
+                f"{path.resolve()}: is included more than {_MAX_XACRO_INCLUDE_DEPTH} deep "
                 f"(... -> {names}): let no file include itself"
             )
         if len(xacro.filestack) > 1 and not _is_there(path):
@@ -112,10 +112,12 @@ class _Reading:
         read_xml(path)
         data = path.read_bytes()
         if filename not in self._texts:
-            text = _COMMENT.sub("", data.decode(errors="replace"))
+            text = _COMMENT_PATTERN.sub("", data.decode(errors="replace"))
             self._texts[filename] = text
-            self.looked_around |= bool(_AROUND.search(text))
-            self.used |= dict.fromkeys(match[1] or match[2] for match in _USED.finditer(text))
+            self.looked_around |= bool(_ENVIRONMENT_PATTERN.search(text))
+            self.used |= dict.fromkeys(
+                match[1] or match[2] for match in _ARGUMENT_PATTERN.finditer(text)
+            )
         document = minidom.parseString(data)
         for argument in list(document.getElementsByTagName("xacro:arg")):
             name = argument.getAttribute("name")
@@ -131,7 +133,7 @@ class _Reading:
         """Replace `open`, which xacro calls for YAML files."""
         Path(filename).stat()  # raises what xacro expects for a missing file
         self._note(filename)
-        return io.StringIO(read_plain(filename, MOST_BYTES).decode())
+        return io.StringIO(read_plain(filename, MAX_XML_BYTES).decode())
 
     def find(self, name: str) -> str:
         """Return the folder for `$(find NAME)`."""
@@ -155,7 +157,7 @@ class _Reading:
     def glob(self, pattern: str) -> list[str]:
         """Replace `glob.glob` for the names of included files."""
         self.looked_around = True
-        self._note(_MAGIC.split(pattern)[0].rpartition("/")[0])
+        self._note(_GLOB_PATTERN.split(pattern)[0].rpartition("/")[0])
         return glob.glob(pattern)  # noqa: PTH207 - a pattern, as xacro has it
 
     def _note(self, filename: str) -> None:
@@ -182,16 +184,22 @@ def expand(request: dict[str, Any]) -> dict[str, Any]:
         text = str(xacro.process_file(str(path), mappings=args).toxml())
     except (Exception, SystemExit) as error:  # expressions in the file may raise any exception
         if reading.wanted or reading.outside:
-            return {"wanted": reading.wanted, "outside": reading.outside, "in": _being_read(path)}
+            return {
+                "wanted": reading.wanted,
+                "outside": reading.outside,
+                "in": _file_in_progress(path),
+            }
         if isinstance(error, WorkbenchError):
             raise
         if not args.missing:  # a missing value may be the cause
-            raise WorkbenchError(f"{_being_read(path)}: xacro stopped: {_reason(error)}") from error
+            raise WorkbenchError(
+                f"{_file_in_progress(path)}: xacro stopped: {_first_cause(error)}"
+            ) from error
     _check_args(path, given, args, reading)
     if args.missing:
         return {"needed": _arguments(given, args, reading)}
-    if len(text.encode(errors="replace")) > MOST_BYTES:
-        raise WorkbenchError(f"{path}: becomes more than {MOST_BYTES // 1_000_000} MB of URDF")
+    if len(text.encode(errors="replace")) > MAX_XML_BYTES:
+        raise WorkbenchError(f"{path}: becomes more than {MAX_XML_BYTES // 1_000_000} MB of URDF")
     return {"text": text, "read": list(reading.read), "lasting": not reading.looked_around}
 
 
@@ -208,7 +216,7 @@ def _prepare_xacro(reading: _Reading) -> None:
     offered = xacro._global_symbols["python"]
     offered["type"] = type_of
     del offered["vars"]  # names the insides of objects
-    _answer_find(reading.find)
+    _replace_find(reading.find)
 
 
 def _evaluated(text: str, context: dict[str, Any]) -> str:
@@ -243,7 +251,7 @@ def _arguments(
     return [*((name, None) for name in missing), *defaults]
 
 
-def _answer_find(find: Callable[[str], str]) -> None:
+def _replace_find(find: Callable[[str], str]) -> None:
     """Let xacro call `find` for the folder of a package, instead of ROS's ament_index_python."""
     packages = ModuleType("ament_index_python.packages")
     vars(packages)["get_package_share_directory"] = find
@@ -251,12 +259,12 @@ def _answer_find(find: Callable[[str], str]) -> None:
     sys.modules["ament_index_python.packages"] = packages
 
 
-def _being_read(path: Path) -> str:
+def _file_in_progress(path: Path) -> str:
     """Return the file that xacro was reading when it stopped, which may be an include."""
     return str(xacro.filestack[-1] if xacro.filestack else path)
 
 
-def _reason(error: BaseException) -> str:
+def _first_cause(error: BaseException) -> str:
     """Return the first cause of an error, with its expression."""
     expression = ""
     while isinstance(error, xacro.XacroException) and error.exc is not None:
@@ -270,9 +278,9 @@ def _reason(error: BaseException) -> str:
         case OSError(strerror=str(said), filename=str(name)):
             text = f"{said}: {name[:300]}"
         case KeyError():
-            text = f"there is no {one_line(error)}"
+            text = f"there is no {one_line_message(error)}"
         case _:
-            text = one_line(error)
+            text = one_line_message(error)
     return f"{text} {expression}".rstrip()
 
 
@@ -284,4 +292,4 @@ def _is_there(path: Path) -> bool:
 
 
 if __name__ == "__main__":
-    serve(expand)
+    serve_one_request(expand)

@@ -15,18 +15,18 @@ from typing import Any
 
 from xacro import NameSpace, XacroException, YamlDictWrapper, YamlListWrapper
 
-_MOST_BITS = 100_000
+_MAX_POWER_BITS = 100_000
 """Of a whole number that is a power: far beyond those of any description."""
 
 
-def _power(one: Any, other: Any) -> Any:
+def _bounded_power(one: Any, other: Any) -> Any:
     """Return a power.
 
     Python computes one of whole numbers to the last digit, and cannot be interrupted meanwhile.
     """
     whole = isinstance(one, int) and isinstance(other, int)
-    if whole and one.bit_length() * other > _MOST_BITS:
-        raise OverflowError(f"a power of more than {_MOST_BITS:,} bits is too large")
+    if whole and one.bit_length() * other > _MAX_POWER_BITS:
+        raise OverflowError(f"a power of more than {_MAX_POWER_BITS:,} bits is too large")
     return one**other
 
 
@@ -37,7 +37,7 @@ _OPERATORS: Mapping[type[ast.AST], Callable[..., Any]] = {
     ast.Div: operator.truediv,
     ast.FloorDiv: operator.floordiv,
     ast.Mod: operator.mod,
-    ast.Pow: _power,
+    ast.Pow: _bounded_power,
     ast.LShift: operator.lshift,
     ast.RShift: operator.rshift,
     ast.BitAnd: operator.and_,
@@ -64,7 +64,7 @@ _CONVERSIONS: Mapping[int, Callable[[Any], Any]] = {
     ord("r"): repr,
     ord("a"): ascii,
 }
-_DATA = (
+_DATA_TYPES = (
     *(bool, int, float, complex, str, bytes),
     *(list, tuple, dict, set, frozenset, range, slice, type(None)),
     *(YamlListWrapper, YamlDictWrapper),
@@ -92,7 +92,7 @@ class _Formatter(string.Formatter):
         value, used = super().get_field(first, args, kwargs)
         for name in rest.split(".") if rest else ():
             key, *indices = name.replace("]", "").split("[")
-            value = attribute(value, key)
+            value = public_attribute(value, key)
             for index in indices:
                 value = value[int(index) if index.isdecimal() else index]
         return value, used
@@ -108,24 +108,28 @@ def evaluate(text: str, symbols: Mapping[str, Any], _: object = None) -> Any:
     Raises:
         Exception: whatever Python raises for such an expression, as SyntaxError or NameError.
     """
-    return _value(ast.parse(text.strip(), "<expression>", "eval").body, symbols)
+    return _node_value(ast.parse(text.strip(), "<expression>", "eval").body, symbols)
 
 
-def attribute(value: Any, name: str) -> Any:
+def public_attribute(value: Any, name: str) -> Any:
     """Return an attribute of a value, or an item of a namespace or a YAML mapping.
 
     Raises:
         AttributeError: if there is none, or expressions cannot use it.
     """
     if isinstance(value, NameSpace) and not name.startswith("__"):
-        return _named(name, value)
+        return _symbol_value(name, value)
     if isinstance(value, YamlDictWrapper) and name.startswith("_") and name in value:
         return value[name]
     kind = value if isinstance(value, type) else type(value)
-    if kind not in _DATA or name.startswith("_") or (kind is value and name not in dir(value)):
+    if (
+        kind not in _DATA_TYPES
+        or name.startswith("_")
+        or (kind is value and name not in dir(value))
+    ):
         raise AttributeError(f"an expression cannot use '{name}' of a {kind.__name__}")
     if kind is str and name in ("format", "format_map"):
-        how = _format if name == "format" else _format_map
+        how = _formatted if name == "format" else _format_map
         return how if kind is value else partial(how, value)
     return getattr(value, name)
 
@@ -136,12 +140,12 @@ def type_of(value: Any) -> type:
     Raises:
         TypeError: for a value that is not data.
     """
-    if type(value) not in _DATA:
+    if type(value) not in _DATA_TYPES:
         raise TypeError(f"an expression cannot use the type {type(value).__name__}")
     return type(value)
 
 
-def _format(text: str, /, *args: Any, **kwargs: Any) -> str:
+def _formatted(text: str, /, *args: Any, **kwargs: Any) -> str:
     return _Formatter().vformat(text, args, kwargs)
 
 
@@ -149,56 +153,56 @@ def _format_map(text: str, values: Mapping[str, Any]) -> str:
     return _Formatter().vformat(text, (), values)
 
 
-def _value(node: ast.expr | None, names: Mapping[str, Any]) -> Any:
+def _node_value(node: ast.expr | None, names: Mapping[str, Any]) -> Any:
     """Return the value of a node."""
     match node:
         case ast.Constant(value=value):
             return value
         case ast.Name(id=name):
-            return _named(name, names)
+            return _symbol_value(name, names)
         case ast.Attribute(value=of, attr=name):
-            return attribute(_value(of, names), name)
+            return public_attribute(_node_value(of, names), name)
         case ast.Subscript(value=of, slice=index):
-            return _value(of, names)[_value(index, names)]
+            return _node_value(of, names)[_node_value(index, names)]
         case ast.Slice(lower=lower, upper=upper, step=step):
-            return slice(*(each and _value(each, names) for each in (lower, upper, step)))
+            return slice(*(each and _node_value(each, names) for each in (lower, upper, step)))
         case ast.UnaryOp(op=op, operand=operand):
-            return _OPERATORS[type(op)](_value(operand, names))
+            return _OPERATORS[type(op)](_node_value(operand, names))
         case ast.BinOp(left=left, op=op, right=right) if type(op) in _OPERATORS:
-            return _OPERATORS[type(op)](_value(left, names), _value(right, names))
+            return _OPERATORS[type(op)](_node_value(left, names), _node_value(right, names))
         case ast.BoolOp() | ast.Compare() | ast.IfExp():
             return _logic(node, names)
         case ast.Call(func=function, args=args, keywords=keywords):
-            called = _value(function, names)
-            return called(*_items(args, names), **_named_arguments(keywords, names))
+            called = _node_value(function, names)
+            return called(*_item_values(args, names), **_named_arguments(keywords, names))
         case ast.Lambda():
             return _function(node, names)
         case ast.List(elts=items):
-            return list(_items(items, names))
+            return list(_item_values(items, names))
         case ast.Tuple(elts=items):
-            return tuple(_items(items, names))
+            return tuple(_item_values(items, names))
         case ast.Set(elts=items):
-            return set(_items(items, names))
+            return set(_item_values(items, names))
         case ast.Dict(keys=keys, values=values):
-            return _mapping(keys, values, names)
+            return _mapping_value(keys, values, names)
         case ast.ListComp(elt=item, generators=loops):
-            return [_value(item, each) for each in _loops(loops, _Scope(names))]
+            return [_node_value(item, each) for each in _loop_scopes(loops, _Scope(names))]
         case ast.SetComp(elt=item, generators=loops):
-            return {_value(item, each) for each in _loops(loops, _Scope(names))}
+            return {_node_value(item, each) for each in _loop_scopes(loops, _Scope(names))}
         case ast.GeneratorExp(elt=item, generators=loops):
-            return (_value(item, each) for each in _loops(loops, _Scope(names)))
+            return (_node_value(item, each) for each in _loop_scopes(loops, _Scope(names)))
         case ast.DictComp(key=key, value=value, generators=loops):
-            scopes = _loops(loops, _Scope(names))
-            return {_value(key, each): _value(value, each) for each in scopes}
+            scopes = _loop_scopes(loops, _Scope(names))
+            return {_node_value(key, each): _node_value(value, each) for each in scopes}
         case ast.JoinedStr(values=parts):
-            return "".join(str(_value(part, names)) for part in parts)
+            return "".join(str(_node_value(part, names)) for part in parts)
         case ast.FormattedValue(value=of, conversion=conversion, format_spec=spec):
-            found = _CONVERSIONS[conversion](_value(of, names))
-            return format(found, _value(spec, names) if spec else "")
+            found = _CONVERSIONS[conversion](_node_value(of, names))
+            return format(found, _node_value(spec, names) if spec else "")
     raise SyntaxError(f"an expression cannot have a {type(node).__name__}")
 
 
-def _named(name: str, names: Mapping[str, Any]) -> Any:
+def _symbol_value(name: str, names: Mapping[str, Any]) -> Any:
     if name.startswith("__"):
         raise XacroException("Use of invalid name(s): ", name)
     try:
@@ -211,18 +215,18 @@ def _logic(node: ast.BoolOp | ast.Compare | ast.IfExp, names: Mapping[str, Any])
     """Return the value of an expression that may leave out a part of itself."""
     match node:
         case ast.IfExp(test=test, body=body, orelse=other):
-            return _value(body if _value(test, names) else other, names)
+            return _node_value(body if _node_value(test, names) else other, names)
         case ast.BoolOp(op=op, values=parts):
             found = None
             for part in parts:
-                found = _value(part, names)
+                found = _node_value(part, names)
                 if bool(found) == isinstance(op, ast.Or):
                     break
             return found
         case ast.Compare(left=left, ops=ops, comparators=others):
-            one, found = _value(left, names), True
+            one, found = _node_value(left, names), True
             for op, part in zip(ops, others, strict=True):
-                other = _value(part, names)
+                other = _node_value(part, names)
                 found = _OPERATORS[type(op)](one, other)
                 if not found:
                     break
@@ -230,45 +234,45 @@ def _logic(node: ast.BoolOp | ast.Compare | ast.IfExp, names: Mapping[str, Any])
             return found
 
 
-def _items(nodes: list[ast.expr], names: Mapping[str, Any]) -> Iterator[Any]:
+def _item_values(nodes: list[ast.expr], names: Mapping[str, Any]) -> Iterator[Any]:
     """Yield the values of nodes; one with a star has several."""
     for node in nodes:
         if isinstance(node, ast.Starred):
-            yield from _value(node.value, names)
+            yield from _node_value(node.value, names)
         else:
-            yield _value(node, names)
+            yield _node_value(node, names)
 
 
 def _named_arguments(keywords: list[ast.keyword], names: Mapping[str, Any]) -> dict[str, Any]:
     found: dict[str, Any] = {}
     for keyword in keywords:
-        value = _value(keyword.value, names)
+        value = _node_value(keyword.value, names)
         found |= dict(value) if keyword.arg is None else {keyword.arg: value}
     return found
 
 
-def _mapping(
+def _mapping_value(
     keys: list[ast.expr | None], values: list[ast.expr], names: Mapping[str, Any]
 ) -> dict[Any, Any]:
     found: dict[Any, Any] = {}
     for key, value in zip(keys, values, strict=True):
         if key is None:  # `**mapping`
-            found |= _value(value, names)
+            found |= _node_value(value, names)
         else:
-            found[_value(key, names)] = _value(value, names)
+            found[_node_value(key, names)] = _node_value(value, names)
     return found
 
 
-def _loops(loops: list[ast.comprehension], scope: _Scope) -> Iterator[_Scope]:
+def _loop_scopes(loops: list[ast.comprehension], scope: _Scope) -> Iterator[_Scope]:
     """Yield the names of each turn of the loops of a comprehension."""
     if not loops:
         yield scope
         return
     loop, *inner = loops
-    for item in _value(loop.iter, scope):
+    for item in _node_value(loop.iter, scope):
         _assign(loop.target, item, scope)
-        if all(_value(test, scope) for test in loop.ifs):
-            yield from _loops(inner, scope)
+        if all(_node_value(test, scope) for test in loop.ifs):
+            yield from _loop_scopes(inner, scope)
 
 
 def _assign(target: ast.expr, value: Any, scope: _Scope) -> None:
@@ -295,7 +299,7 @@ def _function(node: ast.Lambda, names: Mapping[str, Any]) -> Callable[..., Any]:
     defaults = dict(
         zip(
             parameters[len(parameters) - len(given.defaults) :],
-            _items(given.defaults, names),
+            _item_values(given.defaults, names),
             strict=True,
         )
     )
@@ -305,6 +309,6 @@ def _function(node: ast.Lambda, names: Mapping[str, Any]) -> Callable[..., Any]:
         values = defaults | named | kwargs
         if len(args) > len(parameters) or named.keys() & kwargs or values.keys() != set(parameters):
             raise TypeError(f"the lambda takes {', '.join(parameters) or 'no arguments'}")
-        return _value(node.body, _Scope(names, values))
+        return _node_value(node.body, _Scope(names, values))
 
     return function

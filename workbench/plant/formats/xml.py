@@ -8,11 +8,11 @@ from xml.parsers import expat
 from workbench.common.errors import WorkbenchError
 from workbench.common.plain_files import read_plain
 
-MOST_BYTES = 16_000_000
+MAX_XML_BYTES = 16_000_000
 """Size limit, larger than any description [bytes]."""
-MOST_ELEMENTS = 200_000
-DEEPEST = 100
-_OWNERS = ("link", "joint", "plugin", "sensor")
+MAX_XML_ELEMENTS = 200_000
+MAX_XML_DEPTH = 100
+_PART_TAGS = ("link", "joint", "plugin", "sensor")
 
 
 class Element(ET.Element):
@@ -38,7 +38,7 @@ def read_xml(path: Path) -> Element:
     Raises:
         WorkbenchError: naming file and line, if it is not XML, or too large.
     """
-    return _parse(read_plain(path, MOST_BYTES), path, None, lines=True)
+    return _parse(read_plain(path, MAX_XML_BYTES), path, None, lines=True)
 
 
 def parse_xml(text: str, path: Path) -> Element:
@@ -49,7 +49,7 @@ def parse_xml(text: str, path: Path) -> Element:
     """
     root = _parse(text.encode("utf-8", "replace"), path, "utf-8", lines=False)
     for part in root.iter():
-        if part.tag in _OWNERS and (name := part.get("name", "")):
+        if part.tag in _PART_TAGS and (name := part.get("name", "")):
             for element in part.iter():
                 assert isinstance(element, Element)
                 element.owner = f"{part.tag} '{name[:80]}'"
@@ -57,12 +57,12 @@ def parse_xml(text: str, path: Path) -> Element:
 
 
 def _parse(data: bytes, path: Path, encoding: str | None, *, lines: bool) -> Element:
-    reader = _Reader(path, encoding, lines)
+    reader = _ElementTreeBuilder(path, encoding, lines)
     try:
         try:
             return reader.read(data)
         except expat.ExpatError:
-            return _Reader(path, encoding, lines).read(_without_comments(data))
+            return _ElementTreeBuilder(path, encoding, lines).read(_without_comments(data))
     except expat.ExpatError as error:
         where = f"{path}:{error.lineno}" if lines else f"{path}"
         raise WorkbenchError(f"{where}: not XML: {expat.ErrorString(error.code)}") from error
@@ -83,7 +83,7 @@ def _without_comments(data: bytes) -> bytes:
     return b"".join(kept)
 
 
-class _Reader:
+class _ElementTreeBuilder:
     """Builds the tree from expat's events."""
 
     def __init__(self, path: Path, encoding: str | None, lines: bool) -> None:
@@ -115,10 +115,10 @@ class _Reader:
     def _start(self, tag: str, attributes: dict[str, str]) -> None:
         self._depth += 1
         self._count += 1
-        if self._depth > DEEPEST:
-            raise self._fault(f"elements are nested more than {DEEPEST} deep")
-        if self._count > MOST_ELEMENTS:
-            raise self._fault(f"there are more than {MOST_ELEMENTS} elements")
+        if self._depth > MAX_XML_DEPTH:
+            raise self._fault(f"elements are nested more than {MAX_XML_DEPTH} deep")
+        if self._count > MAX_XML_ELEMENTS:
+            raise self._fault(f"there are more than {MAX_XML_ELEMENTS} elements")
         element = self._builder.start(tag, attributes)
         assert isinstance(element, Element)
         element.file = self._path
@@ -136,7 +136,7 @@ class _Reader:
         return WorkbenchError(f"{where}: {what}")
 
 
-def place(element: ET.Element) -> str:
+def element_location(element: ET.Element) -> str:
     """Return file and line of an element, or its part, for the beginning of a message."""
     assert isinstance(element, Element)
     if element.line:

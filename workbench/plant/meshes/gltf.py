@@ -10,12 +10,12 @@ from trimesh.visual import TextureVisuals
 from workbench.common.errors import WorkbenchError
 from workbench.plant.meshes.job import Rgba
 from workbench.plant.meshes.materials import make_material, without_pictures
-from workbench.plant.meshes.parts import Array, Part
+from workbench.plant.meshes.parts import Array, MeshPart
 
-GENERATOR = "drake-drone-workbench"
+GLTF_GENERATOR = "drake-drone-workbench"
 """Generator in the `asset` of a file, which identifies our files."""
-_GREY = (0.7, 0.7, 0.7, 1.0)
-_MOST_LOOKS = 1000
+_UNCOLOURED_MESH_RGBA = (0.7, 0.7, 0.7, 1.0)
+_MAX_MATERIALS = 1000
 
 
 def to_z_up() -> Array:
@@ -23,7 +23,7 @@ def to_z_up() -> Array:
     return np.array([[1.0, 0, 0, 0], [0, 0, -1.0, 0], [0, 1.0, 0, 0], [0, 0, 0, 1.0]])
 
 
-def write_gltf(parts: Sequence[Part], rgba: Rgba | None) -> bytes:
+def write_gltf(parts: Sequence[MeshPart], rgba: Rgba | None) -> bytes:
     """Return the content of a .gltf file.
 
     The format is glTF and not OBJ because Drake draws OBJ only with normals, and OBJ has colours
@@ -37,9 +37,9 @@ def write_gltf(parts: Sequence[Part], rgba: Rgba | None) -> bytes:
     Raises:
         WorkbenchError: with a clause as message.
     """
-    if len(parts) > _MOST_LOOKS:
-        raise WorkbenchError(f"it has more than {_MOST_LOOKS} materials")
-    plain = make_material(_GREY if rgba is None else rgba)
+    if len(parts) > _MAX_MATERIALS:
+        raise WorkbenchError(f"it has more than {_MAX_MATERIALS} materials")
+    plain = make_material(_UNCOLOURED_MESH_RGBA if rgba is None else rgba)
     white = make_material((1.0, 1.0, 1.0, 1.0))
     scene = trimesh.Scene()
     for part in parts:
@@ -71,5 +71,5 @@ def write_gltf(parts: Sequence[Part], rgba: Rgba | None) -> bytes:
 
 
 def _sign(tree: dict[str, Any]) -> None:
-    tree["asset"]["generator"] = GENERATOR
+    tree["asset"]["generator"] = GLTF_GENERATOR
     tree.pop("extras", None)  # used for the seal

@@ -12,11 +12,11 @@ from typing import Literal
 
 from workbench.plant.meshes.side_files import side_files
 
-VERSION = 2
+MESH_CONVERSION_VERSION = 2
 """Version of the conversion; increase it with every change of results."""
-_SEAL = b"crc32:%08x"
-_SEAL_LENGTH = len(b"crc32:00000000")
-_WRAPPED = {".gltf": (b',"extras":{"seal":"', b'"}}'), ".obj": (b"# ", b"\n")}
+_SEAL_FORMAT = b"crc32:%08x"
+_SEAL_BYTES = len(b"crc32:00000000")
+_SEAL_WRAPPERS = {".gltf": (b',"extras":{"seal":"', b'"}}'), ".obj": (b"# ", b"\n")}
 """Bytes before and after the seal, so that the file stays valid."""
 
 Rgba = tuple[float, float, float, float]
@@ -52,7 +52,7 @@ class MeshJob:
         file = Path(self.file)
         key = hashlib.sha256(data)
         rest = (file.suffix.lower(), self.use, self.scale, self.submesh, self.center, self.rgba)
-        key.update(repr((VERSION, *rest)).encode("utf-8", "surrogatepass"))
+        key.update(repr((MESH_CONVERSION_VERSION, *rest)).encode("utf-8", "surrogatepass"))
         for path in side_files(file, data):
             status = path.stat()
             key.update(repr((str(path), status.st_size, status.st_mtime_ns)).encode())
@@ -63,21 +63,21 @@ class MeshJob:
 
 def sealed(data: bytes, suffix: str) -> bytes:
     """Return the content of a glTF or OBJ file with its checksum at the end."""
-    before, after = _WRAPPED[suffix]
+    before, after = _SEAL_WRAPPERS[suffix]
     if suffix == ".gltf":
         data = data.rstrip().removesuffix(b"}")
-    return data + before + _SEAL % zlib.crc32(data) + after
+    return data + before + _SEAL_FORMAT % zlib.crc32(data) + after
 
 
 def is_sealed(path: Path) -> bool:
     """Return whether a file exists and its checksum is correct."""
-    before, after = _WRAPPED[path.suffix]
+    before, after = _SEAL_WRAPPERS[path.suffix]
     try:
         data = path.read_bytes()
     except OSError:
         return False
-    end = len(data) - len(before) - _SEAL_LENGTH - len(after)
-    return end > 0 and data[end:] == before + _SEAL % zlib.crc32(data[:end]) + after
+    end = len(data) - len(before) - _SEAL_BYTES - len(after)
+    return end > 0 and data[end:] == before + _SEAL_FORMAT % zlib.crc32(data[:end]) + after
 
 
 def reason_file(target: Path) -> Path:

@@ -10,15 +10,15 @@ from trimesh.visual.material import PBRMaterial
 
 from workbench.common.errors import WorkbenchError
 
-MOST_FACES = 2_000_000
-FARTHEST = 1e5
+MAX_MESH_FACES = 2_000_000
+MAX_MESH_DISTANCE_M = 1e5
 """Largest distance from the origin [m]; a larger mesh is in millimetres, or broken."""
 
 Array = npt.NDArray[Any]
 
 
 @dataclass(frozen=True, eq=False)
-class Part:
+class MeshPart:
     """Triangles with one material: n vertices and m faces.
 
     Attributes:
@@ -39,7 +39,7 @@ class Part:
     colors: Array | None = None
     material: PBRMaterial | None = None
 
-    def moved(self, T: Array) -> "Part":
+    def moved(self, T: Array) -> "MeshPart":
         """Return the part transformed by a (4, 4) matrix, which may mirror; faces stay outward."""
         A = T[:3, :3]
         normals = None
@@ -54,7 +54,7 @@ class Part:
         faces = self.faces[:, ::-1] if determinant < 0.0 else self.faces
         return replace(self, vertices=vertices, faces=faces, normals=normals)
 
-    def checked(self) -> "Part":
+    def checked(self) -> "MeshPart":
         """Return the part without unused vertices and faces without area.
 
         Raises:
@@ -69,35 +69,35 @@ class Part:
         vertices = self.vertices[used]
         if not np.isfinite(vertices).all():
             raise WorkbenchError("a vertex is not a number")
-        if len(vertices) and (reach := np.abs(vertices).max()) > FARTHEST:
+        if len(vertices) and (reach := np.abs(vertices).max()) > MAX_MESH_DISTANCE_M:
             raise WorkbenchError(f"it reaches {reach:.3g} m from its origin: give it a scale")
         return replace(
             self,
             vertices=vertices,
             faces=(np.cumsum(used) - 1)[faces],
-            normals=_of(self.normals, used),
-            uv=_of(self.uv, used),
-            colors=_of(self.colors, used),
+            normals=_rows_in_use(self.normals, used),
+            uv=_rows_in_use(self.uv, used),
+            colors=_rows_in_use(self.colors, used),
         )
 
 
-def _of(rows: Array | None, used: Array) -> Array | None:
+def _rows_in_use(rows: Array | None, used: Array) -> Array | None:
     """Return the rows in use, None if one of them is not finite."""
     if rows is None or not np.isfinite(rows[used]).all():
         return None
     return rows[used]
 
 
-def joined(parts: Sequence[Part]) -> list[Part]:
+def joined_parts(parts: Sequence[MeshPart]) -> list[MeshPart]:
     """Return parts after joining those of equal appearance; a file may have thousands."""
-    alike: dict[tuple[object, ...], list[Part]] = {}
+    alike: dict[tuple[object, ...], list[MeshPart]] = {}
     for part in parts:
         looks = (id(part.material), part.normals is None, part.uv is None, part.colors is None)
         alike.setdefault(looks, []).append(part)
-    return [_one(group) for group in alike.values()]
+    return [_joined_group(group) for group in alike.values()]
 
 
-def _one(group: Sequence[Part]) -> Part:
+def _joined_group(group: Sequence[MeshPart]) -> MeshPart:
     first = group[0]
     if len(group) == 1:
         return first
@@ -117,3 +117,6 @@ def _one(group: Sequence[Part]) -> Part:
         uv=rows("uv"),
         colors=rows("colors"),
     )
+
+
+MAX_SCENE_NODES = 20_000

@@ -8,12 +8,12 @@ from pathlib import Path
 
 from workbench.plant.packages import exists, own_folder
 
-MOST_BYTES = 64_000_000
+MAX_SIDE_FILE_BYTES = 64_000_000
 """Size limit of a side file [bytes]."""
-_MOST_NAMES = 200
-_SUFFIXES = re.compile(r"\.(png|jpe?g|bmp|tga|gif|tiff?|webp|dds|mtl|bin)")
+_MAX_SIDE_FILE_NAMES = 200
+_SIDE_FILE_SUFFIX = re.compile(r"\.(png|jpe?g|bmp|tga|gif|tiff?|webp|dds|mtl|bin)")
 """Endings of pictures, materials and buffers; no other files are read."""
-_NAMES_IN = {
+_SIDE_FILE_NAME_PATTERNS = {
     ".dae": re.compile(rb"init_from>\s*(?:<[\w:]*ref>\s*)?([^<>\s][^<>]{0,999})"),
     ".obj": re.compile(rb"mtllib[ \t]+([^\r\n]{1,1000})"),
     ".mtl": re.compile(rb"map_[Kk]d[ \t]+([^\r\n]{1,1000})"),
@@ -45,9 +45,9 @@ def find_side_file(mesh_file: Path, name: str) -> Path | None:
             found = candidate.resolve()
             if (
                 found.is_relative_to(package)
-                and _SUFFIXES.fullmatch(found.suffix.lower())
+                and _SIDE_FILE_SUFFIX.fullmatch(found.suffix.lower())
                 and found.is_file()
-                and found.stat().st_size <= MOST_BYTES
+                and found.stat().st_size <= MAX_SIDE_FILE_BYTES
             ):
                 return found
         except (OSError, ValueError, RuntimeError):  # too long, NUL bytes, circular links
@@ -60,7 +60,7 @@ def refused_names(mesh_file: Path, data: bytes) -> list[str]:
     found = []
     for material in (mesh_file, *side_files(mesh_file, data)):
         content = data if material == mesh_file else material.read_bytes()
-        for name in _names_in(material.suffix.lower(), content):
+        for name in _file_names_in(material.suffix.lower(), content):
             if find_side_file(mesh_file, name) is None and exists(material.parent / name):
                 found.append(name)
     return found
@@ -79,14 +79,14 @@ def side_files(mesh_file: Path, data: bytes) -> list[Path]:
 
 
 def _named_in(mesh_file: Path, suffix: str, data: bytes) -> Iterator[Path]:
-    for name in _names_in(suffix, data):
+    for name in _file_names_in(suffix, data):
         path = find_side_file(mesh_file, name)
         if path:
             yield path
 
 
-def _names_in(suffix: str, data: bytes) -> Iterator[str]:
+def _file_names_in(suffix: str, data: bytes) -> Iterator[str]:
     """Yield the names of files in the content of a mesh or material file."""
-    pattern = _NAMES_IN.get(suffix)
-    for match in islice(pattern.finditer(data) if pattern else (), _MOST_NAMES):
+    pattern = _SIDE_FILE_NAME_PATTERNS.get(suffix)
+    for match in islice(pattern.finditer(data) if pattern else (), _MAX_SIDE_FILE_NAMES):
         yield match[1].decode("utf-8", "replace").strip()

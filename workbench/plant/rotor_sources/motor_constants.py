@@ -7,14 +7,14 @@ from pathlib import Path
 import numpy as np
 
 from workbench.common.errors import WorkbenchError
-from workbench.plant.formats.block import Block
+from workbench.plant.formats.block import XmlBlock
 from workbench.plant.model import Joint, Link, Model
 from workbench.plant.remarks import Remarks
 from workbench.plant.rotor_sources.mount import Mount
 from workbench.plant.rotors import Rotor, propeller_diameter
 from workbench.plant.tree import links_below
 
-_DEFAULTED = {
+_DEFAULTED_TAGS = {
     "moment_constant": "momentConstant",
     "time_constant_up": "timeConstantUp",
     "time_constant_down": "timeConstantDown",
@@ -22,7 +22,7 @@ _DEFAULTED = {
     "velocity_slowdown": "rotorVelocitySlowdownSim",
 }
 """Tags of constants with a default in Gazebo, by field of `Rotor`."""
-_OPTIONAL = {
+_OPTIONAL_TAGS = {
     "rotor_drag_coefficient": "rotorDragCoefficient",
     "rolling_moment_coefficient": "rollingMomentCoefficient",
     "inertia": "rotorInertia",
@@ -32,21 +32,21 @@ _OPTIONAL = {
     "linear_motor_constant": "linearMotorConstant",
 }
 """Tags of constants that are 0 if omitted; the inertia is then that of the rotor's link."""
-COEFFICIENTS = tuple(_OPTIONAL)
+OPTIONAL_ROTOR_FIELDS = tuple(_OPTIONAL_TAGS)
 """Fields of `Rotor` that are 0 if not stated, with `inertia`, which is that of the rotor's link."""
-CONSTANTS = ("motorConstant", *_DEFAULTED.values(), *_OPTIONAL.values())
+MOTOR_CONSTANT_TAGS = ("motorConstant", *_DEFAULTED_TAGS.values(), *_OPTIONAL_TAGS.values())
 """Names of the tags used."""
-_TURNING = ("continuous", "revolute")
-_WIDEST = 0.75
+_SPINNING_JOINT_KINDS = ("continuous", "revolute")
+_MAX_GYRATION_SHARE = 0.75
 """Largest radius of gyration over the radius of a propeller. A rod has 0.58, tips are light, and
 the radius computed from the thrust is accurate to a fifth."""
-_NARROWEST = 0.04
+_MIN_GYRATION_SHARE = 0.04
 """The smallest one; the bell of a motor alone has 0.1."""
 
 
 # kDefault... in rotors_gazebo_plugins' gazebo_motor_model.h and common.h (the slowdown), the same
 # in PX4's gazebo_motor_model.h and as members in gz-sim's MulticopterMotorModel.cc.
-GAZEBO = {
+GAZEBO_DEFAULTS = {
     "moment_constant": 0.016,
     "time_constant_up": 1.0 / 80.0,
     "time_constant_down": 1.0 / 40.0,
@@ -57,7 +57,7 @@ GAZEBO = {
 
 
 def read_constants(
-    tags: Block, otherwise: Mapping[str, float], source: str, element: str, remarks: Remarks
+    tags: XmlBlock, otherwise: Mapping[str, float], source: str, element: str, remarks: Remarks
 ) -> dict[str, float]:
     """Return the constants in a plugin by field of `Rotor`, with defaults for omitted ones.
 
@@ -74,12 +74,12 @@ def read_constants(
         WorkbenchError: for a constant that is not positive, or a negative coefficient.
     """
     found, missing = dict(otherwise), []
-    for name, tag in _DEFAULTED.items():
+    for name, tag in _DEFAULTED_TAGS.items():
         if tags.has(tag):
             found[name] = tags.positive(tag)
         elif name != "velocity_slowdown":  # used for the picture only
             missing.append(f"{tag} {otherwise[name]:g}")
-    for name, tag in _OPTIONAL.items():
+    for name, tag in _OPTIONAL_TAGS.items():
         # 0 if omitted: Gazebo's default drag of 1e-4 is too much for a small drone
         if tags.has(tag):
             found[name] = tags.non_negative(tag, 0.0)
@@ -102,7 +102,7 @@ def make_rotor(
     direction: int,
     motor_constant: float,
     constants: Mapping[str, float],
-    tags: Block,
+    tags: XmlBlock,
     remarks: Remarks,
 ) -> Rotor:
     """Return the rotor of a plugin, with the inertia of its link if none is stated.
@@ -165,18 +165,18 @@ def spin_inertia(
         file: for remarks.
         remarks: receives a remark if the inertia is divided or implausible.
     """
-    if joint.kind not in _TURNING:
+    if joint.kind not in _SPINNING_JOINT_KINDS:
         return 0.0
     names = links_below(model, joint.child)
     mass, inertia = 0.0, 0.0
     for link in model.links:
         if link.name in names and link.inertial:
             mass += link.inertial.mass
-            inertia += _about(joint, link)
+            inertia += _link_inertia_about(joint, link)
     if not (mass > 0.0 and 0.0 < inertia < math.inf):  # a frame, or rejected later
         return 0.0
     squared = mass * (propeller_diameter(motor_constant) / 2.0) ** 2
-    least, widest = _NARROWEST**2 * squared, _WIDEST**2 * squared
+    least, widest = _MIN_GYRATION_SHARE**2 * squared, _MAX_GYRATION_SHARE**2 * squared
     element = f"rotor inertia of '{joint.name}'"
     if slowdown > 1.0 and inertia > widest >= inertia / slowdown:
         text = (
@@ -195,7 +195,7 @@ def spin_inertia(
     return inertia
 
 
-def _about(joint: Joint, link: Link) -> float:
+def _link_inertia_about(joint: Joint, link: Link) -> float:
     """Return the inertia of a link about the axis of a joint [kg·m²]."""
     assert link.inertial
     X_MI = link.X_ML @ link.inertial.X_LI

@@ -9,15 +9,15 @@ from dataclasses import dataclass
 from itertools import count
 
 from workbench.common.errors import WorkbenchError
-from workbench.plant.formats.block import Block
-from workbench.plant.formats.values import shortened
+from workbench.plant.formats.block import XmlBlock
+from workbench.plant.formats.values import shortened_text
 from workbench.plant.formats.xml import Element
 from workbench.plant.gravity import GRAVITY
 from workbench.plant.model import Joint, Link, Model
 from workbench.plant.remarks import Remarks
 from workbench.plant.rotor_sources.motor_constants import (
-    CONSTANTS,
-    GAZEBO,
+    GAZEBO_DEFAULTS,
+    MOTOR_CONSTANT_TAGS,
     make_rotor,
     note_assumed,
     read_constants,
@@ -25,22 +25,22 @@ from workbench.plant.rotor_sources.motor_constants import (
 )
 from workbench.plant.rotor_sources.mount import Mount, mount_on_joint
 from workbench.plant.rotor_sources.names import find_joint, find_link
-from workbench.plant.rotor_sources.tags import note_unused, refuse_crowd, turn_of
+from workbench.plant.rotor_sources.tags import note_unused, refuse_too_many_rotors, turn_of
 from workbench.plant.rotors import Rotor
 
-_FILE = "setvelocity"
+_VELOCITY_PLUGIN_FILE = "setvelocity"
 _VELOCITY_KIND = "velocity plugin"
-_NUMBERED = re.compile(r"(?:joint|link)([0-9]{1,4})")
+_NUMBERED_TAG_PATTERN = re.compile(r"(?:joint|link)([0-9]{1,4})")
 
-THRUST_TO_WEIGHT = 2.0
+ASSUMED_THRUST_TO_WEIGHT = 2.0
 # RotorS' values with a rounder speed, as in the shipped drone.
-ASSUMED = GAZEBO | {"max_rot_velocity": 1000.0}
-_FILES = ("gazebo_motor_model", "multicopter-motor-model")
-_CLASS = "::MulticopterMotorModel"
+ASSUMED_CONSTANTS = GAZEBO_DEFAULTS | {"max_rot_velocity": 1000.0}
+_MOTOR_PLUGIN_FILES = ("gazebo_motor_model", "multicopter-motor-model")
+_MOTOR_PLUGIN_CLASS = "::MulticopterMotorModel"
 _MOTOR_KIND = "motor-model plugin"
-_MOST_DIGITS = 4
-_USED = (
-    *CONSTANTS,
+_MAX_MOTOR_NUMBER_DIGITS = 4
+_MOTOR_PLUGIN_TAGS = (
+    *MOTOR_CONSTANT_TAGS,
     "jointName",
     "linkName",
     "turningDirection",
@@ -52,7 +52,7 @@ _USED = (
 
 
 @dataclass(frozen=True)
-class _Named:
+class _VelocityRotor:
     """A rotor as named in the block."""
 
     number: str
@@ -62,12 +62,14 @@ class _Named:
 
 def is_velocity_plugin(plugin: Element) -> bool:
     """Return whether a plugin is that of the paper, by its file name and numbered joints."""
-    return _FILE in plugin.get("filename", "").lower() and bool(_numbers(plugin))
+    return _VELOCITY_PLUGIN_FILE in plugin.get("filename", "").lower() and bool(
+        _rotor_numbers(plugin)
+    )
 
 
 def velocity_plugin_joints(plugin: Element) -> list[str]:
     """Return the names of the joints in the block."""
-    return [(plugin.findtext(f"joint{number}") or "").strip() for number in _numbers(plugin)]
+    return [(plugin.findtext(f"joint{number}") or "").strip() for number in _rotor_numbers(plugin)]
 
 
 def read_velocity_plugin(
@@ -76,8 +78,9 @@ def read_velocity_plugin(
     """Return the rotors named in the block, by number.
 
     The block may have constants for all rotors, with the names in Gazebo's motor model, and
-    `turningDirectionN` for each rotor. Missing constants are assumed, see `ASSUMED`; turning
-    directions then alternate around the drone, and thrust is `THRUST_TO_WEIGHT` times the weight.
+    `turningDirectionN` for each rotor. Missing constants are assumed, see `ASSUMED_CONSTANTS`;
+    turning directions then alternate around the drone, and thrust is `ASSUMED_THRUST_TO_WEIGHT`
+    times the weight.
 
     Args:
         model: that declares the plugin.
@@ -88,36 +91,38 @@ def read_velocity_plugin(
     Raises:
         WorkbenchError: with file and line, for a missing joint or link, or an invalid tag.
     """
-    tags = Block(_VELOCITY_KIND, plugin)
-    numbers = _numbers(plugin)
-    refuse_crowd(plugin.file, len(numbers))
-    named = [_named(tags, number, model, base_link, remarks) for number in numbers]
+    tags = XmlBlock(_VELOCITY_KIND, plugin)
+    numbers = _rotor_numbers(plugin)
+    refuse_too_many_rotors(plugin.file, len(numbers))
+    named = [_named_rotor(tags, number, model, base_link, remarks) for number in numbers]
     if len({rotor.joint.name for rotor in named}) < len(named):
         raise WorkbenchError(
             f"{tags.where()}: {_VELOCITY_KIND} names a joint twice: name each once"
         )
     constants = read_constants(
-        tags, ASSUMED, "figures of RotorS and its like", _VELOCITY_KIND, remarks
+        tags, ASSUMED_CONSTANTS, "figures of RotorS and its like", _VELOCITY_KIND, remarks
     )
     numbered = [f"{tag}{n}" for n in numbers for tag in ("joint", "link", "turningDirection")]
-    note_unused(tags, ["link", *CONSTANTS, *numbered], _VELOCITY_KIND, remarks)
+    note_unused(tags, ["link", *MOTOR_CONSTANT_TAGS, *numbered], _VELOCITY_KIND, remarks)
     motor_constant = _motor_constant(
         tags, model, len(named), constants["max_rot_velocity"], remarks
     )
-    turns = _turns(tags, named, remarks)
+    turns = _turning_directions(tags, named, remarks)
     return tuple(
         make_rotor(model, rotor.joint, rotor.mount, turn, motor_constant, constants, tags, remarks)
         for rotor, turn in zip(named, turns, strict=True)
     )
 
 
-def _numbers(plugin: Element) -> list[str]:
+def _rotor_numbers(plugin: Element) -> list[str]:
     """Return the numbers in all jointN and linkN, as written, in order."""
-    matches = (_NUMBERED.fullmatch(str(child.tag)) for child in plugin)
+    matches = (_NUMBERED_TAG_PATTERN.fullmatch(str(child.tag)) for child in plugin)
     return sorted({match[1] for match in matches if match}, key=lambda text: (int(text), text))
 
 
-def _named(tags: Block, number: str, model: Model, base_link: str, remarks: Remarks) -> _Named:
+def _named_rotor(
+    tags: XmlBlock, number: str, model: Model, base_link: str, remarks: Remarks
+) -> _VelocityRotor:
     """Return the rotor with a number."""
     joint_tag, link_tag = f"joint{number}", f"link{number}"
     joint = find_joint(model, tags.required(joint_tag), tags.where(joint_tag))
@@ -128,25 +133,29 @@ def _named(tags: Block, number: str, model: Model, base_link: str, remarks: Rema
             f"another link: name its child link '{joint.child}'"
         )
     mount = mount_on_joint(model, base_link, joint, link, tags.file, remarks)
-    return _Named(number, joint, mount)
+    return _VelocityRotor(number, joint, mount)
 
 
 def _motor_constant(
-    tags: Block, model: Model, rotors: int, max_rot_velocity: float, remarks: Remarks
+    tags: XmlBlock, model: Model, rotors: int, max_rot_velocity: float, remarks: Remarks
 ) -> float:
     """Return the motor constant in the block, or that for the assumed thrust-to-weight ratio."""
     if tags.has("motorConstant"):
         return tags.positive("motorConstant")
     weight = total_mass(model) * GRAVITY
-    constant = THRUST_TO_WEIGHT * weight / (rotors * max_rot_velocity**2)
+    constant = ASSUMED_THRUST_TO_WEIGHT * weight / (rotors * max_rot_velocity**2)
     missing = [f"motorConstant {constant:.3g}"]
     note_assumed(
-        missing, f"thrust {THRUST_TO_WEIGHT:g} times the weight", tags.file, _VELOCITY_KIND, remarks
+        missing,
+        f"thrust {ASSUMED_THRUST_TO_WEIGHT:g} times the weight",
+        tags.file,
+        _VELOCITY_KIND,
+        remarks,
     )
     return constant
 
 
-def _turns(tags: Block, named: list[_Named], remarks: Remarks) -> list[int]:
+def _turning_directions(tags: XmlBlock, named: list[_VelocityRotor], remarks: Remarks) -> list[int]:
     """Return the direction of each rotor; missing ones alternate around the drone."""
     assumed: list[str] = []
     turns: list[int] = []
@@ -161,7 +170,7 @@ def _turns(tags: Block, named: list[_Named], remarks: Remarks) -> list[int]:
     return turns
 
 
-def _places_around(named: list[_Named]) -> list[int]:
+def _places_around(named: list[_VelocityRotor]) -> list[int]:
     """Return the position of each rotor in counter-clockwise order from the first, seen from above.
 
     Rotors above each other are consecutive, the upper one first.
@@ -178,8 +187,8 @@ def _places_around(named: list[_Named]) -> list[int]:
 
 def is_motor_plugin(plugin: Element) -> bool:
     """Return whether a plugin is a motor model, by its file or class name."""
-    return plugin.get("name", "").strip().endswith(_CLASS) or any(
-        file in plugin.get("filename", "") for file in _FILES
+    return plugin.get("name", "").strip().endswith(_MOTOR_PLUGIN_CLASS) or any(
+        file in plugin.get("filename", "") for file in _MOTOR_PLUGIN_FILES
     )
 
 
@@ -200,18 +209,18 @@ def read_motor_plugins(model: Model, base_link: str, remarks: Remarks) -> tuple[
         for plugin in model.plugins
         if is_motor_plugin(plugin) and _turns_a_rotor(plugin, remarks)
     ]
-    refuse_crowd(model.source, len(turning))
+    refuse_too_many_rotors(model.source, len(turning))
     numbered: dict[int, Rotor] = {}
     unnumbered: list[Rotor] = []
     for plugin in turning:
-        tags = Block(_MOTOR_KIND, plugin)
-        rotor = _read(tags, model, base_link, remarks)
+        tags = XmlBlock(_MOTOR_KIND, plugin)
+        rotor = _read_motor_plugin(tags, model, base_link, remarks)
         if any(rotor.joint == other.joint for other in (*numbered.values(), *unnumbered)):
             raise WorkbenchError(
                 f"{tags.where('jointName')}: two motor-model plugins turn the joint "
                 f"'{rotor.joint}': name another one"
             )
-        number = _number(tags)
+        number = _motor_number(tags)
         if number is None:
             unnumbered.append(rotor)
         elif number in numbered:
@@ -234,16 +243,16 @@ def _turns_a_rotor(plugin: Element, remarks: Remarks) -> bool:
     kind = (plugin.findtext("motorType") or "").strip()
     if kind in ("", "velocity"):
         return True
-    joint = shortened(plugin.findtext("jointName") or "")
-    text = f"its motorType is {shortened(kind)}; not used, a rotor has velocity"
+    joint = shortened_text(plugin.findtext("jointName") or "")
+    text = f"its motorType is {shortened_text(kind)}; not used, a rotor has velocity"
     remarks.add("ignored", plugin.file, f"motor model of '{joint}'", text)
     return False
 
 
-def _read(tags: Block, model: Model, base_link: str, remarks: Remarks) -> Rotor:
+def _read_motor_plugin(tags: XmlBlock, model: Model, base_link: str, remarks: Remarks) -> Rotor:
     """Return the rotor of one plugin."""
     link = find_link(model, tags.required("linkName"), tags.where("linkName"))
-    joint = _joint(tags, model, link, remarks)
+    joint = _plugin_joint(tags, model, link, remarks)
     if joint.child != link.name:
         raise WorkbenchError(
             f"{tags.where('linkName')}: a motor-model plugin names the link '{link.name}', but its "
@@ -252,14 +261,14 @@ def _read(tags: Block, model: Model, base_link: str, remarks: Remarks) -> Rotor:
     direction = turn_of(tags, "turningDirection")
     motor_constant = tags.positive("motorConstant")
     element = f"motor model of '{joint.name}'"
-    constants = read_constants(tags, GAZEBO, "Gazebo's defaults", element, remarks)
-    note_unused(tags, _USED, element, remarks)
+    constants = read_constants(tags, GAZEBO_DEFAULTS, "Gazebo's defaults", element, remarks)
+    note_unused(tags, _MOTOR_PLUGIN_TAGS, element, remarks)
     mount = mount_on_joint(model, base_link, joint, link, tags.file, remarks)
     turn = direction * mount.sense
     return make_rotor(model, joint, mount, turn, motor_constant, constants, tags, remarks)
 
 
-def _joint(tags: Block, model: Model, link: Link, remarks: Remarks) -> Joint:
+def _plugin_joint(tags: XmlBlock, model: Model, link: Link, remarks: Remarks) -> Joint:
     """Return the joint named in a plugin, or else the parent joint of its link."""
     name = tags.required("jointName")
     try:
@@ -268,17 +277,19 @@ def _joint(tags: Block, model: Model, link: Link, remarks: Remarks) -> Joint:
         above = model.joint_of(link.name)
         if above is None:
             raise
-    text = f"there is no joint '{shortened(name)}'; taken as '{above.name}', which turns its link"
-    remarks.add("repaired", tags.file, f"motor model of '{shortened(link.name)}'", text)
+    text = (
+        f"there is no joint '{shortened_text(name)}'; taken as '{above.name}', which turns its link"
+    )
+    remarks.add("repaired", tags.file, f"motor model of '{shortened_text(link.name)}'", text)
     return above
 
 
-def _number(tags: Block) -> int | None:
+def _motor_number(tags: XmlBlock) -> int | None:
     """Return the index of a motor in the commands; gz-sim's name of the tag takes precedence."""
     for tag in ("actuator_number", "motorNumber"):
         if tags.has(tag):
             text = tags.required(tag)
-            if not text.isdecimal() or len(text) > _MOST_DIGITS:
+            if not text.isdecimal() or len(text) > _MAX_MOTOR_NUMBER_DIGITS:
                 raise tags.fault(tag, "use 0, 1, 2, ...")
             return int(text)
     return None

@@ -1,4 +1,4 @@
-"""The sidecar of a description: a YAML file beside it, with rotors, body and battery."""
+"""The sidecar of a description: a YAML file beside it, with rotors, servos, body and battery."""
 
 import math
 from collections.abc import Sequence
@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from workbench.common.errors import WorkbenchError
+from workbench.common.vectors import Vector3, float_triple
 from workbench.common.yaml_files import (
     Keys,
     YamlFile,
@@ -19,14 +20,23 @@ from workbench.common.yaml_files import (
 )
 from workbench.plant.model import Joint, Link, Model
 from workbench.plant.remarks import Remarks
-from workbench.plant.rotor_sources.motor_constants import COEFFICIENTS, spin_inertia
-from workbench.plant.rotor_sources.mount import Mount, Triple, body_pose, mount_on_joint, triple
+from workbench.plant.rotor_sources.motor_constants import OPTIONAL_ROTOR_FIELDS, spin_inertia
+from workbench.plant.rotor_sources.mount import (
+    Mount,
+    body_pose,
+    mount_on_joint,
+)
 from workbench.plant.rotor_sources.names import find_joint, find_link
-from workbench.plant.rotor_sources.tags import LARGEST, SMALLEST, TURNS, refuse_crowd
+from workbench.plant.rotor_sources.tags import (
+    MAX_MOTOR_CONSTANT,
+    MIN_MOTOR_CONSTANT,
+    ROTOR_DIRECTIONS,
+    refuse_too_many_rotors,
+)
 from workbench.plant.rotors import Rotor
 
-_SUFFIXES = (".xacro", ".urdf", ".sdf", ".xml", ".world")
-_REQUIRED = (
+_DESCRIPTION_SUFFIXES = (".xacro", ".urdf", ".sdf", ".xml", ".world")
+_REQUIRED_CONSTANTS = (
     "motor_constant",
     "moment_constant",
     "time_constant_up",
@@ -37,7 +47,7 @@ _REQUIRED = (
 
 
 @dataclass
-class Shared:
+class SharedConstants:
     """The constants that several rotors may share; units as in `Rotor`.
 
     `axis` is the axis of thrust in the frame of the link, and `direction` (cw or ccw) is seen from
@@ -62,7 +72,7 @@ class Shared:
 
 
 @dataclass
-class Entry(Shared):
+class RotorEntry(SharedConstants):
     """One rotor: at a position in the frame of its link [m], or on a joint, which has an axis.
 
     On a joint, `direction` is about the joint's axis, as in a motor-model plugin.
@@ -71,6 +81,28 @@ class Entry(Shared):
     name: str | None = None
     joint: str | None = None
     position: list[float] | None = None
+
+
+@dataclass
+class ServoEntry:
+    """What drives a joint; see `Servo`, in the units of the joint.
+
+    `kind` is position, velocity or effort; `axis` counts the freedoms of the joint from 0.
+    """
+
+    joint: str = ""
+    axis: int = 0
+    kind: str = "position"
+    stiffness: float | None = None
+    damping: float | None = None
+    damping_ratio: float = 1.0
+    lower: float | None = None
+    upper: float | None = None
+    start: float = 0.0
+    max_effort: float = 0.0
+    max_rate: float = 0.0
+    time_constant: float = 0.0
+    delay: float = 0.0
 
 
 @dataclass
@@ -115,12 +147,13 @@ class Sidecar:
     body: BodyRows | None = None
     identified: list[IdentifiedRow] = field(default_factory=list)
     battery: BatteryRows | None = None
-    defaults: Shared = field(default_factory=Shared)
-    rotors: list[Entry] = field(default_factory=list)
+    defaults: SharedConstants = field(default_factory=SharedConstants)
+    rotors: list[RotorEntry] = field(default_factory=list)
+    servos: list[ServoEntry] = field(default_factory=list)
 
 
 @dataclass(frozen=True)
-class Place:
+class RotorLocation:
     """The place of a rotor in the file, for messages."""
 
     file: YamlFile
@@ -142,7 +175,7 @@ class Place:
 def sidecar_name(description: Path) -> str:
     """Return the name of the sidecar of one description, such as drone.rotors.yaml."""
     stem = description.name
-    while (suffix := Path(stem).suffix) in _SUFFIXES:
+    while (suffix := Path(stem).suffix) in _DESCRIPTION_SUFFIXES:
         stem = stem.removesuffix(suffix)
     return f"{stem}.rotors.yaml"
 
@@ -175,15 +208,24 @@ def load_sidecar(path: Path) -> tuple[YamlFile, Sidecar]:
     return file, as_record(file.data, Sidecar)
 
 
-def _entries(path: Path) -> list[tuple[Place, Entry]]:
+def states_rotors(path: Path) -> bool:
+    """Return whether a sidecar is the source of the rotors: with servos alone it is not."""
+    _, sidecar = load_sidecar(path)
+    return bool(sidecar.rotors) or not sidecar.servos
+
+
+def _entries(path: Path) -> list[tuple[RotorLocation, RotorEntry]]:
     """Return the rotors in a sidecar, completed by what they share."""
     file, _ = load_sidecar(path)
     rotors = file.data.get("rotors")
     if not rotors:
         raise WorkbenchError(f"{file.where('rotors')}list the rotors under 'rotors:'")
-    refuse_crowd(path, len(rotors))
+    refuse_too_many_rotors(path, len(rotors))
     shared = file.data.get("defaults", {})
-    return [(Place(file, index), Entry(**{**shared, **own})) for index, own in enumerate(rotors)]
+    return [
+        (RotorLocation(file, index), RotorEntry(**{**shared, **own}))
+        for index, own in enumerate(rotors)
+    ]
 
 
 def read_sidecar(path: Path, model: Model, base_link: str, remarks: Remarks) -> tuple[Rotor, ...]:
@@ -200,26 +242,30 @@ def read_sidecar(path: Path, model: Model, base_link: str, remarks: Remarks) -> 
     """
     rotors: list[Rotor] = []
     for place, entry in _entries(path):
-        rotor = _rotor(place, entry, model, base_link, remarks)
+        rotor = _sidecar_rotor(place, entry, model, base_link, remarks)
         if any(rotor.name == other.name for other in rotors):
             raise WorkbenchError(f"{place.where()}: two rotors are '{rotor.name}': rename one")
         rotors.append(rotor)
     return tuple(rotors)
 
 
-def _rotor(place: Place, entry: Entry, model: Model, base_link: str, remarks: Remarks) -> Rotor:
+def _sidecar_rotor(
+    place: RotorLocation, entry: RotorEntry, model: Model, base_link: str, remarks: Remarks
+) -> Rotor:
     """Return one rotor."""
     joint, link = _joint_and_link(place, entry, model, base_link)
-    turn = TURNS.get(entry.direction or "")
+    turn = ROTOR_DIRECTIONS.get(entry.direction or "")
     if turn is None:
         raise place.fault("direction", "must be cw or ccw")
     if joint:
         mount = mount_on_joint(model, base_link, joint, link, place.file.path, remarks)
     else:
         mount = _free_mount(place, entry, model, base_link, link)
-    constants = {name: _positive(place, name, getattr(entry, name)) for name in _REQUIRED}
+    constants = {
+        name: _positive_constant(place, name, getattr(entry, name)) for name in _REQUIRED_CONSTANTS
+    }
     given = entry.inertia is not None
-    for name in COEFFICIENTS:
+    for name in OPTIONAL_ROTOR_FIELDS:
         if name != "inertia" or given:
             constants[name] = _not_negative(place, name, getattr(entry, name))
     if joint and not given:
@@ -243,7 +289,7 @@ def _rotor(place: Place, entry: Entry, model: Model, base_link: str, remarks: Re
 
 
 def _joint_and_link(
-    place: Place, entry: Entry, model: Model, base_link: str
+    place: RotorLocation, entry: RotorEntry, model: Model, base_link: str
 ) -> tuple[Joint | None, Link]:
     """Return the joint of a rotor, if it names one, and its link."""
     if entry.joint is None:
@@ -261,36 +307,40 @@ def _joint_and_link(
     return joint, link
 
 
-def _free_mount(place: Place, entry: Entry, model: Model, base_link: str, link: Link) -> Mount:
+def _free_mount(
+    place: RotorLocation, entry: RotorEntry, model: Model, base_link: str, link: Link
+) -> Mount:
     """Return the mount of a rotor given by position and axis in the frame of a link."""
     X_BL = body_pose(model, base_link) @ link.X_ML
-    p_LR = _vector(place, "position", entry.position)
-    axis_L = _vector(place, "axis", (0.0, 0.0, 1.0) if entry.axis is None else entry.axis)
+    p_LR = _sidecar_vector(place, "position", entry.position)
+    axis_L = _sidecar_vector(place, "axis", (0.0, 0.0, 1.0) if entry.axis is None else entry.axis)
     length = math.hypot(*axis_L)
     if length < 1e-9:
         raise place.fault("axis", "has no length: give it a direction")
     axis_B = X_BL.rotation().multiply(np.array(axis_L) / length)
-    return Mount(triple(X_BL.multiply(np.array(p_LR))), triple(axis_B), 1)
+    return Mount(float_triple(X_BL.multiply(np.array(p_LR))), float_triple(axis_B), 1)
 
 
-def _vector(place: Place, key: str, value: Sequence[float] | None) -> Triple:
+def _sidecar_vector(place: RotorLocation, key: str, value: Sequence[float] | None) -> Vector3:
     if value is None:
         raise place.fault(key, "is missing: give it, or a joint")
-    if len(value) != 3 or not all(abs(number) <= LARGEST for number in value):
+    if len(value) != 3 or not all(abs(number) <= MAX_MOTOR_CONSTANT for number in value):
         raise place.fault(key, "should be three numbers: x, y, z")
     x, y, z = (float(number) for number in value)
     return (x, y, z)
 
 
-def _positive(place: Place, key: str, value: float | None) -> float:
+def _positive_constant(place: RotorLocation, key: str, value: float | None) -> float:
     if value is None:
         raise place.fault(key, "is missing: give it here or under 'defaults:'")
-    if not SMALLEST <= value <= LARGEST:
+    if key == "moment_constant" and value == 0.0:  # tilts make the yaw moment
+        return 0.0
+    if not MIN_MOTOR_CONSTANT <= value <= MAX_MOTOR_CONSTANT:
         raise place.fault(key, "should be a positive number")
     return float(value)
 
 
-def _not_negative(place: Place, key: str, value: float) -> float:
-    if not 0.0 <= value <= LARGEST:
+def _not_negative(place: RotorLocation, key: str, value: float) -> float:
+    if not 0.0 <= value <= MAX_MOTOR_CONSTANT:
         raise place.fault(key, "should be a positive number, or 0")
     return float(value)

@@ -1,1 +1,1 @@
-"""Worlds: static and moving obstacles around the drone, from YAML and Gazebo's SDF."""
+"""Worlds: static and moving obstacles around the drone, from YAML and added formats."""

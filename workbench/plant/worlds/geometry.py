@@ -20,14 +20,14 @@ from pydrake.geometry import (
 from pydrake.math import RigidTransform
 from pydrake.multibody.plant import CoulombFriction, MultibodyPlant
 
-from workbench.plant.shapes import Box, Capsule, Cylinder, Ellipsoid, Mesh, Shape, Sphere
+from workbench.plant.shapes import Box, Capsule, Cylinder, Ellipsoid, GeometryShape, Mesh, Sphere
 
-Colour = tuple[float, float, float, float]
-GREY: Colour = (0.7, 0.7, 0.7, 1.0)
+ObstacleRgba = tuple[float, float, float, float]
+DEFAULT_OBSTACLE_RGBA: ObstacleRgba = (0.7, 0.7, 0.7, 1.0)
 """The default colour."""
 
 
-def collision(name: str, X_OG: RigidTransform, shape: Shape) -> GeometryInstance:
+def collision(name: str, X_OG: RigidTransform, shape: GeometryShape) -> GeometryInstance:
     """Return a geometry for contact; the file of a mesh is its convex hull."""
     geometry = GeometryInstance(X_OG, _touched(shape), name)
     geometry.set_proximity_properties(contact_properties())
@@ -35,17 +35,21 @@ def collision(name: str, X_OG: RigidTransform, shape: Shape) -> GeometryInstance
 
 
 def visual(
-    name: str, X_OG: RigidTransform, shape: Shape, colour: Colour | None
+    name: str, X_OG: RigidTransform, shape: GeometryShape, colour: ObstacleRgba | None
 ) -> GeometryInstance:
     """Return a geometry for drawing and sensors; without `colour` a mesh has that of its file."""
     if colour is None and not isinstance(shape, Mesh):
-        colour = GREY
+        colour = DEFAULT_OBSTACLE_RGBA
     return _seen(GeometryInstance(X_OG, _drawn(shape), name), colour)
 
 
-def solid(name: str, shape: Shape, colour: Colour | None) -> GeometryInstance:
+def solid_geometry(
+    name: str, shape: GeometryShape, colour: ObstacleRgba | None
+) -> GeometryInstance:
     """Return a geometry for contact, drawing and sensors."""
-    geometry = _seen(GeometryInstance(RigidTransform(), _drawn(shape), name), colour or GREY)
+    geometry = _seen(
+        GeometryInstance(RigidTransform(), _drawn(shape), name), colour or DEFAULT_OBSTACLE_RGBA
+    )
     geometry.set_proximity_properties(contact_properties())
     return geometry
 
@@ -58,12 +62,15 @@ def drawn_if_none(
     Sensors must see everything that the drone can touch.
     """
     return tuple(visuals) or tuple(
-        _seen(GeometryInstance(each.pose(), copy.copy(each.shape()), each.name()), GREY)
+        _seen(
+            GeometryInstance(each.pose(), copy.copy(each.shape()), each.name()),
+            DEFAULT_OBSTACLE_RGBA,
+        )
         for each in collisions
     )
 
 
-def _seen(geometry: GeometryInstance, colour: Colour | None) -> GeometryInstance:
+def _seen(geometry: GeometryInstance, colour: ObstacleRgba | None) -> GeometryInstance:
     """Give a geometry the roles for drawing and sensors."""
     illustration, perception = IllustrationProperties(), PerceptionProperties()
     if colour is not None:
@@ -75,12 +82,12 @@ def _seen(geometry: GeometryInstance, colour: Colour | None) -> GeometryInstance
     return geometry
 
 
-def _drawn(shape: Shape) -> drake.Shape:
+def _drawn(shape: GeometryShape) -> drake.Shape:
     """Return Drake's shape for drawing."""
     return drake.Mesh(str(shape.path)) if isinstance(shape, Mesh) else _touched(shape)
 
 
-def _touched(shape: Shape) -> drake.Shape:
+def _touched(shape: GeometryShape) -> drake.Shape:
     """Return Drake's shape for touching."""
     match shape:
         case Box((x, y, z)):

@@ -7,7 +7,7 @@ import numpy as np
 
 
 @dataclass(frozen=True)
-class Course:
+class ObstaclePath:
     """The path of a moving obstacle, at constant speed along straight lines between corners.
 
     Attributes:
@@ -44,7 +44,7 @@ class Outline:
     corners: tuple[tuple[float, float], ...]
     low: float
     high: float
-    course: Course | None = None
+    course: ObstaclePath | None = None
 
     def at(self, time: float) -> "Outline":
         """Return the static outline in W at a flight time [s]."""

@@ -22,19 +22,21 @@ from pydrake.math import RigidTransform, RollPitchYaw
 
 from workbench.common.errors import unknown_name
 from workbench.plant.home import Home
-from workbench.plant.remarks import Remark
-from workbench.plant.worlds.outline import Course, Outline
+from workbench.plant.remarks import DescriptionRemark
+from workbench.plant.worlds.outline import ObstaclePath, Outline
 
-GROUND = "ground"
+GROUND_NAME = "ground"
 """Reserved name of the half space below z = 0."""
-ROUND = 32
+CIRCLE_CORNERS = 32
 """Number of corners of the polygon for a circle; they are on the circle."""
-_ANGLES = np.arange(ROUND) * (2.0 * math.pi / ROUND)
-_CIRCLE = np.column_stack([np.cos(_ANGLES), np.sin(_ANGLES), np.zeros(ROUND)])
+_CIRCLE_ANGLES_RAD = np.arange(CIRCLE_CORNERS) * (2.0 * math.pi / CIRCLE_CORNERS)
+_CIRCLE_POINTS = np.column_stack(
+    [np.cos(_CIRCLE_ANGLES_RAD), np.sin(_CIRCLE_ANGLES_RAD), np.zeros(CIRCLE_CORNERS)]
+)
 
 
 @dataclass(frozen=True)
-class Obstacle:
+class StaticObstacle:
     """A static rigid obstacle O.
 
     Attributes:
@@ -62,7 +64,7 @@ class MovingObstacle:
 
     name: str
     geometry: GeometryInstance
-    course: Course
+    course: ObstaclePath
 
     def pose(self, time: float) -> RigidTransform:
         """Return X_WO at a flight time [s]."""
@@ -89,10 +91,10 @@ class World:
     name: str
     title: str = ""
     ground: bool = True
-    obstacles: tuple[Obstacle, ...] = ()
+    obstacles: tuple[StaticObstacle, ...] = ()
     moving: tuple[MovingObstacle, ...] = ()
     home: Home | None = None
-    remarks: tuple[Remark, ...] = ()
+    remarks: tuple[DescriptionRemark, ...] = ()
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -114,16 +116,16 @@ class World:
         raise unknown_name("obstacle", name, self.names)
 
 
-EMPTY = World(source=Path("empty"), name="empty")
+EMPTY_WORLD = World(source=Path("empty"), name="empty")
 """The world with only the ground."""
 
 
 def obstacle_of(geometry: str) -> str:
-    """Return the obstacle of a geometry by its name in the scene graph, or `GROUND`."""
+    """Return the obstacle of a geometry by its name in the scene graph, or `GROUND_NAME`."""
     return geometry.rpartition("::")[0] or geometry
 
 
-def first_twice(names: Iterable[str]) -> str | None:
+def first_duplicate(names: Iterable[str]) -> str | None:
     """Return the first name that occurs twice, or None."""
     seen: set[str] = set()
     for name in names:
@@ -150,10 +152,10 @@ def outlines(world: World) -> tuple[Outline, ...]:
 
 
 def _outline(
-    name: str, X_WO: RigidTransform, geometry: GeometryInstance, course: Course | None = None
+    name: str, X_WO: RigidTransform, geometry: GeometryInstance, course: ObstaclePath | None = None
 ) -> Outline | None:
     X_WG = X_WO @ geometry.pose()
-    points = _points(geometry.shape(), X_WG.rotation().matrix())
+    points = _shadow_points(geometry.shape(), X_WG.rotation().matrix())
     if not len(points):
         return None
     points = points + X_WG.translation()
@@ -166,7 +168,7 @@ def _outline(
     return Outline(name, corners, float(low), float(high), course)
 
 
-def _points(shape: Shape, R: np.ndarray) -> np.ndarray:
+def _shadow_points(shape: Shape, R: np.ndarray) -> np.ndarray:
     """Return points (N, 3) [m] around the centre of a rotated shape with the same shadow as it.
 
     Infinite shapes, and shapes without a hull, have no points.
@@ -176,34 +178,34 @@ def _points(shape: Shape, R: np.ndarray) -> np.ndarray:
             signs = np.array(np.meshgrid(*[[-0.5, 0.5]] * 3)).reshape(3, -1).T
             return (signs * shape.size()) @ R.T
         case Sphere():
-            return _ball(shape.radius() ** 2 * np.eye(3))
+            return _ellipsoid_extremes(shape.radius() ** 2 * np.eye(3))
         case Ellipsoid():
             halves = np.array([shape.a(), shape.b(), shape.c()])
-            return _ball(R @ np.diag(halves**2) @ R.T)
+            return _ellipsoid_extremes(R @ np.diag(halves**2) @ R.T)
         case Cylinder():
             end = np.array([0.0, 0.0, 0.5 * shape.length()])
-            rim = shape.radius() * _CIRCLE
+            rim = shape.radius() * _CIRCLE_POINTS
             return np.vstack([rim + end, rim - end]) @ R.T
         case Capsule():
             end = 0.5 * shape.length() * R[:, 2]
-            ball = _ball(shape.radius() ** 2 * np.eye(3))
+            ball = _ellipsoid_extremes(shape.radius() ** 2 * np.eye(3))
             return np.vstack([ball + end, ball - end])
         case Mesh() | Convex():
-            return np.array(list(_corners(shape))).reshape(-1, 3) @ R.T
+            return np.array(list(_mesh_corners(shape))).reshape(-1, 3) @ R.T
         case _:
             return np.empty((0, 3))
 
 
-def _ball(M: np.ndarray) -> np.ndarray:
+def _ellipsoid_extremes(M: np.ndarray) -> np.ndarray:
     """Return the rim from above, the highest and the lowest point of an ellipsoid p·M⁻¹p = 1."""
     root = np.linalg.cholesky(M[:2, :2])
-    rim = np.zeros((ROUND, 3))
-    rim[:, :2] = _CIRCLE[:, :2] @ root.T
+    rim = np.zeros((CIRCLE_CORNERS, 3))
+    rim[:, :2] = _CIRCLE_POINTS[:, :2] @ root.T
     top = M[:, 2] / math.sqrt(M[2, 2])
     return np.vstack([rim, top, -top])
 
 
-def _corners(shape: Mesh | Convex) -> Iterable[np.ndarray]:
+def _mesh_corners(shape: Mesh | Convex) -> Iterable[np.ndarray]:
     """Return the corners of the convex hull of a mesh; none for an unsupported file format."""
     try:
         hull = shape.GetConvexHull()

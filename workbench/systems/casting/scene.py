@@ -7,7 +7,7 @@ from pydrake.geometry import FrameId, GeometryId, Role, SceneGraphInspector, Sha
 from pydrake.math import RigidTransform
 from pydrake.multibody.plant import MultibodyPlant
 
-FIXED = 0
+WORLD_FRAME_NUMBER = 0
 """The number of the world among the frames of a scene."""
 
 
@@ -19,7 +19,7 @@ class CastGeometry:
         id: in the scene graph.
         name: in the scene graph.
         shape: as the scene graph has it.
-        frame: `FIXED`, or 1 + its frame's place in `CastScene.frames`.
+        frame: `WORLD_FRAME_NUMBER`, or 1 + its frame's place in `CastScene.frames`.
         X_FG: its pose in the frame.
     """
 
@@ -64,9 +64,9 @@ def collect_scene(
         if frame in leave_out or inspector.IsDeformableGeometry(id):
             continue
         if frame == inspector.world_frame_id():
-            place = FIXED
+            place = WORLD_FRAME_NUMBER
         elif frame in anchored:
-            place, X_FG = FIXED, anchored[frame] @ X_FG
+            place, X_FG = WORLD_FRAME_NUMBER, anchored[frame] @ X_FG
         else:
             if frame not in frames:
                 frames.append(frame)

@@ -16,11 +16,11 @@ import numpy as np
 
 from workbench.common.compiled import compile_cached
 from workbench.common.jitable import register_jitable
-from workbench.systems.casting.solids import in_ball
+from workbench.systems.casting.solids import CASTING_SOURCES, in_ball, turned_back
 
-EDGE = 1e-9
+TRIANGLE_ENLARGEMENT = 1e-9
 """A triangle is larger by this share, so that no ray slips between two in double precision."""
-SLACK = 1e-6
+SINGLE_PRECISION_SLACK = 1e-6
 """Room for single precision, as a share of the surfaces' radius."""
 
 
@@ -34,7 +34,6 @@ class Surface(NamedTuple):
         vertices: number of each corner's vertex (n, 3).
         first: where in `around` each vertex's triangles begin (v + 1).
         around: numbers of the triangles that have a vertex, vertex by vertex.
-        owners: which geometry of the scene each triangle is of (n).
     """
 
     center: np.ndarray
@@ -43,7 +42,6 @@ class Surface(NamedTuple):
     vertices: np.ndarray
     first: np.ndarray
     around: np.ndarray
-    owners: np.ndarray
 
 
 class Rays(NamedTuple):
@@ -64,12 +62,11 @@ class Rays(NamedTuple):
     reach: np.ndarray
 
 
-def join_surface(corners: Sequence[np.ndarray], owners: Sequence[int]) -> Surface:
+def join_surface(corners: Sequence[np.ndarray]) -> Surface:
     """Return one surface of the triangles of several geometries.
 
     Args:
         corners: of each geometry's triangles in F (k, 3, 3) [m].
-        owners: number of each geometry.
     """
     together = np.concatenate(corners)
     points = together.reshape(-1, 3)
@@ -83,7 +80,6 @@ def join_surface(corners: Sequence[np.ndarray], owners: Sequence[int]) -> Surfac
         vertices=vertices.reshape(-1, 3),
         first=np.concatenate([[0], np.cumsum(np.bincount(vertices))]),
         around=np.argsort(vertices, kind="stable") // 3,
-        owners=np.repeat(np.array(owners, dtype=np.int64), [len(each) for each in corners]),
     )
 
 
@@ -97,7 +93,7 @@ def _same_points(points: np.ndarray) -> np.ndarray:
 
 
 @register_jitable
-def meets(
+def ray_triangle_distance(
     corners: np.ndarray, o_x: float, o_y: float, o_z: float, d_x: float, d_y: float, d_z: float
 ) -> float:
     """Return how far from o along d a ray meets a triangle (3, 3), NaN where it does not.
@@ -115,19 +111,9 @@ def meets(
     q_x, q_y, q_z = c_y * a_z - c_z * a_y, c_z * a_x - c_x * a_z, c_x * a_y - c_y * a_x
     u = (c_x * p_x + c_y * p_y + c_z * p_z) / volume
     v = (d_x * q_x + d_y * q_y + d_z * q_z) / volume
-    if u < -EDGE or v < -EDGE or u + v > 1.0 + EDGE:
+    if u < -TRIANGLE_ENLARGEMENT or v < -TRIANGLE_ENLARGEMENT or u + v > 1.0 + TRIANGLE_ENLARGEMENT:
         return math.nan
     return (b_x * q_x + b_y * q_y + b_z * q_z) / volume
-
-
-@register_jitable
-def turned_back(X: np.ndarray, x: float, y: float, z: float) -> tuple[float, float, float]:
-    """Return a vector of W in the axes of a frame with the pose X (3, 4) in W."""
-    return (
-        X[0, 0] * x + X[1, 0] * y + X[2, 0] * z,
-        X[0, 1] * x + X[1, 1] * y + X[2, 1] * z,
-        X[0, 2] * x + X[1, 2] * y + X[2, 2] * z,
-    )
 
 
 @register_jitable
@@ -139,7 +125,7 @@ def from_center(
     return x - center[0], y - center[1], z - center[2]
 
 
-def aim(
+def rays_near_surface(
     p_WS: np.ndarray,
     directions: np.ndarray,
     surface: Surface,
@@ -157,7 +143,7 @@ def aim(
         p_WS: where all rays begin (3) [m].
         directions: unit vectors in W (n, 3).
         surface: which they may meet.
-        X_WF: pose of its frame (3, 4).
+        X_WF: pose of its frame (4, 4).
         ranges: how far each ray has come (n) [m].
         numbers: which rays are asked for (m).
         starts: how far along it each of them begins at the least (m) [m].
@@ -170,7 +156,7 @@ def aim(
         np.empty(len(numbers), np.float32),
     )
     o_x, o_y, o_z = from_center(p_WS, X_WF, surface.center)
-    radius = surface.radius * (1.0 + SLACK)
+    radius = surface.radius * (1.0 + SINGLE_PRECISION_SLACK)
     count = 0
     for ray, least in zip(numbers, starts):  # noqa: B905, numba knows no `strict`
         w_x, w_y, w_z = directions[ray]
@@ -188,7 +174,7 @@ def aim(
         rays.directions[count, 0] = d_x
         rays.directions[count, 1] = d_y
         rays.directions[count, 2] = d_z
-        rays.reach[count] = reach + SLACK * radius
+        rays.reach[count] = reach + SINGLE_PRECISION_SLACK * radius
         count += 1
     return Rays(
         rays.numbers[:count],
@@ -199,7 +185,7 @@ def aim(
     )
 
 
-def settle(
+def shorten_to_triangles(
     p_WS: np.ndarray,
     directions: np.ndarray,
     surface: Surface,
@@ -209,7 +195,6 @@ def settle(
     distances: np.ndarray,
     step: float,
     ranges: np.ndarray,
-    hits: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Shorten `ranges` to where the rays meet the triangles that embree named.
 
@@ -217,13 +202,12 @@ def settle(
         p_WS: where all rays begin (3) [m].
         directions: unit vectors in W (n, 3).
         surface: which they may meet.
-        X_WF: pose of its frame (3, 4).
+        X_WF: pose of its frame (4, 4).
         rays: those that were cast.
         triangles: which one each met, -1 for none (m).
         distances: how far from where it begins, single precision (m) [m].
         step: how far behind a triangle that is not met after all a ray goes on [m].
         ranges: how far each ray has come (n) [m]; written where something nearer is met.
-        hits: numbers of the geometries met (n); written with it.
 
     Returns:
         Numbers and starts of the rays that go on behind what they do not meet, as there may be
@@ -241,8 +225,7 @@ def settle(
         w_x, w_y, w_z = directions[ray]
         d_x, d_y, d_z = turned_back(X_WF, w_x, w_y, w_z)
         s_x, s_y, s_z = o_x + start * d_x, o_y + start * d_y, o_z + start * d_z
-        met = start + meets(surface.corners[named], s_x, s_y, s_z, d_x, d_y, d_z)
-        owner = surface.owners[named]
+        met = start + ray_triangle_distance(surface.corners[named], s_x, s_y, s_z, d_x, d_y, d_z)
         if not met >= 0.0:
             met = math.nan
             again[count] = ray
@@ -251,15 +234,43 @@ def settle(
             for vertex in surface.vertices[named]:
                 for k in range(surface.first[vertex], surface.first[vertex + 1]):
                     other = surface.around[k]
-                    there = start + meets(surface.corners[other], s_x, s_y, s_z, d_x, d_y, d_z)
+                    there = start + ray_triangle_distance(
+                        surface.corners[other], s_x, s_y, s_z, d_x, d_y, d_z
+                    )
                     if there >= 0.0 and not met <= there:
-                        met, owner = there, surface.owners[other]
+                        met = there
         if 0.0 <= met < ranges[ray]:
             ranges[ray] = met
-            hits[ray] = owner
     return again[:count], starts[:count]
 
 
-SOURCES = ("systems/casting",)
-compiled_aim = compile_cached(aim, SOURCES, "rays against meshes")
-compiled_settle = compile_cached(settle, SOURCES, "hits on meshes")
+def nearest_triangles(corners: np.ndarray, rays: Rays) -> tuple[np.ndarray, np.ndarray]:
+    """Return the number of the triangle that each ray meets first, -1 for none, and its distance.
+
+    Args:
+        corners: of the triangles (n, 3, 3) [m].
+        rays: from the point from which the corners are given (m).
+    """
+    triangles = np.full(len(rays.numbers), -1)
+    distances = np.full(len(rays.numbers), np.inf, np.float32)
+    for i in range(len(rays.numbers)):
+        o_x, o_y, o_z = rays.origins[i]
+        d_x, d_y, d_z = rays.directions[i]
+        nearest = np.inf
+        for k in range(len(corners)):
+            distance = ray_triangle_distance(corners[k], o_x, o_y, o_z, d_x, d_y, d_z)
+            if 0.0 <= distance <= rays.reach[i] and distance < nearest:
+                nearest = distance
+                triangles[i], distances[i] = k, distance
+    return triangles, distances
+
+
+compiled_rays_near_surface = compile_cached(
+    rays_near_surface, CASTING_SOURCES, "rays against meshes"
+)
+compiled_shorten_to_triangles = compile_cached(
+    shorten_to_triangles, CASTING_SOURCES, "hits on meshes"
+)
+compiled_nearest_triangles = compile_cached(
+    nearest_triangles, CASTING_SOURCES, "rays against triangles"
+)

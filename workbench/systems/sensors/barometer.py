@@ -9,30 +9,34 @@ import numpy as np
 from workbench.common.jitable import register_jitable
 from workbench.plant.home import Home
 from workbench.plant.sensors import Barometer
-from workbench.systems.sensors.mounting import motion
-from workbench.systems.sensors.noisy_sensor import Instrument
+from workbench.systems.sensors.measuring import SensorInstrument
+from workbench.systems.sensors.mounting import sensor_motion
 from workbench.systems.sensors.readings import BarometerReading
 
 _SEA_LEVEL_PRESSURE = 101_325.0
 _SEA_LEVEL_TEMPERATURE = 288.15
-_LAPSE = 0.0065
-_GRAVITY = 9.80665
+_LAPSE_RATE = 0.0065
+_STANDARD_GRAVITY = 9.80665
 _GAS_CONSTANT = 287.05287
 _EARTH_RADIUS = 6_356_766.0
 _TROPOPAUSE = 11_000.0
-_EXPONENT = _GRAVITY / (_GAS_CONSTANT * _LAPSE)
-_COLD = _SEA_LEVEL_TEMPERATURE - _LAPSE * _TROPOPAUSE
-_COLD_PRESSURE = _SEA_LEVEL_PRESSURE * (_COLD / _SEA_LEVEL_TEMPERATURE) ** _EXPONENT
-_COLD_HEIGHT = _GAS_CONSTANT * _COLD / _GRAVITY
+_EXPONENT = _STANDARD_GRAVITY / (_GAS_CONSTANT * _LAPSE_RATE)
+_TROPOPAUSE_TEMPERATURE = _SEA_LEVEL_TEMPERATURE - _LAPSE_RATE * _TROPOPAUSE
+_TROPOPAUSE_PRESSURE = (
+    _SEA_LEVEL_PRESSURE * (_TROPOPAUSE_TEMPERATURE / _SEA_LEVEL_TEMPERATURE) ** _EXPONENT
+)
+_STRATOSPHERE_SCALE_M = _GAS_CONSTANT * _TROPOPAUSE_TEMPERATURE / _STANDARD_GRAVITY
 """Height in which pressure falls by the factor e above the tropopause [m]."""
-GROUND_EFFECT_HEIGHT = 0.5
+GROUND_EFFECT_HEIGHT_M = 0.5
 """Height in which the pressure added near the ground falls by the factor e [m]; PX4 allows for it
 up to this height (EKF2_GND_MAX_HGT)."""
-_LEAST_PRESSURE = 1.0
+_MIN_PRESSURE_PA = 1.0
 """Smallest pressure that is converted to an altitude [Pa]; a faulty barometer may show less."""
 
 
-def barometer(sensor: Barometer, home: Home, rotors: int = 0, weight: float = 1.0) -> Instrument:
+def barometer_instrument(
+    sensor: Barometer, home: Home, rotors: int = 0, weight: float = 1.0
+) -> SensorInstrument:
     """Return a barometer in the standard atmosphere, with noise on the pressure.
 
     A sample is the pressure, and the altitude above home at which the standard atmosphere has it.
@@ -55,12 +59,12 @@ def barometer(sensor: Barometer, home: Home, rotors: int = 0, weight: float = 1.
     reference = home.altitude if given is None else given
 
     def exact(inputs: Mapping[str, Any], settings: Sequence[float]) -> np.ndarray:
-        height = motion(inputs["state"], p_BS).p_WS[2]
+        height = sensor_motion(inputs["state"], p_BS).p_WS[2]
         (most,) = settings
         added = 0.0
         if most and "thrusts" in inputs:
             share = float(inputs["thrusts"].sum()) / weight
-            added = most * share * math.exp(-max(0.0, height) / GROUND_EFFECT_HEIGHT)
+            added = most * share * math.exp(-max(0.0, height) / GROUND_EFFECT_HEIGHT_M)
         return np.array([pressure_at(reference + height) + added])
 
     def shown(values: np.ndarray) -> np.ndarray:
@@ -71,7 +75,7 @@ def barometer(sensor: Barometer, home: Home, rotors: int = 0, weight: float = 1.
         pressure, altitude = values
         return BarometerReading(stamp, sensor.frame, pressure, altitude)
 
-    return Instrument(
+    return SensorInstrument(
         columns=("pressure [Pa]", "altitude [m]"),
         usual=(2.0,),
         noises=sensor.noises,
@@ -88,17 +92,24 @@ def pressure_at(altitude: float) -> float:
     """Return the pressure [Pa] at an altitude above the sea [m]."""
     geopotential = _EARTH_RADIUS * altitude / (_EARTH_RADIUS + altitude)
     if geopotential > _TROPOPAUSE:
-        return _COLD_PRESSURE * math.exp(-(geopotential - _TROPOPAUSE) / _COLD_HEIGHT)
-    return _SEA_LEVEL_PRESSURE * (1.0 - _LAPSE * geopotential / _SEA_LEVEL_TEMPERATURE) ** _EXPONENT
+        return _TROPOPAUSE_PRESSURE * math.exp(
+            -(geopotential - _TROPOPAUSE) / _STRATOSPHERE_SCALE_M
+        )
+    return (
+        _SEA_LEVEL_PRESSURE
+        * (1.0 - _LAPSE_RATE * geopotential / _SEA_LEVEL_TEMPERATURE) ** _EXPONENT
+    )
 
 
 @register_jitable
 def altitude_at(pressure: float) -> float:
     """Return the altitude above the sea [m] with a pressure [Pa]."""
-    pressure = max(pressure, _LEAST_PRESSURE)
-    if pressure < _COLD_PRESSURE:
-        geopotential = _TROPOPAUSE + _COLD_HEIGHT * math.log(_COLD_PRESSURE / pressure)
+    pressure = max(pressure, _MIN_PRESSURE_PA)
+    if pressure < _TROPOPAUSE_PRESSURE:
+        geopotential = _TROPOPAUSE + _STRATOSPHERE_SCALE_M * math.log(
+            _TROPOPAUSE_PRESSURE / pressure
+        )
     else:
         share = (pressure / _SEA_LEVEL_PRESSURE) ** (1.0 / _EXPONENT)
-        geopotential = _SEA_LEVEL_TEMPERATURE / _LAPSE * (1.0 - share)
+        geopotential = _SEA_LEVEL_TEMPERATURE / _LAPSE_RATE * (1.0 - share)
     return _EARTH_RADIUS * geopotential / (_EARTH_RADIUS - geopotential)

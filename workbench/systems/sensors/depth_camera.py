@@ -3,7 +3,6 @@
 import logging
 import math
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 from pydrake.common.value import AbstractValue, Value
@@ -29,24 +28,25 @@ from pydrake.systems.framework import BasicVector, Context, DiagramBuilder, Stat
 from pydrake.systems.sensors import CameraInfo, ImageDepth32F, ImageRgba8U, RgbdSensor
 
 from workbench.common.errors import WorkbenchError
+from workbench.link.picture import Pinhole
+from workbench.plant.faults import FAULT_NOISE_FACTOR, Fault
 from workbench.plant.sensors import DepthCamera
 from workbench.systems.casting.scene import anchored_frames
 from workbench.systems.discrete_system import DiscreteSystem
-from workbench.systems.noise import drawn_bias, sample_draws
-from workbench.systems.sensors.faults import NOISE_FACTOR, Fault
-from workbench.systems.sensors.readings import R_SC, DepthImage, Pinhole, fixed, make_pinhole
-from workbench.systems.sensors.sampled_sensor import LATE
+from workbench.systems.noise import drawn_sensor_bias, sample_draws
+from workbench.systems.sensors.readings import R_SC, DepthImage, make_pinhole, read_only
+from workbench.systems.sensors.sampled_sensor import LATENCY_TOLERANCE_S
 from workbench.systems.weak_callback import weakly
 
-RENDERER = "cameras"
+CAMERA_RENDERER = "cameras"
 """Name of the cameras' renderer in the scene graph."""
-GROUND_SIDE = 2000.0
+GROUND_SIDE_M = 2000.0
 """Side of the square that represents a half-space [m]."""
-HORIZON = 1000.0
+COLOUR_RANGE_M = 1000.0
 """Range of colours [m]; the sensor's `far` limits only depth."""
-NEAREST = 1e-3
+MIN_DRAWN_DEPTH_M = 1e-3
 """Smallest drawn depth [m]."""
-_MOST_SAID = 300
+_MAX_DRAKE_CHARS = 300
 """Largest number of characters of Drake's message in an error."""
 _SKY = (0.72, 0.84, 0.95)
 _LIGHTS = (
@@ -56,11 +56,9 @@ _LIGHTS = (
     LightParameter(frame="world", direction=[-0.6, -0.5, -0.4], intensity=0.2),
     LightParameter(frame="camera", direction=[0.0, 0.0, 1.0], intensity=0.3),
 )
-MOST_PIXELS = 4_000_000
+MAX_PICTURE_PIXELS = 4_000_000
 """Largest number of pixels of a picture, with 7 bytes each."""
-COLOUR_TYPES = ("rgbd", "rgbd_camera")
-"""Types of sensors that also have a colour picture."""
-USUAL = 0.01
+CAMERA_DEVIATION_M = 0.01
 """Deviation of a common camera, for a fault of a camera without noise [m]."""
 
 
@@ -80,15 +78,15 @@ def add_camera_renderer(plant: MultibodyPlant, scene_graph: SceneGraph, body: Ri
     Raises:
         WorkbenchError: if the renderer refuses a mesh, such as an OBJ without normals.
     """
-    if scene_graph.HasRenderer(RENDERER):
+    if scene_graph.HasRenderer(CAMERA_RENDERER):
         return
     # EGL by default on Linux: it needs no screen.
     parameters = RenderEngineVtkParams(default_clear_color=_SKY, lights=list(_LIGHTS))
     renderer = MakeRenderEngineVtk(parameters)
     try:
-        scene_graph.AddRenderer(RENDERER, renderer)
+        scene_graph.AddRenderer(CAMERA_RENDERER, renderer)
     except RuntimeError as error:
-        reason = " ".join(str(error).split())[:_MOST_SAID].rstrip(". ")
+        reason = " ".join(str(error).split())[:_MAX_DRAKE_CHARS].rstrip(". ")
         raise WorkbenchError(
             f"the camera cannot draw a mesh: {reason}: give the mesh what it lacks (as normals), "
             "or take it out"
@@ -116,7 +114,7 @@ def _widen_half_spaces(plant: MultibodyPlant, scene_graph: SceneGraph) -> None:
         X_WH = anchored[frame] @ inspector.GetPoseInFrame(id)
         X_WG = X_WH @ RigidTransform([0.0, 0.0, -thickness / 2.0])
         name = f"{inspector.GetName(id)}_{id.get_value()}"
-        slab = GeometryInstance(X_WG, Box(GROUND_SIDE, GROUND_SIDE, thickness), name)
+        slab = GeometryInstance(X_WG, Box(GROUND_SIDE_M, GROUND_SIDE_M, thickness), name)
         slab.set_perception_properties(inspector.GetPerceptionProperties(id))
         scene_graph.RegisterAnchoredGeometry(source, slab)
 
@@ -135,9 +133,9 @@ def render_cameras(
     info = CameraInfo(
         pinhole.width, pinhole.height, pinhole.fx, pinhole.fy, pinhole.cx + 0.5, pinhole.cy + 0.5
     )
-    nearest = max(near, NEAREST)
-    clipping = ClippingRange(nearest / 4.0, max(HORIZON, 2.0 * far))
-    core = RenderCameraCore(RENDERER, info, clipping, RigidTransform())
+    nearest = max(near, MIN_DRAWN_DEPTH_M)
+    clipping = ClippingRange(nearest / 4.0, max(COLOUR_RANGE_M, 2.0 * far))
+    core = RenderCameraCore(CAMERA_RENDERER, info, clipping, RigidTransform())
     return DepthRenderCamera(core, DepthRange(nearest, far)), ColorRenderCamera(core)
 
 
@@ -177,17 +175,17 @@ class DepthCameraSystem(DiscreteSystem):
         self.latency = latency
         self._pinhole = camera_pinhole(sensor)
         self._seed = seed
-        self._bias = drawn_bias(sensor.noise, seed)
-        self._kept = 1 + math.ceil(latency / period - LATE)
+        self._bias = drawn_sensor_bias(sensor.noise, seed)
+        self._kept = 1 + math.ceil(latency / period - LATENCY_TOLERANCE_S)
         self.DeclareNumericParameter(BasicVector([float(Fault.NONE)]))
         self.depth_input = self.DeclareAbstractInputPort("depth", Value(ImageDepth32F()))
         self.pose_input = self.DeclareAbstractInputPort("pose", Value(RigidTransform()))
         self.colour_input = None
-        if sensor.type in COLOUR_TYPES:
+        if sensor.has_colour:
             self.colour_input = self.DeclareAbstractInputPort("colour", Value(ImageRgba8U()))
         self._images = self.DeclareAbstractState(AbstractValue.Make(()))
         self._count = self.DeclareDiscreteState([0.0])
-        self._blank = blank = _blank(sensor, self._pinhole)
+        self._blank = blank = _blank_picture(sensor, self._pinhole)
         self.image_output = self.DeclareAbstractOutputPort(
             "image",
             lambda: AbstractValue.Make(blank),
@@ -199,7 +197,7 @@ class DepthCameraSystem(DiscreteSystem):
     def reading(self, context: Context) -> DepthImage | None:
         """Return the last delivered picture, None if there is none."""
         for image in context.get_abstract_state(int(self._images)).get_value():
-            if image.stamp + self.latency <= context.get_time() + LATE:
+            if image.stamp + self.latency <= context.get_time() + LATENCY_TOLERANCE_S:
                 return image
         return None
 
@@ -215,7 +213,7 @@ class DepthCameraSystem(DiscreteSystem):
         if fault is Fault.FROZEN and images:
             image = replace(images[0], stamp=context.get_time())
         else:
-            image = self._image(context, NOISE_FACTOR if fault is Fault.NOISY else 1.0)
+            image = self._image(context, FAULT_NOISE_FACTOR if fault is Fault.NOISY else 1.0)
         kept = (image, *images[: self._kept - 1])
         state.get_mutable_abstract_state(int(self._images)).set_value(kept)
         state.get_mutable_discrete_state(self._count).set_value([self.samples_taken(context) + 1.0])
@@ -224,14 +222,14 @@ class DepthCameraSystem(DiscreteSystem):
         X_WC = self.pose_input.Eval(context)
         colour = None
         if self.colour_input is not None:
-            colour = fixed(self.colour_input.Eval(context).data[:, :, :3].copy())
+            colour = read_only(self.colour_input.Eval(context).data[:, :, :3].copy())
         return DepthImage(
             stamp=context.get_time(),
             frame=self.sensor.frame,
-            p_WS=fixed(X_WC.translation().copy()),  # a view would keep the Context alive
-            R_WS=fixed(X_WC.rotation().matrix() @ R_SC.T),
+            p_WS=read_only(X_WC.translation().copy()),  # a view would keep the Context alive
+            R_WS=read_only(X_WC.rotation().matrix() @ R_SC.T),
             pinhole=self._pinhole,
-            depth=fixed(self._depth(context, scale)),
+            depth=read_only(self._depth(context, scale)),
             colour=colour,
         )
 
@@ -240,7 +238,7 @@ class DepthCameraSystem(DiscreteSystem):
         depth: np.ndarray = self.depth_input.Eval(context).data[:, :, 0].copy()
         depth[depth == 0.0] = -np.inf
         noise = self.sensor.noise
-        deviation = noise.stddev if scale == 1.0 else scale * (noise.stddev or USUAL)
+        deviation = noise.stddev if scale == 1.0 else scale * (noise.stddev or CAMERA_DEVIATION_M)
         offset = noise.mean + self._bias
         if deviation == 0.0 and offset == 0.0 and noise.precision == 0.0:
             return depth
@@ -255,22 +253,21 @@ class DepthCameraSystem(DiscreteSystem):
         depth[seen] = np.clip(measured[seen], self.sensor.near, self.sensor.far)
         return depth
 
-    def _calc_image(self, context: Context, output: Any) -> None:
+    def _calc_image(self, context: Context, output: AbstractValue) -> None:
         output.set_value(self.reading(context) or self._blank)
 
 
-def _blank(sensor: DepthCamera, pinhole: Pinhole) -> DepthImage:
+def _blank_picture(sensor: DepthCamera, pinhole: Pinhole) -> DepthImage:
     """Return the value of the port before the first picture; its arrays take no memory."""
     pixels = (sensor.height, sensor.width)
-    has_colour = sensor.type in COLOUR_TYPES
     return DepthImage(
         stamp=math.nan,
         frame=sensor.frame,
-        p_WS=fixed(np.full(3, math.nan)),
-        R_WS=fixed(np.full((3, 3), math.nan)),
+        p_WS=read_only(np.full(3, math.nan)),
+        R_WS=read_only(np.full((3, 3), math.nan)),
         pinhole=pinhole,
         depth=np.broadcast_to(np.float32(math.nan), pixels),
-        colour=np.broadcast_to(np.uint8(0), (*pixels, 3)) if has_colour else None,
+        colour=np.broadcast_to(np.uint8(0), (*pixels, 3)) if sensor.has_colour else None,
     )
 
 
@@ -332,14 +329,14 @@ def camera_pinhole(sensor: DepthCamera) -> Pinhole:
             f"sensor '{sensor.name}': horizontal_fov of {sensor.horizontal_fov:g} rad: "
             "give it an angle between 0 and pi"
         )
-    if sensor.width * sensor.height > MOST_PIXELS:
+    if sensor.width * sensor.height > MAX_PICTURE_PIXELS:
         raise WorkbenchError(
             f"sensor '{sensor.name}': pictures of {sensor.width} x {sensor.height}: "
-            f"give it up to {MOST_PIXELS} pixels"
+            f"give it up to {MAX_PICTURE_PIXELS} pixels"
         )
-    if sensor.far <= NEAREST:
+    if sensor.far <= MIN_DRAWN_DEPTH_M:
         raise WorkbenchError(
             f"sensor '{sensor.name}': its clip ends at {sensor.far:g} m: give it a far end beyond "
-            f"{NEAREST:g} m, where the picture begins"
+            f"{MIN_DRAWN_DEPTH_M:g} m, where the picture begins"
         )
     return make_pinhole(sensor.width, sensor.height, sensor.horizontal_fov)

@@ -1,7 +1,6 @@
 """The lidar: rays cast against the scene at the time of a sample."""
 
 import math
-from typing import Any
 
 import numpy as np
 from pydrake.common.eigen_geometry import Quaternion
@@ -13,20 +12,21 @@ from pydrake.systems.framework import BasicVector, Context
 from workbench.common.errors import WorkbenchError
 from workbench.plant.sensors import Lidar as LidarRecord
 from workbench.systems.casting.caster import Caster
-from workbench.systems.noise import drawn_bias, sample_draws
-from workbench.systems.sensors.mounting import motion, rotation
-from workbench.systems.sensors.readings import LidarScan, fixed
+from workbench.systems.noise import drawn_sensor_bias, sample_draws
+from workbench.systems.sensors.mounting import sensor_motion, unit_rotation
+from workbench.systems.sensors.readings import LidarScan, read_only
 from workbench.systems.sensors.sampled_sensor import SampledSensor
+from workbench.systems.sensors.samples import ScanStack
 from workbench.systems.sensors.scan_pattern import make_scan_pattern
 from workbench.systems.weak_callback import weakly
 
-USUAL = 0.01
+LIDAR_DEVIATION_M = 0.01
 """Deviation of a common one, from which a fault makes noise where the description has none [m]."""
-POSE = 7
+POSE_SIZE = 7
 """Numbers of a pose: p_WS [m] and q_WS (w, x, y, z)."""
 
 
-class Lidar(SampledSensor):
+class LidarSensor(SampledSensor):
     """Ranges of all rays, and where the sensor was when they were measured.
 
     A sample (n + 7) is n ranges [m], layer by layer, then p_WS [m] and q_WS (w, x, y, z). A range
@@ -72,9 +72,9 @@ class Lidar(SampledSensor):
         self.caster = caster
         self.pattern = make_scan_pattern(sensor)
         self._n = len(self.pattern.directions_S)
-        super().__init__(size=self._n + POSE, period=period, latency=latency)
+        super().__init__(size=self._n + POSE_SIZE, period=period, latency=latency)
         self._seed = seed
-        self._bias = drawn_bias(sensor.noise, seed)
+        self._bias = drawn_sensor_bias(sensor.noise, seed)
         self._p_BS = np.array(sensor.p_BS)
         self._R_BS = np.array(sensor.R_BS)
         self._q_BS = RotationMatrix(self._R_BS).ToQuaternion()
@@ -95,14 +95,14 @@ class Lidar(SampledSensor):
         )
 
     def truth(self, context: Context) -> np.ndarray:
-        moves = motion(self.state_input.Eval(context), self._p_BS)
+        moves = sensor_motion(self.state_input.Eval(context), self._p_BS)
         directions = self.pattern.directions_S @ (moves.R_WB @ self._R_BS).T
         frames = self.caster.scene.frames
         poses = []
         if frames:
             query = self.query_input.Eval(context)
             poses = [query.GetPoseInWorld(frame) for frame in frames]
-        ranges, _ = self.caster.cast(moves.p_WS, directions, poses, self.sensor.max_range)
+        ranges = self.caster.cast(moves.p_WS, directions, poses, self.sensor.max_range)
         ranges[ranges < self.sensor.min_range] = -math.inf
         q_WS = Quaternion(moves.q_WB).multiply(self._q_BS).wxyz()
         return np.concatenate([ranges, moves.p_WS, q_WS])
@@ -110,7 +110,7 @@ class Lidar(SampledSensor):
     def measured(self, context: Context, truth: np.ndarray, scale: float) -> np.ndarray:
         """Return a sample with noise on its returns, which never leave the sensor's limits."""
         noise = self.sensor.noise
-        deviation = noise.stddev if scale == 1.0 else scale * (noise.stddev or USUAL)
+        deviation = noise.stddev if scale == 1.0 else scale * (noise.stddev or LIDAR_DEVIATION_M)
         offset = noise.mean + self._bias
         grain = self.sensor.resolution or noise.precision
         if deviation == 0.0 and offset == 0.0 and grain == 0.0:
@@ -133,20 +133,33 @@ class Lidar(SampledSensor):
         sample = self.delivered(context)
         return None if math.isnan(sample[0]) else self._scan(sample)
 
+    def recorded(self, name: str, stamps: np.ndarray, values: np.ndarray) -> ScanStack:
+        ranges, p_WS, q_WS = np.split(values, [self._n, self._n + 3], axis=1)
+        return ScanStack(
+            sensor=name,
+            azimuths=self.pattern.azimuths,
+            elevations=self.pattern.elevations,
+            stamps=stamps,
+            ranges=ranges.reshape(-1, *self.pattern.shape),
+            p_WS=p_WS,
+            q_WS=q_WS,
+            latency=self.latency,
+        )
+
     def _scan(self, sample: np.ndarray) -> LidarScan:
         """Return what is delivered (1 + size) as a record."""
         ranges, p_WS, q_WS = np.split(sample[1:], [self._n, self._n + 3])
         return LidarScan(
             stamp=float(sample[0]),
             frame=self.sensor.frame,
-            p_WS=fixed(p_WS),
-            R_WS=fixed(rotation(q_WS)),
+            p_WS=read_only(p_WS),
+            R_WS=read_only(unit_rotation(q_WS)),
             pattern=self.pattern,
-            ranges=fixed(ranges.reshape(self.pattern.shape)),
+            ranges=read_only(ranges.reshape(self.pattern.shape)),
         )
 
     def _calc_ranges(self, context: Context, output: BasicVector) -> None:
         output.SetFromVector(self.delivered(context)[1 : 1 + self._n])
 
-    def _calc_scan(self, context: Context, output: Any) -> None:
+    def _calc_scan(self, context: Context, output: AbstractValue) -> None:
         output.set_value(self._scan(self.delivered(context)))

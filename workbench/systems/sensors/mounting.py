@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 
-class Motion(NamedTuple):
+class SensorMotion(NamedTuple):
     """Motion of a sensor S that is fixed to the body B, in the world W.
 
     Attributes:
@@ -25,18 +25,23 @@ class Motion(NamedTuple):
     v_WS: np.ndarray
 
 
-def motion(state: np.ndarray, p_BS: np.ndarray) -> Motion:
+def sensor_motion(state: np.ndarray, p_BS: np.ndarray) -> SensorMotion:
     """Return the motion of a sensor at `p_BS` [m] for a state of the plant (13)."""
     q_WB = state[:4] / np.linalg.norm(state[:4])
-    R_WB = rotation(q_WB)
+    R_WB = unit_rotation(q_WB)
     w_WB = state[7:10]
     p_BoSo_W = R_WB @ p_BS
-    return Motion(
-        q_WB, R_WB, p_BoSo_W, state[4:7] + p_BoSo_W, w_WB, state[10:] + cross(w_WB, p_BoSo_W)
+    return SensorMotion(
+        q_WB,
+        R_WB,
+        p_BoSo_W,
+        state[4:7] + p_BoSo_W,
+        w_WB,
+        state[10:] + cross_product(w_WB, p_BoSo_W),
     )
 
 
-def rotation(q: np.ndarray) -> np.ndarray:
+def unit_rotation(q: np.ndarray) -> np.ndarray:
     """Return the rotation matrix of a unit quaternion (w, x, y, z)."""
     w, x, y, z = q.tolist()
     return np.array(
@@ -48,7 +53,7 @@ def rotation(q: np.ndarray) -> np.ndarray:
     )
 
 
-def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+def cross_product(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Return a x b, ten times as fast as `np.cross` for three numbers."""
     a1, a2, a3 = a.tolist()
     b1, b2, b3 = b.tolist()

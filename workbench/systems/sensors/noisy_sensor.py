@@ -1,12 +1,12 @@
 """Sensors of a few numbers: an exact measurement, and noise from a random input port.
 
-`NoisySensor` is the system. What it measures is an `Instrument`: `imu`, `gps`, `magnetometer` and
-`range_finder` here, and `barometer` beside the standard atmosphere.
+`NoisySensor` is the system. What it measures is a `SensorInstrument`: `imu_instrument`,
+`gps_instrument`, `magnetometer_instrument` and `range_finder_instrument` here, and `barometer`
+beside the standard atmosphere.
 """
 
 import math
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -20,7 +20,8 @@ from pydrake.systems.framework import Context
 from workbench.plant.gravity import GRAVITY
 from workbench.plant.home import Home
 from workbench.plant.sensors import Gps, Imu, Magnetometer, Noise, RangeFinder
-from workbench.systems.sensors.mounting import cross, motion
+from workbench.systems.sensors.measuring import SensorInstrument
+from workbench.systems.sensors.mounting import cross_product, sensor_motion
 from workbench.systems.sensors.readings import (
     GpsReading,
     ImuReading,
@@ -29,11 +30,12 @@ from workbench.systems.sensors.readings import (
     Reading,
 )
 from workbench.systems.sensors.sampled_sensor import SampledSensor
+from workbench.systems.sensors.samples import SampleTable
 
 if TYPE_CHECKING:
     from workbench.systems.casting.caster import Caster  # slow to load
 
-DRAWS = 3
+DRAWS_PER_CHANNEL = 3
 """Normal numbers of a channel for a sample."""
 
 
@@ -135,36 +137,6 @@ def _biases(model: NoiseModel, memory: np.ndarray, draws: np.ndarray) -> np.ndar
     return np.where(missing, drawn, memory[:n])
 
 
-def unchanged(values: np.ndarray) -> np.ndarray:
-    """Return the values."""
-    return values
-
-
-@dataclass(frozen=True)
-class Instrument:
-    """What a sensor measures.
-
-    Attributes:
-        columns: names and units of a sample's numbers (size).
-        usual: standard deviations of a common sensor of the kind (n), for a fault.
-        noises: of the first n exact values; the others have none.
-        inputs: names and sizes of its input ports; 0 for the scene's `geometry_query`.
-        exact: returns the exact values, from the inputs by name and the settings.
-        reading: returns the record of a sample, from stamp [s] and values (size).
-        shown: returns a sample (size) from exact or noisy values.
-        settings: initial values of its live parameters, other than the fault.
-    """
-
-    columns: tuple[str, ...]
-    usual: tuple[float, ...]
-    noises: Sequence[Noise]
-    inputs: Mapping[str, int]
-    exact: Callable[[Mapping[str, Any], Sequence[float]], np.ndarray]
-    reading: Callable[[float, list[float]], Reading]
-    shown: Callable[[np.ndarray], np.ndarray] = unchanged
-    settings: tuple[float, ...] = ()
-
-
 class NoisySensor(SampledSensor):
     """Samples an instrument, with noise on its exact values.
 
@@ -179,7 +151,9 @@ class NoisySensor(SampledSensor):
         latency: from a sample to its delivery [s].
     """
 
-    def __init__(self, instrument: Instrument, *, period: float, latency: float = 0.0) -> None:
+    def __init__(
+        self, instrument: SensorInstrument, *, period: float, latency: float = 0.0
+    ) -> None:
         n = len(instrument.noises)
         super().__init__(
             size=len(instrument.columns),
@@ -196,7 +170,9 @@ class NoisySensor(SampledSensor):
             else self.DeclareAbstractInputPort(name, AbstractValue.Make(QueryObject()))
             for name, size in instrument.inputs.items()
         }
-        self._noise = self.DeclareVectorInputPort("noise", DRAWS * n, RandomDistribution.kGaussian)
+        self._noise = self.DeclareVectorInputPort(
+            "noise", DRAWS_PER_CHANNEL * n, RandomDistribution.kGaussian
+        )
 
     def exact(self, context: Context) -> np.ndarray:
         """Return the values that noise is added to, as they are now."""
@@ -221,11 +197,14 @@ class NoisySensor(SampledSensor):
         stamp, *values = self.delivered(context).tolist()
         return None if math.isnan(stamp) else self.instrument.reading(stamp, values)
 
+    def recorded(self, name: str, stamps: np.ndarray, values: np.ndarray) -> SampleTable:
+        return SampleTable(name, self.instrument.columns, stamps, values, self.latency)
+
     def _memory(self, context: Context) -> np.ndarray:
         return context.get_discrete_state(self.memory_index).CopyToVector()
 
 
-def imu(sensor: Imu, period: float) -> Instrument:
+def imu_instrument(sensor: Imu, period: float) -> SensorInstrument:
     """Return accelerometer and gyroscope with any mounting, and an orientation without noise.
 
     A sample is the specific force and the angular velocity along the axes of the sensor S, and its
@@ -236,10 +215,10 @@ def imu(sensor: Imu, period: float) -> Instrument:
     q_BS = RotationMatrix(R_BS).ToQuaternion()
 
     def exact(inputs: Mapping[str, Any], settings: Sequence[float]) -> np.ndarray:
-        moves = motion(inputs["state"], p_BS)
+        moves = sensor_motion(inputs["state"], p_BS)
         wdot_WB, vdot_WB = inputs["acceleration"][:3], inputs["acceleration"][3:]
-        inwards = cross(moves.w_WB, cross(moves.w_WB, moves.p_BoSo_W))
-        force_W = vdot_WB + cross(wdot_WB, moves.p_BoSo_W) + inwards
+        inwards = cross_product(moves.w_WB, cross_product(moves.w_WB, moves.p_BoSo_W))
+        force_W = vdot_WB + cross_product(wdot_WB, moves.p_BoSo_W) + inwards
         force_W[2] += GRAVITY
         R_SW = (moves.R_WB @ R_BS).T
         q_WS = Quaternion(moves.q_WB).multiply(q_BS).wxyz()
@@ -250,7 +229,7 @@ def imu(sensor: Imu, period: float) -> Instrument:
         return ImuReading(stamp, sensor.frame, (fx, fy, fz), (wx, wy, wz), (qw, qx, qy, qz))
 
     noises = (*sensor.linear_acceleration, *sensor.angular_velocity)
-    return Instrument(
+    return SensorInstrument(
         columns=(
             *(f"f_{axis} [m/s^2]" for axis in "xyz"),
             *(f"w_{axis} [rad/s]" for axis in "xyz"),
@@ -264,7 +243,7 @@ def imu(sensor: Imu, period: float) -> Instrument:
     )
 
 
-def gps(sensor: Gps, home: Home) -> Instrument:
+def gps_instrument(sensor: Gps, home: Home) -> SensorInstrument:
     """Return a receiver for the antenna's position on the earth and its velocity.
 
     A sample is latitude, longitude, altitude above the ellipsoid, and velocity east, north and up.
@@ -275,7 +254,7 @@ def gps(sensor: Gps, home: Home) -> Instrument:
     p_BS = np.array(sensor.p_BS)
 
     def exact(inputs: Mapping[str, Any], settings: Sequence[float]) -> np.ndarray:
-        moves = motion(inputs["state"], p_BS)
+        moves = sensor_motion(inputs["state"], p_BS)
         return np.concatenate([moves.p_WS, moves.v_WS])
 
     def shown(values: np.ndarray) -> np.ndarray:
@@ -288,7 +267,7 @@ def gps(sensor: Gps, home: Home) -> Instrument:
         latitude, longitude, altitude, east, north, up = values
         return GpsReading(stamp, sensor.frame, latitude, longitude, altitude, (east, north, up))
 
-    return Instrument(
+    return SensorInstrument(
         columns=(
             "latitude [rad]",
             "longitude [rad]",
@@ -306,26 +285,27 @@ def gps(sensor: Gps, home: Home) -> Instrument:
     )
 
 
-def magnetometer(sensor: Magnetometer, home: Home) -> Instrument:
+def magnetometer_instrument(sensor: Magnetometer, home: Home) -> SensorInstrument:
     """Return a magnetometer with any mounting.
 
-    A sample is the field along the axes of the sensor S: that of the home, see `magnetic_field`,
-    wherever the drone is, plus disturbances on board, for example by iron or by the current of a
-    battery's wire. The settings are these disturbances along the axes of B (3) [T].
+    A sample is the field along the axes of the sensor S: that of the home, see
+    `earth_magnetic_field`, wherever the drone is, plus disturbances on board, for example by iron
+    or by the current of a battery's wire. The settings are these disturbances along the axes of B
+    (3) [T].
     """
-    from workbench.plant.magnetic_field import magnetic_field  # imports pymap3d
+    from workbench.plant.magnetic_field import earth_magnetic_field  # imports pymap3d
 
-    p_BS, R_BS, field_W = np.array(sensor.p_BS), np.array(sensor.R_BS), magnetic_field(home)
+    p_BS, R_BS, field_W = np.array(sensor.p_BS), np.array(sensor.R_BS), earth_magnetic_field(home)
 
     def exact(inputs: Mapping[str, Any], settings: Sequence[float]) -> np.ndarray:
-        field = (motion(inputs["state"], p_BS).R_WB @ R_BS).T @ field_W
+        field = (sensor_motion(inputs["state"], p_BS).R_WB @ R_BS).T @ field_W
         return field + R_BS.T @ settings if any(settings) else field
 
     def reading(stamp: float, values: list[float]) -> MagnetometerReading:
         x, y, z = values
         return MagnetometerReading(stamp, sensor.frame, (x, y, z))
 
-    return Instrument(
+    return SensorInstrument(
         columns=("B_x [T]", "B_y [T]", "B_z [T]"),
         usual=(0.5e-6, 0.5e-6, 0.5e-6),
         noises=sensor.noises,
@@ -336,7 +316,7 @@ def magnetometer(sensor: Magnetometer, home: Home) -> Instrument:
     )
 
 
-def range_finder(sensor: RangeFinder, caster: "Caster") -> Instrument:
+def range_finder_instrument(sensor: RangeFinder, caster: "Caster") -> SensorInstrument:
     """Return a range finder along the x axis of its frame.
 
     A sample is the distance: inf if nothing is within `max_range`, -inf if something is nearer than
@@ -346,10 +326,10 @@ def range_finder(sensor: RangeFinder, caster: "Caster") -> Instrument:
     p_BS, x_B = np.array(sensor.p_BS), np.array(sensor.R_BS)[:, 0]
 
     def exact(inputs: Mapping[str, Any], settings: Sequence[float]) -> np.ndarray:
-        moves = motion(inputs["state"], p_BS)
+        moves = sensor_motion(inputs["state"], p_BS)
         view = (moves.R_WB @ x_B).reshape(1, 3)
         poses = [inputs["geometry_query"].GetPoseInWorld(frame) for frame in caster.scene.frames]
-        ranges, _ = caster.cast(moves.p_WS, view, poses, sensor.max_range)
+        ranges = caster.cast(moves.p_WS, view, poses, sensor.max_range)
         return np.where(ranges < sensor.min_range, -math.inf, ranges)
 
     def shown(values: np.ndarray) -> np.ndarray:
@@ -360,7 +340,7 @@ def range_finder(sensor: RangeFinder, caster: "Caster") -> Instrument:
         (distance,) = values
         return RangeReading(stamp, sensor.frame, distance, sensor.min_range, sensor.max_range)
 
-    return Instrument(
+    return SensorInstrument(
         columns=("distance [m]",),
         usual=(0.01,),
         noises=sensor.noises,

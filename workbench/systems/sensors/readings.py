@@ -5,10 +5,11 @@ Times are simulated [s]; W is east-north-up, S the sensor's frame.
 
 import math
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
+from workbench.link.picture import Pinhole
 from workbench.systems.sensors.scan_pattern import ScanPattern
 
 R_SC = np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
@@ -16,38 +17,17 @@ R_SC = np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
 R_SC.flags.writeable = False
 
 
-class Pinhole(NamedTuple):
-    """Intrinsics; pixel (u, v) is column and row from zero, and its centre is at whole numbers.
+def seen_points(pinhole: Pinhole, depth: np.ndarray) -> np.ndarray:
+    """Return the points seen in the optical frame, row by row, m x 3 [m].
 
-    The frame S of the sensor looks along x, with z up, as in SDF. The optical frame C has the same
-    origin and looks along z, with x to the right and y down in the picture, as in Drake, ROS and
-    OpenCV. A point (x, y, z) in the optical frame is seen at u = cx + fx x / z, v = cy + fy y / z.
-
-    Attributes:
-        width: pixels in a row.
-        height: rows.
-        fx: focal length in columns.
-        fy: focal length in rows.
-        cx: column of the optical axis.
-        cy: row of the optical axis.
+    Args:
+        pinhole: of the camera.
+        depth: along the optical axis, height x width [m]; not finite without a return.
     """
-
-    width: int
-    height: int
-    fx: float
-    fy: float
-    cx: float
-    cy: float
-
-    def points(self, depth: np.ndarray) -> np.ndarray:
-        """Return the points seen in the optical frame, row by row, m x 3 [m].
-
-        Args:
-            depth: along the optical axis, height x width [m]; not finite without a return.
-        """
-        v, u = np.nonzero(np.isfinite(depth))
-        z = depth[v, u].astype(float)
-        return np.column_stack([(u - self.cx) / self.fx * z, (v - self.cy) / self.fy * z, z])
+    v, u = np.nonzero(np.isfinite(depth))
+    z = depth[v, u].astype(float)
+    x, y = (u - pinhole.cx) / pinhole.fx * z, (v - pinhole.cy) / pinhole.fy * z
+    return np.column_stack([x, y, z])
 
 
 def make_pinhole(width: int, height: int, horizontal_fov: float) -> Pinhole:
@@ -63,7 +43,7 @@ def make_pinhole(width: int, height: int, horizontal_fov: float) -> Pinhole:
     return Pinhole(width, height, focal, focal, (width - 1) / 2.0, (height - 1) / 2.0)
 
 
-Triple = tuple[float, float, float]
+ReadingVector = tuple[float, float, float]
 
 
 @dataclass(frozen=True)
@@ -102,7 +82,7 @@ class DepthImage(Reading):
 
     def points(self) -> np.ndarray:
         """Return the point cloud in the optical frame C, row by row of the picture, m x 3 [m]."""
-        return self.pinhole.points(self.depth)
+        return seen_points(self.pinhole, self.depth)
 
     def points_S(self) -> np.ndarray:
         """Return the point cloud in the sensor's frame S, m x 3 [m]."""
@@ -123,8 +103,8 @@ class ImuReading(Reading):
         q_WS: orientation of S in W, a unit quaternion (w, x, y, z).
     """
 
-    specific_force: Triple
-    angular_velocity: Triple
+    specific_force: ReadingVector
+    angular_velocity: ReadingVector
     q_WS: tuple[float, float, float, float]
 
 
@@ -142,7 +122,7 @@ class GpsReading(Reading):
     latitude: float
     longitude: float
     altitude: float
-    velocity: Triple
+    velocity: ReadingVector
 
 
 @dataclass(frozen=True)
@@ -166,7 +146,7 @@ class MagnetometerReading(Reading):
         magnetic_field: along the axes of S [T].
     """
 
-    magnetic_field: Triple
+    magnetic_field: ReadingVector
 
 
 @dataclass(frozen=True)
@@ -217,7 +197,7 @@ class LidarScan(Reading):
         return float(np.min(self.ranges, where=np.isfinite(self.ranges), initial=np.inf))
 
     @property
-    def nearest_direction(self) -> Triple:
+    def nearest_direction(self) -> ReadingVector:
         """Unit vector of that ray in S, zero without any return."""
         if not self.returns:
             return (0.0, 0.0, 0.0)
@@ -236,7 +216,7 @@ class LidarScan(Reading):
         return self.p_WS + self.points_S() @ self.R_WS.T
 
 
-def fixed(array: np.ndarray) -> np.ndarray:
+def read_only(array: np.ndarray) -> np.ndarray:
     """Return the array, made read-only."""
     array.flags.writeable = False
     return array

@@ -6,10 +6,11 @@ from collections.abc import Sequence
 import numpy as np
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues
 
+from workbench.plant.faults import FAULT_NOISE_FACTOR, Fault
 from workbench.systems.discrete_system import DiscreteSystem
-from workbench.systems.sensors.faults import NOISE_FACTOR, Fault
+from workbench.systems.sensors.samples import RecordedSamples
 
-LATE = 1e-9
+LATENCY_TOLERANCE_S = 1e-9
 """Tolerance of delivery times, because sums of periods are not exact in binary [s]."""
 
 
@@ -49,7 +50,7 @@ class SampledSensor(DiscreteSystem):
         self.size = size
         self.period = period
         self.latency = latency
-        self._depth = 1 + math.ceil(latency / period - LATE)
+        self._depth = 1 + math.ceil(latency / period - LATENCY_TOLERANCE_S)
         self.DeclareNumericParameter(BasicVector([float(Fault.NONE), *settings]))
         self._samples = self.DeclareDiscreteState(np.full(self._depth * (1 + size), math.nan))
         self._count = self.DeclareDiscreteState([0.0])
@@ -89,7 +90,7 @@ class SampledSensor(DiscreteSystem):
     def delivered(self, context: Context) -> np.ndarray:
         """Return stamp [s] and values of the last delivered sample (1 + size), NaN without one."""
         samples: np.ndarray = context.get_discrete_state(self._samples).value()
-        width, now = 1 + self.size, context.get_time() + LATE
+        width, now = 1 + self.size, context.get_time() + LATENCY_TOLERANCE_S
         for begin in range(0, samples.size, width):
             if samples[begin] + self.latency <= now:  # the stamp of none is NaN
                 return samples[begin : begin + width].copy()
@@ -99,6 +100,10 @@ class SampledSensor(DiscreteSystem):
         """Return the number of samples taken since the start."""
         return int(context.get_discrete_state(self._count)[0])
 
+    def recorded(self, name: str, stamps: np.ndarray, values: np.ndarray) -> RecordedSamples:
+        """Return delivered samples as a record: stamps (N) [s] and values (N, size)."""
+        raise NotImplementedError
+
     def _update(self, context: Context, discrete_state: DiscreteValues) -> None:
         fault = Fault(int(context.get_numeric_parameter(0)[0]))
         discrete_state.set_value(self.memory_index, self.next_memory(context))
@@ -107,7 +112,7 @@ class SampledSensor(DiscreteSystem):
         samples, width = context.get_discrete_state(self._samples).value(), 1 + self.size
         values = samples[1:width]
         if fault is not Fault.FROZEN or math.isnan(samples[0]):
-            scale = NOISE_FACTOR if fault is Fault.NOISY else 1.0
+            scale = FAULT_NOISE_FACTOR if fault is Fault.NOISY else 1.0
             values = self.sampled(context, scale)
         newest, kept = [context.get_time()], samples[:-width]
         discrete_state.set_value(self._samples, np.concatenate((newest, values, kept)))

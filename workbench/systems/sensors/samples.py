@@ -6,14 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-
-@dataclass(frozen=True)
-class Channel:
-    """A number of each sample: its name, its unit, and its values (N)."""
-
-    name: str
-    unit: str
-    values: np.ndarray
+from workbench.common.series import Series
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,11 +30,11 @@ class SampleTable:
     suffix = ".csv"
 
     @property
-    def channels(self) -> tuple[Channel, ...]:
+    def channels(self) -> tuple[Series, ...]:
         """The columns."""
         heads = [column.removesuffix("]").split(" [") for column in self.columns]
         columns = zip(heads, self.values.T, strict=True)
-        return tuple(Channel(name, unit, values) for (name, unit), values in columns)
+        return tuple(Series(name, unit, self.stamps, values) for (name, unit), values in columns)
 
     def write(self, path: Path) -> None:
         """Write one row a sample, with units in the header."""
@@ -78,7 +71,7 @@ class ScanStack:
     suffix = ".npz"
 
     @property
-    def channels(self) -> tuple[Channel, ...]:
+    def channels(self) -> tuple[Series, ...]:
         """A summary of the scans.
 
         The shortest range, the range of the ray nearest to the sensor's x (both infinite without a
@@ -88,9 +81,9 @@ class ScanStack:
         seen = np.isfinite(rays)
         ahead = np.outer(np.cos(self.elevations), np.cos(self.azimuths)).argmax()
         return (
-            Channel("nearest", "m", np.where(seen, rays, np.inf).min(axis=1)),
-            Channel("ahead", "m", rays[:, ahead]),
-            Channel("returns", "1", seen.sum(axis=1).astype(float)),
+            Series("nearest", "m", self.stamps, np.where(seen, rays, np.inf).min(axis=1)),
+            Series("ahead", "m", self.stamps, rays[:, ahead]),
+            Series("returns", "1", self.stamps, seen.sum(axis=1).astype(float)),
         )
 
     def write(self, path: Path) -> None:
@@ -107,4 +100,4 @@ class ScanStack:
             )
 
 
-Samples = SampleTable | ScanStack
+RecordedSamples = SampleTable | ScanStack

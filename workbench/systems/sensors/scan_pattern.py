@@ -5,10 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.common.errors import WorkbenchError
-from workbench.plant.sensors import Lidar, ScanAxis
-
-MOST_RAYS = 4_000_000
-"""Largest number of rays of a lidar, because its samples are state of the diagram."""
+from workbench.plant.sensors import MAX_LIDAR_RAYS, Lidar, ScanAxis
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,9 +37,10 @@ def make_scan_pattern(sensor: Lidar) -> ScanPattern:
         WorkbenchError: if there are too many rays, or the angles are not valid.
     """
     layers, columns = sensor.vertical.samples, sensor.horizontal.samples
-    if layers * columns > MOST_RAYS:
+    if layers * columns > MAX_LIDAR_RAYS:
         raise WorkbenchError(
-            f"sensor '{sensor.name}': {layers} x {columns} rays: let there be {MOST_RAYS} at most"
+            f"sensor '{sensor.name}': {layers} x {columns} rays: let there be {MAX_LIDAR_RAYS} at "
+            "most"
         )
     azimuths = _angles(sensor, "horizontal", sensor.horizontal)
     elevations = _angles(sensor, "vertical", sensor.vertical)

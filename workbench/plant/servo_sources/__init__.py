@@ -1,0 +1,1 @@
+"""Read what drives the joints of a description, a file for each way to say it."""
