@@ -1,39 +1,35 @@
-"""The table of actions, from which menus, buttons, shortcuts and the page of keys are made.
+"""The table of actions, from which menus, buttons, keys and the page of keys are made.
 
 F12 stops the rotors: a single key at the end of a row, easy to find without looking, and unused in
 text fields, number fields, tables and plots. No other key stops them in any way: the button never
 has the keyboard focus, and no menu contains the action.
 """
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
-from PyQt6.QtCore import Qt
-from PyQt6.QtGui import QAction, QKeySequence
-from PyQt6.QtWidgets import QMenu, QMenuBar, QWidget
+from PyQt6.QtGui import QAction
+from PyQt6.QtWidgets import QMenu, QMenuBar
 
-from workbench.control.controller import PROGRAMS, SHIPPED
-from workbench.gui.labels import set_tip
-from workbench.gui.screen_table import SCREENS
+from workbench.control.installed_laws import installed_laws, installed_programs
+from workbench.gui.screen_table import SCREEN_TABLE
 
-RECENT = "Recent &files"
-REPEATED = ("step", "undo", "redo")
-"""Actions that a held key repeats."""
-AFTER = "open_log"
+RECENT_FILES_MENU = "Recent &files"
+ACTION_ABOVE_RECENT = "open_log"
 """Name of the action above the recent files."""
 
-FILE, FLIGHT, VIEW, HELP = "&File", "F&light", "&View", "&Help"
-MENUS = (FILE, FLIGHT, VIEW, HELP)
+FILE_MENU, FLIGHT_MENU, VIEW_MENU, HELP_MENU = "&File", "F&light", "&View", "&Help"
+MENU_TITLES = (FILE_MENU, FLIGHT_MENU, VIEW_MENU, HELP_MENU)
 
 
 def fill_menus(bar: QMenuBar, actions: Mapping[str, QAction]) -> dict[str, QMenu]:
     """Fill the menu bar, and return all menus by their text."""
     made = {}
-    for text in MENUS:
+    for text in MENU_TITLES:
         menu = QMenu(text, bar)
         bar.addMenu(menu)
         made[text] = menu
-        for row in rows_of(text):
+        for row in menu_rows(text):
             if not row.in_menu:
                 continue
             if row.after_line:
@@ -42,9 +38,9 @@ def fill_menus(bar: QMenuBar, actions: Mapping[str, QAction]) -> dict[str, QMenu
                 made[row.submenu] = QMenu(row.submenu, menu)
                 menu.addMenu(made[row.submenu])
             made.get(row.submenu, menu).addAction(actions[row.name])
-            if row.name == AFTER:
-                made[RECENT] = QMenu(RECENT, made[FILE])
-                menu.addMenu(made[RECENT])
+            if row.name == ACTION_ABOVE_RECENT:
+                made[RECENT_FILES_MENU] = QMenu(RECENT_FILES_MENU, made[FILE_MENU])
+                menu.addMenu(made[RECENT_FILES_MENU])
     return made
 
 
@@ -57,7 +53,7 @@ class ActionRow:
         menu: its menu in the menu bar, "" for one of a screen.
         text: its text in the menu, with the mnemonic.
         help: what it does, as a sentence.
-        shortcut: key sequence as Qt writes it, "" without one.
+        shortcut: its key as Qt writes it, unless the user has chosen another; "" without one.
         icon: name of the icon, see `icons`, "" without one.
         checkable: whether it can be switched on and off.
         after_line: whether a separator precedes it.
@@ -84,55 +80,55 @@ class ActionRow:
         return self.text.replace("&", "").removesuffix("...")
 
 
-THEMES = ("system", "light", "dark")
+THEME_NAMES = ("system", "light", "dark")
 THEME_MENU = "T&heme"
-SPEEDS = (0.1, 0.25, 0.5, 1.0, 2.0, 5.0, 10.0)
+REAL_TIME_FACTORS = (0.1, 0.25, 0.5, 1.0, 2.0, 5.0, 10.0)
 """Selectable real-time factors."""
 SPEED_MENU = "Spee&d"
 CONTROLLER_MENU = "Con&troller"
 CAMERA_MENU = "3-D &camera"
 
-ACTIONS: tuple[ActionRow, ...] = (
-    ActionRow("open_scenario", FILE, "&Open scenario...", "Fly another scenario.", "Ctrl+O"),
+ACTION_TABLE: tuple[ActionRow, ...] = (
+    ActionRow("open_scenario", FILE_MENU, "&Open scenario...", "Fly another scenario.", "Ctrl+O"),
     ActionRow(
         "open_model",
-        FILE,
-        "Open &model...",
+        FILE_MENU,
+        "Open &drone...",
         "Fly another drone in the present scenario: xacro, URDF or SDF.",
         "Ctrl+Shift+O",
     ),
-    ActionRow("open_world", FILE, "Open &world...", "Fly in another world.", "Ctrl+Shift+W"),
+    ActionRow("open_world", FILE_MENU, "Open &world...", "Fly in another world.", "Ctrl+Shift+W"),
     *(
         ActionRow(
             f"controller_{name}",
-            FILE,
+            FILE_MENU,
             name,
             f"Let the control law {name} take over in flight, with its own gains.",
             submenu=CONTROLLER_MENU,
         )
-        for name in SHIPPED
+        for name in installed_laws()
     ),
     *(
         ActionRow(
             f"controller_{name}",
-            FILE,
+            FILE_MENU,
             name,
             f"Start another flight with {name}, a separate program that runs the law.",
             submenu=CONTROLLER_MENU,
         )
-        for name in PROGRAMS
+        for name in installed_programs()
     ),
     ActionRow(
         "open_controller",
-        FILE,
+        FILE_MENU,
         "&Your own...",
         "Let a control law of your own take over in flight: a Python file, whose code runs.",
         submenu=CONTROLLER_MENU,
     ),
-    ActionRow("open_log", FILE, "Open &log...", "Show a recorded flight.", "Ctrl+L"),
+    ActionRow("open_log", FILE_MENU, "Open &log...", "Show a recorded flight.", "Ctrl+L"),
     ActionRow(
         "record",
-        FILE,
+        FILE_MENU,
         "&Record",
         "Start or stop writing a log (MCAP).",
         "Ctrl+Shift+R",
@@ -142,22 +138,27 @@ ACTIONS: tuple[ActionRow, ...] = (
     ),
     ActionRow(
         "screenshot",
-        FILE,
+        FILE_MENU,
         "S&creenshot",
         "Write a picture of the window.",
         "Ctrl+Shift+S",
         "screenshot",
     ),
-    ActionRow("quit", FILE, "&Quit", "End the flight and close.", "Ctrl+Q", after_line=True),
-    ActionRow("arm", FLIGHT, "&Arm", "Let the rotors idle.", "F5", "arm"),
-    ActionRow("take_off", FLIGHT, "&Take off", "Climb to 1.5 m and hover.", "F6", "take_off"),
+    ActionRow("quit", FILE_MENU, "&Quit", "End the flight and close.", "Ctrl+Q", after_line=True),
+    ActionRow("arm", FLIGHT_MENU, "&Arm", "Let the rotors idle.", "F5", "arm"),
+    ActionRow("take_off", FLIGHT_MENU, "&Take off", "Climb to 1.5 m and hover.", "F6", "take_off"),
     ActionRow(
-        "hold", FLIGHT, "&Hold", "Brake and hold the position; ends any manoeuvre.", "F7", "hold"
+        "hold",
+        FLIGHT_MENU,
+        "&Hold",
+        "Brake and hold the position; ends any manoeuvre.",
+        "F7",
+        "hold",
     ),
-    ActionRow("land", FLIGHT, "&Land", "Come down and switch the rotors off.", "F8", "land"),
+    ActionRow("land", FLIGHT_MENU, "&Land", "Come down and switch the rotors off.", "F8", "land"),
     ActionRow(
         "stop",
-        FLIGHT,
+        FLIGHT_MENU,
         "STOP",
         "Switch the rotors off at once; in the air it falls. Works wherever the keyboard is.",
         "F12",
@@ -166,7 +167,7 @@ ACTIONS: tuple[ActionRow, ...] = (
     ),
     ActionRow(
         "pause",
-        FLIGHT,
+        FLIGHT_MENU,
         "&Pause",
         "Pause or resume simulated time.",
         "F9",
@@ -175,11 +176,11 @@ ACTIONS: tuple[ActionRow, ...] = (
         after_line=True,
     ),
     ActionRow(
-        "step", FLIGHT, "Si&ngle step", "While paused, fly one control period.", "F10", "step"
+        "step", FLIGHT_MENU, "Si&ngle step", "While paused, fly one control period.", "F10", "step"
     ),
     ActionRow(
         "reset",
-        FLIGHT,
+        FLIGHT_MENU,
         "&Reset",
         "Start the flight again, with its first gains.",
         "Ctrl+R",
@@ -188,29 +189,29 @@ ACTIONS: tuple[ActionRow, ...] = (
     *(
         ActionRow(
             f"speed_{factor:g}",
-            FLIGHT,
+            FLIGHT_MENU,
             f"{factor:g} times real time",
             f"Fly {factor:g} simulated seconds in a second.",
             submenu=SPEED_MENU,
         )
-        for factor in SPEEDS
+        for factor in REAL_TIME_FACTORS
     ),
     *(
         ActionRow(
             f"show_{screen.name}",
-            VIEW,
-            f"&{number} {screen.title}",
+            VIEW_MENU,
+            f"&{screen.shortcut[-1]} {screen.title}".replace("&N ", "&"),
             f"Show the {screen.title} screen.",
-            f"Ctrl+{number}",
+            screen.shortcut,
             screen.icon,
             checkable=True,
             button=screen.title,
         )
-        for number, screen in enumerate(SCREENS, start=1)
+        for screen in SCREEN_TABLE
     ),
     ActionRow(
         "view_3d",
-        VIEW,
+        VIEW_MENU,
         "3-D view &beside",
         "Show the flight in 3-D beside any screen, or hide it.",
         "Ctrl+0",
@@ -220,13 +221,15 @@ ACTIONS: tuple[ActionRow, ...] = (
     ),
     ActionRow(
         "browse_3d",
-        VIEW,
+        VIEW_MENU,
         "3-D view in the br&owser",
         "Open the 3-D view in the browser.",
         "Ctrl+Shift+0",
     ),
     *(
-        ActionRow(f"look_{way}", VIEW, text, help, shortcut, submenu=CAMERA_MENU, button=button)
+        ActionRow(
+            f"look_{way}", VIEW_MENU, text, help, shortcut, submenu=CAMERA_MENU, button=button
+        )
         for way, text, button, help, shortcut in (
             (
                 "follow",
@@ -249,7 +252,7 @@ ACTIONS: tuple[ActionRow, ...] = (
     ),
     ActionRow(
         "trail_3d",
-        VIEW,
+        VIEW_MENU,
         "Trai&l",
         "Show the last 30 s of the path in the 3-D view, or hide them.",
         "Ctrl+9",
@@ -258,7 +261,7 @@ ACTIONS: tuple[ActionRow, ...] = (
     ),
     ActionRow(
         "arrows_3d",
-        VIEW,
+        VIEW_MENU,
         "Thrust and &wind",
         "Show arrows of each rotor's thrust and of the wind in the 3-D view, or hide them.",
         checkable=True,
@@ -266,81 +269,50 @@ ACTIONS: tuple[ActionRow, ...] = (
     ),
     ActionRow(
         "lidar_3d",
-        VIEW,
+        VIEW_MENU,
         "Lidar &points",
         "Show the lidar's points in the 3-D view, or hide them.",
         checkable=True,
         submenu=CAMERA_MENU,
     ),
-    ActionRow("dismiss", VIEW, "&Dismiss notice", "Dismiss the banner's notice.", "Ctrl+Shift+D"),
-    ActionRow("full_screen", VIEW, "&Full screen", "Fill the screen.", "F11", checkable=True),
+    ActionRow(
+        "notices", VIEW_MENU, "&Notices", "Show or hide the list of notices.", "Ctrl+Shift+N"
+    ),
+    ActionRow(
+        "dismiss", VIEW_MENU, "&Dismiss notice", "Dismiss the banner's notice.", "Ctrl+Shift+D"
+    ),
+    ActionRow("full_screen", VIEW_MENU, "&Full screen", "Fill the screen.", "F11", checkable=True),
     *(
         ActionRow(
             f"theme_{theme}",
-            VIEW,
+            VIEW_MENU,
             f"&{theme.capitalize()}",
             "Colours of the desktop." if theme == "system" else f"{theme} colours.",
             checkable=True,
             submenu=THEME_MENU,
         )
-        for theme in THEMES
+        for theme in THEME_NAMES
     ),
-    ActionRow("guide", HELP, "&First minutes", "Take off, fly a step, move a gain and keep it."),
+    ActionRow(
+        "guide", HELP_MENU, "&First minutes", "Take off, fly a step, move a gain and keep it."
+    ),
     ActionRow(
         "explain",
-        HELP,
+        HELP_MENU,
         "&What is this?",
         "Click on a card to read what it means, with a link into the docs.",
         "Shift+F1",
     ),
-    ActionRow("keys", HELP, "&Keys", "All shortcuts on one page.", "F1"),
-    ActionRow("about", HELP, "&About", "About the app, and its licence."),
+    ActionRow("keys", HELP_MENU, "&Keys", "All shortcuts on one page.", "F1"),
+    ActionRow("about", HELP_MENU, "&About", "About the app, and its licence."),
 )
 
 
-def make_actions(
-    parent: QWidget,
-    handlers: Mapping[str, Callable[[], object]],
-    rows: Iterable[ActionRow] = ACTIONS,
-    context: Qt.ShortcutContext = Qt.ShortcutContext.ApplicationShortcut,
-) -> dict[str, QAction]:
-    """Return an action for each row of a table, by name.
-
-    Args:
-        parent: widget that gets the actions.
-        handlers: what each action calls, by name.
-        rows: the table.
-        context: where the shortcuts work.
-    """
-    made = {}
-    for row in rows:
-        action = QAction(row.text, parent)
-        action.setObjectName(row.name)
-        action.setIconText(row.button or row.label)
-        action.setCheckable(row.checkable)
-        set_tip(action, tip(row))
-        action.setStatusTip(row.help)
-        if row.shortcut:
-            action.setShortcut(QKeySequence(row.shortcut))
-            action.setShortcutContext(context)
-            action.setAutoRepeat(row.name in REPEATED)
-        handler = handlers[row.name]
-        action.triggered.connect(lambda _checked, handler=handler: handler())
-        parent.addAction(action)
-        made[row.name] = action
-    return made
-
-
-def tip(row: ActionRow) -> str:
-    """Return the tooltip of a button."""
-    return f"{row.help} ({row.shortcut})" if row.shortcut else row.help
-
-
-def find_row(name: str) -> ActionRow:
+def find_action(name: str) -> ActionRow:
     """Return the row with a name; a KeyError is a programming error."""
-    return {row.name: row for row in ACTIONS}[name]
+    return {row.name: row for row in ACTION_TABLE}[name]
 
 
-def rows_of(menu: str) -> Iterable[ActionRow]:
+def menu_rows(menu: str) -> Iterable[ActionRow]:
     """Return the rows of a menu, in order."""
-    return [row for row in ACTIONS if row.menu == menu]
+    return [row for row in ACTION_TABLE if row.menu == menu]

@@ -2,46 +2,33 @@
 
 from collections.abc import Hashable, Mapping
 from concurrent.futures import Future
+from dataclasses import fields, replace
+from itertools import count
 from typing import Any
 
 from PyQt6.QtCore import QObject, Qt, pyqtSignal
 
 from workbench.analysis.analyst import Analyst
-from workbench.analysis.questions import (
-    AskOther,
-    DrawFrequency,
-    Fork,
-    Judge,
-    JudgePlantInput,
-    Pin,
-    PlanMeasurement,
-    Predict,
-    Question,
-    Tune,
-    Weigh,
-)
+from workbench.analysis.queries import Query
 from workbench.analysis.replies import Searched
 from workbench.control.controller import Controller
-from workbench.gui.errands import Answers, Errands
+from workbench.gui.errands import BackgroundTasks, FutureCallbacks
 from workbench.gui.notices import Notices
 from workbench.ipc.worker_process import SupersededError
 from workbench.scenario.scenario import Scenario
 
-ASKED_ONCE = (PlanMeasurement, Fork, Weigh, Tune, Pin)
-"""Questions that are asked one by one: a notice says why one has no answer. The others are asked in
-a stream while a slider moves, and their card shows the reason."""
-REMEMBERED = (Judge, JudgePlantInput, DrawFrequency, Predict, AskOther)
-"""Questions whose answers are remembered, because several cards ask them again and again."""
-MOST_ANSWERS = 512
+SETTLING_MS = 300
+"""Gains have settled if they have not changed for this time [ms]: then longer work is asked for."""
+MAX_CACHED_RESULTS = 512
 """Number of remembered answers."""
-NOBODY = "there is nothing to judge yet: open a scenario first"
+NO_FLIGHT_TO_ANALYSE = "there is nothing to judge yet: open a scenario first"
 
 
 class Analysis(QObject):
     """Asks the analyst about gains of the flying vehicle.
 
     Args:
-        notices: takes refusals, except those of questions in streams.
+        notices: takes refusals of questions that the user asks once.
         parent: the Qt parent; this object is deleted with it.
     """
 
@@ -59,11 +46,11 @@ class Analysis(QObject):
     def __init__(self, notices: Notices, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._notices = notices
-        self._answers = Answers(notices.warn, self)
+        self._answers = FutureCallbacks(notices.warn, self)
         self._analyst: Analyst | None = None
         self._controller: Controller | None = None
         self._token = object()
-        self._errands = Errands()
+        self._errands = BackgroundTasks()
         self._known: dict[Hashable, Any] = {}
         queued = Qt.ConnectionType.QueuedConnection  # called in a thread of the analyst
         self._progressed.connect(self._show_progress, queued)  # pyrefly: ignore[bad-argument-count]
@@ -108,34 +95,36 @@ class Analysis(QObject):
         if self._analyst is not None:
             self._analyst.warm_up()
 
-    def ask(self, question: Question) -> None:
+    def ask(self, question: Query) -> None:
         """Ask a question; the answer arrives by `answered`, or by `refused`.
 
-        Of each kind the newest question counts: an older one that still waits is dropped silently.
-        One in progress is answered.
+        Of an asker's questions of a kind the newest counts: an older one that still waits is
+        dropped silently. One in progress is answered.
         """
         analyst = self._analyst
         if analyst is None:
-            self._refuse(question, NOBODY)
+            self._refuse(question, NO_FLIGHT_TO_ANALYSE)
             return
         analyst.ask(question).add_done_callback(lambda done: self._hear(analyst, question, done))
 
-    def known(self, question: Question) -> Any:
+    def known(self, question: Query) -> Any:
         """Return the remembered answer to a question, None while unknown."""
-        answer = self._known.pop(key_of(question), None)
+        if not question.is_kept:
+            return None
+        answer = self._known.pop(query_key(question), None)
         if answer is not None:  # what is used last is forgotten last
-            self._known[key_of(question)] = answer
+            self._known[query_key(question)] = answer
         return answer
 
     def forget(self) -> None:
         """Forget all answers: another vehicle flies."""
         self._known.clear()
 
-    def tell(self, question: Question, reply: object) -> None:
+    def tell(self, question: Query, reply: object) -> None:
         """Remember an answer, and tell everybody."""
-        if isinstance(question, REMEMBERED):
-            self._known[key_of(question)] = reply
-            if len(self._known) > MOST_ANSWERS:
+        if question.is_kept:
+            self._known[query_key(question)] = reply
+            if len(self._known) > MAX_CACHED_RESULTS:
                 del self._known[next(iter(self._known))]
         self.answered.emit(question, reply)
 
@@ -152,7 +141,7 @@ class Analysis(QObject):
             analyst.close()
         self._errands.close()
 
-    def _hear(self, analyst: Analyst, question: Question, done: "Future[Any]") -> None:
+    def _hear(self, analyst: Analyst, question: Query, done: "Future[Any]") -> None:
         """Pass an answer on, from any thread; a dropped question has none."""
         if not isinstance(done.exception(), SupersededError):
             self._answers.expect(
@@ -161,11 +150,11 @@ class Analysis(QObject):
                 lambda said: self._show_refusal(analyst, question, said),
             )
 
-    def _show(self, analyst: Analyst, question: Question, reply: object) -> None:
+    def _show(self, analyst: Analyst, question: Query, reply: object) -> None:
         if analyst is self._analyst:
             self.tell(question, reply)
 
-    def _show_refusal(self, analyst: Analyst, question: Question, said: str) -> None:
+    def _show_refusal(self, analyst: Analyst, question: Query, said: str) -> None:
         if analyst is self._analyst:
             self._refuse(question, said)
 
@@ -177,48 +166,53 @@ class Analysis(QObject):
         else:
             self.searched.emit(progress)
 
-    def _refuse(self, question: Question, said: str) -> None:
+    def _refuse(self, question: Query, said: str) -> None:
         """Report why there is no answer."""
         self.refused.emit(question, said)
-        if isinstance(question, ASKED_ONCE):
+        if question.has_notice:
             self._notices.warn(said)
 
 
-class Follower(QObject):
-    """Asks questions of one kind that change often, one at a time, while its card is visible.
+class QueryStream(QObject):
+    """One asker's questions to the analyst: one at a time, the newest next.
+
+    Each question that is asked gets one answer or one refusal, unless a newer one replaces it
+    before it is asked. An answer that is known, or that another asker gets, is its answer, too.
 
     Args:
         analysis: takes the questions.
-        kind: kind of the questions.
         parent: the Qt parent; this object is deleted with it.
+        seen: whether it asks from the beginning, else once its card is visible.
     """
 
     answered = pyqtSignal(object, object)
-    """The last question, and its reply."""
+    """A question, and its reply."""
     refused = pyqtSignal(str)
     """Why there is no reply."""
     preparing = pyqtSignal(str)
     """Preparations before the expected answer, as compiling."""
 
+    _askers = count(1)
+
     def __init__(
-        self, analysis: Analysis, kind: type[Question], parent: QObject | None = None
+        self, analysis: Analysis, parent: QObject | None = None, *, seen: bool = False
     ) -> None:
         super().__init__(parent)
         self._analysis = analysis
-        self._kind = kind
-        self._seen = False
+        self._asker = next(self._askers)
+        self._seen = seen
         self.forget()
-        analysis.answered.connect(self._hear)
-        analysis.refused.connect(self._hear_refusal)
-        analysis.preparing.connect(self._hear_preparing)
+        analysis.answered.connect(self._take_answer)
+        analysis.refused.connect(self._take_refusal)
+        analysis.preparing.connect(self._show_preparing)
 
     @property
     def is_waiting(self) -> bool:
         """Whether an answer is expected."""
-        return self._asked is not None
+        return self._asked is not None or (self._seen and bool(self._wanted))
 
-    def ask(self, *questions: Question) -> None:
-        """Ask questions in turn, unless their answers are known; they replace those that wait."""
+    def ask(self, *questions: Query) -> None:
+        """Ask questions in turn; they replace those that wait."""
         self._wanted = [*questions]
         self._send()
 
@@ -229,45 +223,39 @@ class Follower(QObject):
 
     def forget(self) -> None:
         """Drop questions: another flight begins."""
-        self._wanted: list[Question] = []
-        self._asked: Question | None = None
-        self._last: Question | None = None
+        self._wanted: list[Query] = []
+        self._asked: Query | None = None
 
     def _send(self) -> None:
         while self._seen and self._wanted and self._asked is None:
-            question = self._wanted.pop(0)
-            if question != self._last and self._analysis.known(question) is None:
+            question = replace(self._wanted.pop(0), asker=self._asker)
+            known = self._analysis.known(question)
+            if known is None:
                 self._asked = question
                 self._analysis.ask(question)
+            else:
+                self.answered.emit(question, known)
 
-    def _hear(self, question: Question, reply: object) -> None:
-        if not isinstance(question, self._kind):
-            return
-        asked, self._asked = self._asked, None
-        if asked is not None and question == asked:
-            self._last = asked
+    def _take_answer(self, question: Query, reply: object) -> None:
+        if self._asked is not None and self._asked.same(question):
+            self._asked = None
             self.answered.emit(question, reply)
-        elif asked is not None and not self._wanted:
-            self._wanted = [asked]  # another asker's question may have replaced ours
-        self._send()
+            self._send()
 
-    def _hear_refusal(self, question: Question, said: str) -> None:
-        if not isinstance(question, self._kind) or self._asked is None:
-            return
-        asked, self._asked = self._asked, None
-        if question == asked:
+    def _take_refusal(self, question: Query, said: str) -> None:
+        if self._asked is not None and self._asked.same(question):
+            self._asked = None
             self.refused.emit(said)
-        elif not self._wanted:
-            self._wanted = [asked]
-        self._send()
+            self._send()
 
-    def _hear_preparing(self, said: str) -> None:
+    def _show_preparing(self, said: str) -> None:
         if self.is_waiting:
             self.preparing.emit(said)
 
 
-def key_of(part: object) -> Hashable:
+def query_key(part: object) -> Hashable:
     """Return a question, or a part of one, as the key of a dictionary."""
-    if isinstance(part, Question):
-        return type(part), *map(key_of, vars(part).values())
+    if isinstance(part, Query):
+        values = (getattr(part, field.name) for field in fields(part) if field.compare)
+        return type(part), *map(query_key, values)
     return frozenset(part.items()) if isinstance(part, Mapping) else part

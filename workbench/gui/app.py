@@ -10,14 +10,14 @@ from contextlib import contextmanager
 from types import TracebackType
 
 from PyQt6 import sip
-from PyQt6.QtCore import QCoreApplication, QObject, Qt, QTimer, pyqtSignal
+from PyQt6.QtCore import QCoreApplication, QMargins, QObject, Qt, QTimer, pyqtSignal
 from PyQt6.QtWidgets import QApplication
 
 from workbench.common.errors import WorkbenchError
 from workbench.control.mode import FlightMode
-from workbench.gui.first_flight import DEFAULT_SCENARIO, first_flight
+from workbench.gui.first_flight import DEFAULT_APP_SCENARIO, first_flight
 from workbench.gui.flight_model import FlightModel
-from workbench.gui.home.route import FOLLOWS
+from workbench.gui.home.route import REFERENCE_PLACE_SLICE
 from workbench.gui.main_window import MainWindow
 from workbench.gui.notices import Notice, Notices, Severity
 from workbench.gui.style import apply_style
@@ -25,21 +25,23 @@ from workbench.gui.workspace import Workspace, make_workspace
 from workbench.live.choice import Choice
 from workbench.live.messages import Phase
 from workbench.live.view import LiveView
-from workbench.scenario.scenario import Scenario
+from workbench.scenario.scenario import Action, Scenario
 
-SCENARIO = "network"
+DEMO_SCENARIO = "network"
 """Scenario of the demo: a drone on the ground between obstacles."""
-ROUND = ((4.0, 0.0, 1.5), (3.0, 5.0, 2.0), (-3.5, 3.0, 1.5), (-2.0, -3.0, 1.8))
+DEMO_WAYPOINTS_M = ((4.0, 0.0, 1.5), (3.0, 5.0, 2.0), (-3.5, 3.0, 1.5), (-2.0, -3.0, 1.8))
 """Waypoints in W, each at least 2 m from any obstacle [m]."""
-LEG = 7.0
+WAYPOINT_INTERVAL_S = 7.0
 """Simulated time between waypoints [s]."""
-SETTLING = 0.2
+DEMO_ORDER_DELAY_S = 0.2
 """Time after an order until mode and command show it [s]."""
-ORGANISATION, NAME = "drake-drone-workbench", "workbench"
-BEAT = 200
+ORGANISATION_NAME, APPLICATION_NAME = "drake-drone-workbench", "workbench"
+TITLE_BAR_PX = 40
+"""Height of the title bar that a desktop adds to a window [px]."""
+INTERRUPT_POLL_MS = 200
 """Period between checks for Ctrl-C in the terminal [ms]."""
-REMEDY = "The app continues. Reset the flight (Ctrl+R) if it looks wrong; copy the details."
-LONGEST_WORDS = 200
+CRASH_REMEDY = "The app continues. Reset the flight (Ctrl+R) if it looks wrong; copy the details."
+MAX_ERROR_CHARACTERS = 200
 """Largest length of an exception's message in the banner [characters]."""
 
 
@@ -82,10 +84,10 @@ class CrashGuard(QObject):
             return
         details = "".join(traceback.format_exception(kind, error, trace))
         print(details, file=sys.stderr)
-        words = " ".join(str(error).split())[:LONGEST_WORDS]
-        where = _place(trace)
+        words = " ".join(str(error).split())[:MAX_ERROR_CHARACTERS]
+        where = _exception_place(trace)
         what = f"something went wrong in the app: {kind.__name__}: {words}{where}"
-        self._caught.emit(Notice(Severity.FAILURE, what, REMEDY, details))
+        self._caught.emit(Notice(Severity.FAILURE, what, CRASH_REMEDY, details))
 
     def _catch_in_thread(self, caught: threading.ExceptHookArgs) -> None:
         if caught.exc_value is not None and not issubclass(caught.exc_type, SystemExit):
@@ -95,7 +97,7 @@ class CrashGuard(QObject):
         self._notices.told.emit(notice)
 
 
-def _place(trace: TracebackType | None) -> str:
+def _exception_place(trace: TracebackType | None) -> str:
     """Return file and line of the exception."""
     frames = traceback.extract_tb(trace)
     if not frames:
@@ -144,7 +146,7 @@ class DemoPilot(QObject):
             return
         if mode is FlightMode.OFF and not self._took_off:
             self._took_off = self._waits = True
-            self._flight.order(lambda live: live.request("take_off"), self._go_on)
+            self._flight.do(Action(request="take_off"), self._go_on)
         elif mode in (FlightMode.OFF, FlightMode.LANDING):
             self._end("the drone lands")
         elif self._is_disturbed(view):
@@ -153,21 +155,24 @@ class DemoPilot(QObject):
             self._fly_leg(now)
 
     def _fly_leg(self, now: float) -> None:
-        place = ROUND[self._leg % len(ROUND)]
+        place = DEMO_WAYPOINTS_M[self._leg % len(DEMO_WAYPOINTS_M)]
         self._leg += 1
-        self._due = now + LEG
+        self._due = now + WAYPOINT_INTERVAL_S
         self._reference = (*place, 1.0)
         self._waits = True
-        self._flight.order(lambda live: live.go_to(place), self._go_on)
+        self._flight.do(Action(go_to=[*place]), self._go_on)
 
     def _go_on(self, time: float) -> None:
         self._waits = False
-        self._in_force = time + SETTLING
+        self._in_force = time + DEMO_ORDER_DELAY_S
 
     def _is_disturbed(self, view: LiveView) -> bool:
         """Return whether the drone has had a command from anyone else."""
         assert view.snapshot
-        return bool(self._reference) and view.snapshot.reference[FOLLOWS] != self._reference
+        return (
+            bool(self._reference)
+            and view.snapshot.reference[REFERENCE_PLACE_SLICE] != self._reference
+        )
 
     def _end(self, why: str) -> None:
         self._over = True
@@ -189,21 +194,32 @@ def run(choice: Choice | None, *, screen: str = "", view3d: bool = True, demo: b
     guard.install()
     window = MainWindow(workspace, first=screen, view3d=view3d)
     try:
-        first = choice or _first(workspace)
+        first = choice or _default_choice(workspace)
         window.control.fly(first)  # its process loads Drake while the window is painted
         apply_style(app, workspace.look)
-        window.show()
+        _show_window(window)
         guard.interrupted.connect(window.close)
+        warn_of_lost_settings(workspace)
         if demo:
             DemoPilot(workspace.flight, workspace.notices, window)
         elif window.guide.wanted and not screen:
-            QTimer.singleShot(0, window.guide.begin)
-        with _told_to_close(window):
+            window.begin_with_guide()
+        with _close_on_signal(window):
             return app.exec()
     finally:
         window.close()
         guard.uninstall()
         delete_objects()
+
+
+def _show_window(window: MainWindow) -> None:
+    """Show the window; on a screen that is too small for its size, it fills the screen."""
+    screen = window.screen()
+    needed = window.size().grownBy(QMargins(0, TITLE_BAR_PX, 0, 0))
+    if screen is None or needed.boundedTo(screen.availableSize()) == needed:
+        window.show()
+    else:
+        window.showMaximized()
 
 
 def delete_objects() -> None:
@@ -220,13 +236,24 @@ def delete_objects() -> None:
             sip.delete(each)
 
 
-def _first(workspace: Workspace) -> Choice:
+def _default_choice(workspace: Workspace) -> Choice:
     """Return what to fly if nothing was named."""
     try:
         return first_flight(workspace.preferences.store)
     except WorkbenchError as error:
         workspace.notices.warn(str(error), "The default scenario flies instead.")
-        return Choice(DEFAULT_SCENARIO)
+        return Choice(DEFAULT_APP_SCENARIO)
+
+
+def warn_of_lost_settings(workspace: Workspace) -> None:
+    """Warn if nothing can be stored for the next start."""
+    store = workspace.preferences.store
+    if not store.isWritable():
+        workspace.notices.warn(
+            f"settings and window positions are lost at the end: {store.fileName()} cannot be "
+            "written",
+            "Make its folder writable, or name another one in XDG_CONFIG_HOME.",
+        )
 
 
 def make_app() -> QApplication:
@@ -234,8 +261,8 @@ def make_app() -> QApplication:
     present = QApplication.instance()
     if isinstance(present, QApplication):
         return present
-    QCoreApplication.setOrganizationName(ORGANISATION)
-    QCoreApplication.setApplicationName(NAME)
+    QCoreApplication.setOrganizationName(ORGANISATION_NAME)
+    QCoreApplication.setApplicationName(APPLICATION_NAME)
     QCoreApplication.setAttribute(Qt.ApplicationAttribute.AA_ShareOpenGLContexts)
     app = QApplication(sys.argv[:1])
     app.setApplicationDisplayName("")  # the window's title has the name
@@ -243,13 +270,13 @@ def make_app() -> QApplication:
 
 
 @contextmanager
-def _told_to_close(window: MainWindow) -> Iterator[None]:
+def _close_on_signal(window: MainWindow) -> Iterator[None]:
     """Close on Ctrl-C and on SIGTERM; Qt alone would not check for them."""
     numbers = (signal.SIGINT, signal.SIGTERM)
     before = [signal.signal(number, lambda *_: window.close()) for number in numbers]
     beat = QTimer()
     beat.timeout.connect(lambda: None)  # lets Python handle signals
-    beat.start(BEAT)
+    beat.start(INTERRUPT_POLL_MS)
     try:
         yield
     finally:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.gui.charts.statistics import value_at
-from workbench.gui.poses import Pose, turned
+from workbench.gui.poses import Pose, rotation_from_angles
 from workbench.gui.signals import Signals
 from workbench.link.topics import PREFIX, Topic
 
@@ -18,12 +18,10 @@ class CloudRays:
     Attributes:
         directions_S: unit vectors in the sensor's frame (n, 3).
         sensor_in_B: pose of the sensor.
-        max_range: largest measured range [m].
     """
 
     directions_S: np.ndarray
     sensor_in_B: Pose
-    max_range: float
 
     def points_B(self, ranges: np.ndarray) -> np.ndarray:
         """Return the points of ranges (n) with a return, in B (m, 3) [m]."""
@@ -37,17 +35,15 @@ class CloudRays:
 
 def rays_from(about: Mapping[str, object]) -> CloudRays:
     """Return the rays that a topic describes: layer by layer, angles as first, step and count."""
-    azimuths, elevations = _angles(about["azimuths"]), _angles(about["elevations"])
+    azimuths, elevations = _ray_angles(about["azimuths"]), _ray_angles(about["elevations"])
     layer, column = np.meshgrid(elevations, azimuths, indexing="ij")
     level = np.cos(layer)
     directions = np.stack([level * np.cos(column), level * np.sin(column), np.sin(layer)], axis=2)
     p_BS, R_BS = np.array(about["p_BS"], dtype=float), np.array(about["R_BS"], dtype=float)
-    ends = about["range"]
-    assert isinstance(ends, Sequence)
-    return CloudRays(directions.reshape(-1, 3), Pose(p_BS, R_BS), float(ends[1]))
+    return CloudRays(directions.reshape(-1, 3), Pose(p_BS, R_BS))
 
 
-def _angles(said: object) -> np.ndarray:
+def _ray_angles(said: object) -> np.ndarray:
     assert isinstance(said, Sequence)
     first, step, count = said
     angles: np.ndarray = float(first) + float(step) * np.arange(int(count))
@@ -67,7 +63,7 @@ def newest_points(signals: Signals, rays: CloudRays) -> np.ndarray:
     if not isinstance(ranges, tuple) or not isinstance(stamp, int):
         return np.empty((0, 3))
     place, angles = pose_at(signals, stamp * 1e-9)
-    points: np.ndarray = rays.points_B(np.array(ranges)) @ turned(*angles).T + place
+    points: np.ndarray = rays.points_B(np.array(ranges)) @ rotation_from_angles(*angles).T + place
     return points
 
 

@@ -13,7 +13,7 @@ from workbench.common.errors import WorkbenchError
 Value = TypeVar("Value")
 
 
-class Errands:
+class BackgroundTasks:
     """Runs each piece of work in its own short-lived thread."""
 
     def __init__(self) -> None:
@@ -22,7 +22,7 @@ class Errands:
     def run(self, work: Callable[[], Value]) -> "Future[Value]":
         """Start work, and return a Future of its result."""
         future: Future[Value] = Future()
-        self.do(partial(_work, work, future))
+        self.do(partial(_run_into_future, work, future))
         return future
 
     def do(self, work: Callable[[], object]) -> None:
@@ -38,7 +38,7 @@ class Errands:
             thread.join()
 
 
-def _work(work: Callable[[], Value], future: "Future[Value]") -> None:
+def _run_into_future(work: Callable[[], Value], future: "Future[Value]") -> None:
     try:
         result = work()
     except Exception as error:  # the Future carries it
@@ -47,11 +47,11 @@ def _work(work: Callable[[], Value], future: "Future[Value]") -> None:
         future.set_result(result)
 
 
-Done = Callable[[Any], None]
-Refused = Callable[[str], None]
+ResultCallback = Callable[[Any], None]
+RefusalCallback = Callable[[str], None]
 
 
-class Answers(QObject):
+class FutureCallbacks(QObject):
     """Calls back in its own thread when a Future is done, and never blocks.
 
     Args:
@@ -61,7 +61,7 @@ class Answers(QObject):
 
     _arrived = pyqtSignal(object, object, object)
 
-    def __init__(self, refused: Refused, parent: QObject | None = None) -> None:
+    def __init__(self, refused: RefusalCallback, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._refused = refused
         self._closed = False
@@ -69,7 +69,10 @@ class Answers(QObject):
         self._arrived.connect(self._deliver, queued)  # pyrefly: ignore[bad-argument-count]
 
     def expect(
-        self, future: "Future[Any]", done: Done | None = None, refused: Refused | None = None
+        self,
+        future: "Future[Any]",
+        done: ResultCallback | None = None,
+        refused: RefusalCallback | None = None,
     ) -> None:
         """Call `done` with the value, or `refused` with the message of a WorkbenchError."""
         future.add_done_callback(lambda each: self._hear(each, done, refused))
@@ -78,12 +81,16 @@ class Answers(QObject):
         """Stop calling back."""
         self._closed = True
 
-    def _hear(self, future: "Future[Any]", done: Done | None, refused: Refused | None) -> None:
+    def _hear(
+        self, future: "Future[Any]", done: ResultCallback | None, refused: RefusalCallback | None
+    ) -> None:
         """Pass a Future on, from any thread."""
         if not self._closed:
             self._arrived.emit(future, done, refused)
 
-    def _deliver(self, future: "Future[Any]", done: Done | None, refused: Refused | None) -> None:
+    def _deliver(
+        self, future: "Future[Any]", done: ResultCallback | None, refused: RefusalCallback | None
+    ) -> None:
         if self._closed or future.cancelled():
             return
         error = future.exception()

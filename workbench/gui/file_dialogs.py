@@ -6,10 +6,12 @@ from pathlib import Path
 from PyQt6.QtGui import QClipboard, QGuiApplication
 from PyQt6.QtWidgets import QFileDialog, QWidget
 
-from workbench.logs.flight_record import LOG_ENDINGS
+from workbench.logs.readers.log_reader import log_endings
 
-LOG_FILES = "Logs ({})".format(" ".join(f"*{ending} *{ending.upper()}" for ending in LOG_ENDINGS))
-"""Filter of file dialogs for logs."""
+
+def log_file_filter() -> str:
+    """Return the filter of file dialogs for logs."""
+    return "Logs ({})".format(" ".join(f"*{ending} *{ending.upper()}" for ending in log_endings()))
 
 
 def clipboard() -> QClipboard:

@@ -4,6 +4,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from workbench.common.errors import WorkbenchError
+from workbench.common.plain_files import make_folder
 
 if TYPE_CHECKING:
     from PyQt6.QtCore import QSettings
@@ -11,9 +12,9 @@ if TYPE_CHECKING:
     from workbench.live.choice import Choice
     from workbench.scenario.scenario import Scenario
 
-DEFAULT_SCENARIO = "network"
+DEFAULT_APP_SCENARIO = "network"
 """Default scenario: on the ground between obstacles, with sensors."""
-NAME = "last-flight.yaml"
+LAST_SETUP_FILE = "last-flight.yaml"
 """File name of the scenario that was last set up by hand."""
 
 
@@ -28,7 +29,7 @@ def first_flight(store: "QSettings") -> "Choice":
 
     kept = last_setup(store)
     if not kept.is_file():
-        return Choice(DEFAULT_SCENARIO)
+        return Choice(DEFAULT_APP_SCENARIO)
     try:
         said = read_yaml(kept).data
         vehicle = said.get("vehicle", {})
@@ -41,10 +42,10 @@ def first_flight(store: "QSettings") -> "Choice":
 
 def last_setup(store: "QSettings") -> Path:
     """Return the path of the last setup: beside the preferences."""
-    return Path(store.fileName()).parent / NAME
+    return Path(store.fileName()).parent / LAST_SETUP_FILE
 
 
-def keep_setup(path: Path, scenario: "Scenario") -> None:
+def save_setup(path: Path, scenario: "Scenario") -> None:
     """Save a setup for the next start, and make its folder if necessary.
 
     Args:
@@ -54,10 +55,10 @@ def keep_setup(path: Path, scenario: "Scenario") -> None:
     Raises:
         WorkbenchError: if the file cannot be written.
     """
-    from workbench.scenario.scenario import save_scenario
+    from workbench.scenario.scenario_file import save_scenario
 
+    make_folder(path.parent)
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
         save_scenario(scenario, path)
     except OSError as error:
         raise WorkbenchError(f"{path}: cannot be written: {error.strerror}") from error

@@ -4,26 +4,26 @@ from dataclasses import replace
 
 from PyQt6.QtCore import QObject
 
-from workbench.control.controller import PROGRAMS
+from workbench.control.installed_laws import installed_programs
 from workbench.control.mode import FlightMode
 from workbench.gui.flight_model import FlightModel, with_controller
 from workbench.gui.preferences import Preferences
 from workbench.live.choice import Choice
-from workbench.live.flight import LiveFlight
 from workbench.live.messages import Phase
+from workbench.live.orders import FlightOrder, FlyOn, SetSpeed
 from workbench.live.view import LiveView
-from workbench.scenario.scenario import Scenario, VehicleConfig
+from workbench.scenario.scenario import Action, Scenario, VehicleConfig
 
-NO_FLIGHT = "Nothing flies: open a scenario first."
-STARTING = "The flight is starting."
-BROKEN = "The flight cannot continue: reset it first."
-AUTOPILOT_ENDED = "The autopilot has ended: reset the flight first."
-PAUSED = "The flight is paused: resume it first."
-ON_THE_GROUND = "On the ground: take off first."
-LANDING = "Landing: fly it after the next take-off."
-FIGURE_EIGHT = "The scenario flies its figure of eight: nobody else can command."
+NO_FLIGHT_TEXT = "Nothing flies: open a scenario first."
+STARTING_TEXT = "The flight is starting."
+BROKEN_FLIGHT_TEXT = "The flight cannot continue: reset it first."
+AUTOPILOT_ENDED_TEXT = "The autopilot has ended: reset the flight first."
+PAUSED_TEXT = "The flight is paused: resume it first."
+ON_GROUND_TEXT = "On the ground: take off first."
+LANDING_TEXT = "Landing: fly it after the next take-off."
+FIGURE_EIGHT_TEXT = "The scenario flies its figure of eight: nobody else can command."
 
-_ON_GROUND = (FlightMode.OFF, FlightMode.ARMED)
+_GROUND_MODES = (FlightMode.OFF, FlightMode.ARMED)
 
 
 class FlightControl(QObject):
@@ -69,10 +69,8 @@ class FlightControl(QObject):
         Args:
             name: name of a shipped one, or path of a file.
         """
-        if self._flight.is_flying and name not in PROGRAMS:
-            self._flight.asks_first(
-                lambda: self._flight.order(lambda live: live.fly_controller(name))
-            )
+        if self._flight.is_flying and name not in installed_programs():
+            self._flight.asks_first(lambda: self._flight.do(Action(controller=name)))
         else:
             self.fly(with_controller(self._flight.what, name))
 
@@ -82,38 +80,38 @@ class FlightControl(QObject):
 
     def request(self, what: str) -> None:
         """Ask the flight mode to arm, take_off, land, or stop."""
-        self._flight.order(lambda live: live.request(what))
+        self._flight.do(Action(request=what))
 
     def hold(self) -> None:
         """Brake and stay: a command of zero ends a path, and the request ends a take-off."""
-        self._flight.order(lambda live: live.command((0.0, 0.0, 0.0), 0.0))
-        self._flight.order(lambda live: live.request("hold"))
+        self._flight.do(Action(velocity=[0.0, 0.0, 0.0], yaw_rate=0.0))
+        self._flight.do(Action(request="hold"))
 
     def pause(self) -> None:
         """Pause or resume simulated time."""
         paused = self._flight.view.phase is Phase.PAUSED
-        self._flight.order(LiveFlight.resume if paused else LiveFlight.pause)
+        self._flight.do(FlightOrder.RESUME if paused else FlightOrder.PAUSE)
 
     def step(self) -> None:
         """Fly one control period; only while paused."""
         scenario = self._flight.view.scenario
         if scenario is not None:
             period = scenario.rates.control_period
-            self._flight.order(lambda live: live.fly_on(period))
+            self._flight.do(FlyOn(period))
 
     def reset(self) -> None:
         """Reset the flight; a flight that has ended starts anew."""
         if self._flight.live is None or self._flight.view.phase is Phase.ENDED:
             self._flight.again()
         else:
-            self._flight.order(LiveFlight.reset)
+            self._flight.do(FlightOrder.RESET)
 
     def set_speed(self, factor: float) -> None:
         """Set the number of simulated seconds per second."""
-        self._flight.order(lambda live: live.set_speed(factor))
+        self._flight.do(SetSpeed(factor))
 
 
-def possible(view: LiveView) -> frozenset[str]:
+def possible_actions(view: LiveView) -> frozenset[str]:
     """Return the names of the flight's actions that have an effect now."""
     if view.phase is Phase.ENDED:
         return frozenset({"reset"})
@@ -129,33 +127,33 @@ def possible(view: LiveView) -> frozenset[str]:
     mode = view.snapshot.mode
     if mode is FlightMode.OFF:
         able.add("arm")
-    able |= {"take_off"} if mode in _ON_GROUND else {"land", "hold"}
+    able |= {"take_off"} if mode in _GROUND_MODES else {"land", "hold"}
     if mode is FlightMode.LANDING:  # it ends the landing
         able.add("take_off")
     return frozenset(able)
 
 
-def barrier(view: LiveView) -> str:
+def manual_denial_reason(view: LiveView) -> str:
     """Return why a flight cannot be flown by hand now, "" if it can."""
     if view.phase is Phase.ENDED:
-        return NO_FLIGHT
+        return NO_FLIGHT_TEXT
     if view.phase is Phase.BROKEN:
-        return BROKEN
+        return BROKEN_FLIGHT_TEXT
     if view.snapshot is None:
-        return STARTING
+        return STARTING_TEXT
     if view.autopilot is not None and view.autopilot.ended:
-        return AUTOPILOT_ENDED
+        return AUTOPILOT_ENDED_TEXT
     if view.scenario is not None and view.scenario.figure_eight:
-        return FIGURE_EIGHT
+        return FIGURE_EIGHT_TEXT
     if view.phase is Phase.PAUSED:
-        return PAUSED
+        return PAUSED_TEXT
     if view.snapshot.mode in (FlightMode.OFF, FlightMode.ARMED):
-        return ON_THE_GROUND
+        return ON_GROUND_TEXT
     if view.snapshot.mode is FlightMode.LANDING:
-        return LANDING
+        return LANDING_TEXT
     return ""
 
 
-def barrier_of(flight: FlightModel) -> str:
+def flight_denial_reason(flight: FlightModel) -> str:
     """Return the same for the model of a flight, which may have none."""
-    return barrier(flight.view) if flight.live is not None else NO_FLIGHT
+    return manual_denial_reason(flight.view) if flight.live is not None else NO_FLIGHT_TEXT

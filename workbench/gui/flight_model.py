@@ -1,21 +1,20 @@
 """The flight that the app shows: started, replaced and ended, and polled sixty times a second."""
 
 from collections.abc import Callable, Mapping
-from concurrent.futures import Future
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import pairwise
-from typing import Any
 
 from PyQt6.QtCore import QObject, Qt, QTimer, pyqtSignal
 
 from workbench.common.errors import WorkbenchError
-from workbench.gui.errands import Answers, Done, Errands, Refused
+from workbench.gui.errands import BackgroundTasks, FutureCallbacks, RefusalCallback, ResultCallback
 from workbench.gui.notices import Notices
 from workbench.link.backplane import Published
 from workbench.live.choice import Choice
 from workbench.live.flight import LiveFlight
 from workbench.live.messages import Phase
+from workbench.live.orders import LiveOrder
 from workbench.live.view import LiveView
 from workbench.scenario.scenario import Scenario
 
@@ -30,9 +29,9 @@ class _Attempt:
     live: LiveFlight | None = None
 
 
-PERIOD = 16
+FLIGHT_POLL_MS = 16
 """Period between polls of the flight [ms]."""
-NOTHING = "nothing flies: open a scenario first"
+NO_FLIGHT_REASON = "nothing flies: open a scenario first"
 
 
 class FlightModel(QObject):
@@ -75,12 +74,12 @@ class FlightModel(QObject):
         self._next_said = ""
         self._again: Callable[[], None] = self._say_nothing_flies
         self._view = LiveView()
-        self._answers = Answers(lambda said: notices.warn(said), self)
-        self._errands = Errands()
+        self._answers = FutureCallbacks(lambda said: notices.warn(said), self)
+        self._errands = BackgroundTasks()
         self._missed = 0
         self._timer = QTimer(self)
         self._timer.setTimerType(Qt.TimerType.PreciseTimer)
-        self._timer.setInterval(PERIOD)
+        self._timer.setInterval(FLIGHT_POLL_MS)
         self._timer.timeout.connect(self._look)
 
     @property
@@ -101,7 +100,7 @@ class FlightModel(QObject):
     @property
     def is_flying(self) -> bool:
         """Whether a flight has begun and its process runs."""
-        return self._live is not None and self._view.snapshot is not None and not self._is_over()
+        return self._live is not None and self._view.snapshot is not None and not self._view.is_over
 
     def fly(
         self, choice: Choice | Scenario, settings: Mapping[str, float] | None = None, *, draw: bool
@@ -211,16 +210,16 @@ class FlightModel(QObject):
         else:
             self._notices.fail(said, f"{remedy} Reset flies the previous flight again.")
 
-    def order(
+    def do(
         self,
-        give: Callable[[LiveFlight], "Future[Any]"],
-        done: Done | None = None,
-        refused: Refused | None = None,
+        order: LiveOrder,
+        done: ResultCallback | None = None,
+        refused: RefusalCallback | None = None,
     ) -> None:
-        """Give the flight an order, as `lambda live: live.request("land")`.
+        """Give the flight an order.
 
         Args:
-            give: function that gives the order.
+            order: what the flight is to do.
             done: called with the answer, in this thread, once `view` shows the effect.
             refused: called with the reason of a refusal; by default a notice shows it, unless
                 another flight has started meanwhile.
@@ -228,16 +227,16 @@ class FlightModel(QObject):
         live = self._live
         if live is not None:
             tell = refused or partial(self._tell_refusal, live)
-            self._answers.expect(give(live), done, tell)
+            self._answers.expect(live.do(order), done, tell)
         else:
-            (refused or self._notices.warn)(NOTHING)
+            (refused or self._notices.warn)(NO_FLIGHT_REASON)
 
     def _tell_refusal(self, live: LiveFlight, said: str) -> None:
         if live is self._live:
             self._notices.warn(said)
 
     def _say_nothing_flies(self) -> None:
-        self._notices.warn(NOTHING)
+        self._notices.warn(NO_FLIGHT_REASON)
 
     def _look(self) -> None:
         """Emit the signals for news; a slot may end the flight, or start another."""
@@ -247,10 +246,10 @@ class FlightModel(QObject):
             return
         published = live.streamed()
         view = live.latest()
-        restarted = began_anew(self._view, view)
+        restarted = has_restarted(self._view, view)
         if restarted:  # older samples belong to the last flight
             self._show(view)
-            published = of_last_flight(published, view)
+            published = since_last_restart(published, view)
         if published:
             self.streamed.emit(published)
         if view is not self._view:
@@ -269,10 +268,10 @@ class FlightModel(QObject):
 
     def _show(self, view: LiveView) -> None:
         before, self._view = self._view, view
-        if began_anew(before, view):
+        if has_restarted(before, view):
             self._good = self._present
             self.begun.emit(view)
-        elif took_over(before, view) and view.controller and view.scenario:
+        elif controller_changed(before, view) and view.controller and view.scenario:
             law, other = view.controller, before.controller
             if other is None or law.reference != other.reference:
                 # gains of the same law also fit sets of them
@@ -293,10 +292,16 @@ class FlightModel(QObject):
         """Report why an autopilot, or an excitation, has ended by itself."""
         lived = before.autopilot is None or not before.autopilot.ended
         if lived and view.autopilot is not None and view.autopilot.ended:
-            self._notices.fail(view.autopilot.ended)
+            self._notices.fail(view.autopilot.ended, "Reset the flight (Ctrl+R) to start it again.")
         ended = view.excitation_ended
         if ended and not before.excitation_ended:
-            self._notices.warn(f"The excitation has ended: {ended}.")
+            remedy = "Fly it with a smaller amplitude, with other gains, or elsewhere."
+            self._notices.alarm(f"The excitation has ended: {ended}", remedy)
+        elif before.excitation_ended and not ended:
+            self._notices.end_alarm(f"The excitation has ended: {before.excitation_ended}")
+        for what in before.lasting:
+            if what not in view.lasting:
+                self._notices.end_alarm(what)
 
     def _end_of(self, view: LiveView) -> None:
         """Report a flight that has ended by itself, or could not start."""
@@ -306,9 +311,6 @@ class FlightModel(QObject):
             self.arguments_wanted.emit(attempt.what, view.needed)
         else:
             self._notices.fail(view.said, "Open a scenario, or reset, to fly again.")
-
-    def _is_over(self) -> bool:
-        return self._view.phase in (Phase.ENDED, Phase.BROKEN)
 
 
 def with_controller(what: Choice | Scenario, name: str, *, keep: bool = False) -> Choice | Scenario:
@@ -327,7 +329,7 @@ def with_controller(what: Choice | Scenario, name: str, *, keep: bool = False) -
     return replace(what, controller=name, vehicle=replace(what.vehicle, gains=gains))
 
 
-def began_anew(before: LiveView, view: LiveView) -> bool:
+def has_restarted(before: LiveView, view: LiveView) -> bool:
     """Return whether a flight has begun, or restarted, between two views."""
     if view.snapshot is None:
         return False
@@ -336,7 +338,7 @@ def began_anew(before: LiveView, view: LiveView) -> bool:
     return view.flight != before.flight
 
 
-def took_over(before: LiveView, view: LiveView) -> bool:
+def controller_changed(before: LiveView, view: LiveView) -> bool:
     """Return whether another controller took over between two views of a flight.
 
     Before its first snapshot a flight has a controller, but it does not fly yet.
@@ -344,7 +346,7 @@ def took_over(before: LiveView, view: LiveView) -> bool:
     return before.snapshot is not None and view.controller is not before.controller
 
 
-def of_last_flight(published: list[Published], view: LiveView) -> list[Published]:
+def since_last_restart(published: list[Published], view: LiveView) -> list[Published]:
     """Return the data published since the last restart of time.
 
     Args:

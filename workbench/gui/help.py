@@ -1,7 +1,6 @@
-"""Help in the app: about each card of the screens, pages of the docs, all keys, and "about"."""
+"""Help in the app: about each card of the screens, pages of the docs, and "about"."""
 
 import re
-from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -11,26 +10,22 @@ from PyQt6.QtWidgets import (
     QDialog,
     QDialogButtonBox,
     QFrame,
-    QGridLayout,
-    QScrollArea,
     QTextBrowser,
     QWidget,
 )
 
 from workbench.common.plain_text import html_text
 from workbench.common.resources import docs_dir
-from workbench.gui.actions import MENUS, rows_of
-from workbench.gui.gains.gain_bar import GAIN_ACTIONS
-from workbench.gui.layout import NO_MARGINS, Margins, Part, grid, hbox, label, vbox
-from workbench.gui.style import dressed
+from workbench.gui.layout import NO_MARGINS, BoxMargins, LayoutPart, label, vbox
+from workbench.gui.style import with_class
 
-SIZE = (860, 640)
+DOCS_WINDOW_SIZE_PX = (860, 640)
 """Size of the window [px]."""
-WIDEST = 800
+MAX_PICTURE_WIDTH_PX = 800
 """Width limit of pictures [px]."""
 
 
-def anchor(heading: str) -> str:
+def heading_anchor(heading: str) -> str:
     """Return the anchor of a heading, as GitHub forms it."""
     return re.sub(r"[^\w\- ]", "", heading.strip().lower()).replace(" ", "-")
 
@@ -63,7 +58,7 @@ class DocsBrowser(QTextBrowser):
         assert document is not None
         block = document.begin()
         while block.isValid() and not (
-            block.blockFormat().headingLevel() and anchor(block.text()) == wanted
+            block.blockFormat().headingLevel() and heading_anchor(block.text()) == wanted
         ):
             block = block.next()
         found = block if block.isValid() else document.begin()
@@ -78,7 +73,11 @@ class DocsBrowser(QTextBrowser):
             return super().loadResource(kind, name)
         picture = QImage(str(docs_dir() / name.toString()))
         smooth = Qt.TransformationMode.SmoothTransformation
-        return picture.scaledToWidth(WIDEST, smooth) if picture.width() > WIDEST else picture
+        return (
+            picture.scaledToWidth(MAX_PICTURE_WIDTH_PX, smooth)
+            if picture.width() > MAX_PICTURE_WIDTH_PX
+            else picture
+        )
 
     def _follow(self, url: QUrl) -> None:
         if url.scheme() in ("http", "https"):
@@ -98,7 +97,7 @@ def show_docs(link: str, parent: QWidget | None = None) -> QDialog:
     dialog.setWindowTitle("Docs")
     browser = DocsBrowser(dialog)
     vbox(browser, of=dialog, margins=NO_MARGINS)
-    dialog.resize(*SIZE)
+    dialog.resize(*DOCS_WINDOW_SIZE_PX)
     dialog.show()  # first, because positions follow from the width
     browser.open(link)
     return dialog
@@ -121,19 +120,31 @@ def read_cards(path: Path) -> dict[str, tuple[str, str, str]]:
     return cards
 
 
-CARDS = read_cards(Path(__file__).with_name("cards.md"))
+CARD_HELP = read_cards(Path(__file__).with_name("cards.md"))
+
+
+def add_card_help(title: str, means: str, read: str, page: str) -> None:
+    """Add the help about a card of another package.
+
+    Args:
+        title: its heading.
+        means: what it shows, in a sentence.
+        read: how to read or use it, in a sentence.
+        page: page of the docs and heading, as "app.md#tuning".
+    """
+    CARD_HELP[title] = means, read, page
 
 
 def card_text(title: str) -> str:
     """Return the complete help about a card as rich text; a KeyError is a programming error."""
-    means, read, page = CARDS[title]
+    means, read, page = CARD_HELP[title]
     return (
         f"<b>{html_text(title)}</b><p>{html_text(means)} {html_text(read)}</p>"
         f'<p><a href="{page}">More in the docs: {page.partition("#")[0]}</a></p>'
     )
 
 
-def explain(card: QWidget, title: str) -> None:
+def set_card_help(card: QWidget, title: str) -> None:
     """Give a card its help, shown by *What is this?* (Shift+F1).
 
     Args:
@@ -141,20 +152,23 @@ def explain(card: QWidget, title: str) -> None:
         title: its heading in `cards.md`.
     """
     card.setWhatsThis(card_text(title))
-    card.installEventFilter(_Links(card))
+    card.installEventFilter(_HelpLinkOpener(card))
 
 
-def explained(
-    title: str, *parts: Part, margins: Margins = (16, 12, 16, 12), spacing: int | None = None
+def help_card(
+    title: str,
+    *parts: LayoutPart,
+    margins: BoxMargins | None = (16, 12, 16, 12),
+    spacing: int | None = None,
 ) -> QFrame:
     """Return a card with parts in it and the help of its title; arguments as for `vbox`."""
-    card = dressed(QFrame(), "card")
-    explain(card, title)
+    card = with_class(QFrame(), "card")
+    set_card_help(card, title)
     vbox(*parts, of=card, margins=margins, spacing=spacing)
     return card
 
 
-class _Links(QObject):
+class _HelpLinkOpener(QObject):
     """Opens the docs when a link in a card's help is clicked."""
 
     def eventFilter(self, watched: QObject | None, event: QEvent | None) -> bool:
@@ -165,60 +179,11 @@ class _Links(QObject):
         return False
 
 
-LONGEST_KEY = "Ctrl+Shift+W  "
-WORDS = 268
-"""Width of an action's description: two columns fit into the smallest window [px]."""
-MARGIN = 40
-"""Margin between page and window [px]."""
-TUNING_KEYS = (
-    ("Ctrl+E", "Start or stop the excitation."),
-    ("Ctrl+F", "Search the parameters."),
-    ("Arrows", "Move the slider; with Shift in large steps, with Ctrl in small ones."),
-    ("Enter", "Fly the proposed gains, if gains fly on Enter."),
-    ("Ctrl+Return", "Fly the proposed gains in spite of a warning."),
-    ("Esc", "Discard proposed gains that do not fly."),
-)
-ABOUT = (
+ABOUT_TEXT = (
     "Design a multirotor and its controller on Drake: fly it, watch it, and tune it while it "
     "flies.\n\nFree software under the GNU General Public License, version 3 or later, without any "
     "warranty."
 )
-
-
-def keys_page(parent: QWidget | None = None) -> QDialog:
-    """Return a dialog with all shortcuts, from the table of actions.
-
-    Args:
-        parent: the Qt parent.
-    """
-    dialog = QDialog(parent)
-    dialog.setWindowTitle("Keys")
-    page = QWidget()
-    columns = hbox(of=page, spacing=24)
-    for tables in (
-        [(menu.replace("&", ""), _keys_of(menu)) for menu in MENUS],
-        [("Tuning", _tuning_keys())],
-    ):
-        column = vbox()
-        for heading, keys in tables:
-            if keys:
-                column.addLayout(_table(heading, keys))
-                column.addSpacing(12)
-        column.addStretch(1)
-        columns.addLayout(column)
-    scrolling = QScrollArea()
-    scrolling.setWidgetResizable(True)
-    scrolling.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-    scrolling.setWidget(page)
-    bar = scrolling.verticalScrollBar()
-    assert bar is not None
-    scrolling.setMinimumWidth(page.sizeHint().width() + bar.sizeHint().width())
-    layout = vbox(scrolling, _close_button(dialog), of=dialog, margins=(22, 18, 22, 14))
-    above = parent.window() if parent is not None else None
-    room = above.height() - MARGIN if above is not None else page.sizeHint().height()
-    rest = layout.minimumSize().height() - scrolling.minimumSizeHint().height()
-    dialog.resize(0, min(room, page.sizeHint().height() + rest + MARGIN // 2))
-    return dialog
 
 
 def about_page(parent: QWidget | None = None) -> QDialog:
@@ -229,33 +194,11 @@ def about_page(parent: QWidget | None = None) -> QDialog:
     """
     dialog = QDialog(parent)
     dialog.setWindowTitle("About")
-    words = label(ABOUT, wraps=True)
+    words = label(ABOUT_TEXT, wraps=True)
     words.setMinimumWidth(380)
     heading = label("Drake drone workbench", "heading")
     vbox(heading, words, _close_button(dialog), of=dialog, margins=(22, 18, 22, 14))
     return dialog
-
-
-def _table(heading: str, keys: Iterable[tuple[str, str]]) -> QGridLayout:
-    """Return keys and their actions in two columns."""
-    made = grid(spacing=(16, 3), stretches=(0, 1))
-    made.addWidget(label(heading, "heading"), 0, 0, 1, 2)
-    for at, (shortcut, help) in enumerate(keys, start=1):
-        made.addWidget(label(shortcut, "heading"), at, 0, Qt.AlignmentFlag.AlignTop)
-        words = label(help, wraps=True)
-        words.setFixedWidth(WORDS)
-        words.setMinimumHeight(words.heightForWidth(WORDS))
-        made.addWidget(words, at, 1)
-    made.setColumnMinimumWidth(0, label(LONGEST_KEY, "heading").sizeHint().width())
-    return made
-
-
-def _keys_of(menu: str) -> list[tuple[str, str]]:
-    return [(row.shortcut, row.help) for row in rows_of(menu) if row.shortcut]
-
-
-def _tuning_keys() -> list[tuple[str, str]]:
-    return [(row.shortcut, row.help) for row in GAIN_ACTIONS] + list(TUNING_KEYS)
 
 
 def _close_button(dialog: QDialog) -> QDialogButtonBox:

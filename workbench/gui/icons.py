@@ -7,7 +7,10 @@ from PyQt6.QtSvg import QSvgRenderer
 from workbench.common.errors import unknown_name
 from workbench.control.mode import FlightMode
 
-DRAWN = {
+ICON_STROKES = {
+    "start": '<rect x="4" y="4" width="7" height="7" rx="1.2"/>'
+    '<rect x="13" y="4" width="7" height="7" rx="1.2"/>'
+    '<rect x="4" y="13" width="7" height="7" rx="1.2"/><path d="M16.5 13.5v6M13.5 16.5h6"/>',
     "home": '<path d="M4 11 12 4l8 7v9h-5v-6H9v6H4z"/>',
     "server": '<rect x="4" y="4" width="16" height="6.5" rx="1.5"/>'
     '<rect x="4" y="13.5" width="16" height="6.5" rx="1.5"/><path d="M7.5 7.3h2M7.5 16.8h2"/>',
@@ -46,19 +49,8 @@ DRAWN = {
     "pace": '<path d="M4.5 17a8.5 8.5 0 1 1 15 0"/><path d="M12 14l4-5"/>',
     "clock": '<circle cx="12" cy="12" r="8.5"/><path d="M12 7v5l3.5 2"/>',
     "battery": '<rect x="3.5" y="7.5" width="15" height="9" rx="1.5"/><path d="M21 10.5v3"/>',
-    "sign_good": '<circle cx="12" cy="12" r="9.1" fill="{colour}" stroke="none"/>',
-    "sign_off": '<circle cx="12" cy="12" r="7.2" stroke-width="2.7"/>',
-    "sign_warning": '<path d="M12 0 24 24H0zM10.7 9.6h2.6v6.6h-2.6zM10.7 19h2.6v2.7h-2.6z" '
-    'fill="{colour}" fill-rule="evenodd" stroke="none"/>',
-    "sign_bad": '<path d="M3 0h18a3 3 0 0 1 3 3v18a3 3 0 0 1-3 3H3a3 3 0 0 1-3-3V3a3 3 0 0 1 3-3z'
-    'M7 5l5 5 5-5 2 2-5 5 5 5-2 2-5-5-5 5-2-2 5-5-5-5z" fill="{colour}" fill-rule="evenodd" '
-    'stroke="none"/>',
-    "tick": '<path d="M2.5 12 8.4 20 21.5 4" stroke-width="5"/>',
-    "over": '<path d="M12 2.4 22.8 20.4H1.2z" fill="{colour}"/>',
-    "low": '<path d="M12 21.6 22.8 3.6H1.2z" fill="{colour}"/>',
-    "cross": '<path d="M2.5 2.5l19 19M2.5 21.5l19-19" stroke-width="5"/>',
 }
-MODES = {
+MODE_ICONS = {
     FlightMode.OFF: "ground",
     FlightMode.ARMED: "arm",
     FlightMode.TAKING_OFF: "take_off",
@@ -69,7 +61,7 @@ MODES = {
     FlightMode.LANDING: "land",
 }
 """Picture of each flight mode."""
-_FRAME = (
+_SVG_FRAME = (
     '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 24 24" fill="none" stroke="{colour}" '
     'stroke-width="1.8" stroke-linecap="round" stroke-linejoin="round">{body}</svg>'
 )
@@ -87,8 +79,8 @@ def picture(name: str, colour: QColor, size: float, ratio: float | None = None) 
     Raises:
         WorkbenchError: if there is no picture of that name.
     """
-    if name not in DRAWN:
-        raise unknown_name("icon", name, DRAWN)
+    if name not in ICON_STROKES:
+        raise unknown_name("icon", name, ICON_STROKES)
     app = QGuiApplication.instance()
     if ratio is None:
         ratio = app.devicePixelRatio() if isinstance(app, QGuiApplication) else 1.0
@@ -98,8 +90,8 @@ def picture(name: str, colour: QColor, size: float, ratio: float | None = None) 
     pixmap = QPixmap(round(size * ratio), round(size * ratio))
     pixmap.setDevicePixelRatio(ratio)
     pixmap.fill(Qt.GlobalColor.transparent)
-    body = DRAWN[name].format(colour=colour.name())
-    svg = _FRAME.format(colour=colour.name(), body=body)
+    body = ICON_STROKES[name].format(colour=colour.name())
+    svg = _SVG_FRAME.format(colour=colour.name(), body=body)
     painter = QPainter(pixmap)
     QSvgRenderer(QByteArray(svg.encode())).render(painter, QRectF(0.0, 0.0, size, size))
     painter.end()
@@ -107,12 +99,12 @@ def picture(name: str, colour: QColor, size: float, ratio: float | None = None) 
     return pixmap
 
 
-def paint_picture(painter: QPainter, place: QRectF, name: str, colour: QColor) -> None:
-    """Paint a picture into a square area."""
-    device = painter.device()
-    assert device is not None
-    made = picture(name, colour, place.width(), device.devicePixelRatioF())
-    painter.drawPixmap(place, made, QRectF(made.rect()))
+def shape_icon(name: str, colour: QColor, size: float) -> QIcon:
+    """Return a picture for an item of a list or a table; it keeps its colour if it is selected."""
+    drawn = picture(name, colour, size)
+    made = QIcon(drawn)
+    made.addPixmap(drawn, QIcon.Mode.Selected)
+    return made
 
 
 def icon(name: str, colour: QColor, disabled: QColor | None = None) -> QIcon:

@@ -4,27 +4,26 @@ Qt renders as HTML what looks like it, and would load the pictures that it names
 tool tip of the app is made here, see `tests/gui/test_foreign_text.py`.
 """
 
+import re
+from functools import lru_cache
 from html import escape
-from typing import Protocol
 
-from PyQt6.QtCore import QSize, Qt
-from PyQt6.QtGui import QPainter, QPaintEvent
-from PyQt6.QtWidgets import QLabel, QWidget
+from PyQt6.QtCore import QEvent, QSize, Qt
+from PyQt6.QtGui import QAction, QResizeEvent, QStandardItem
+from PyQt6.QtWidgets import QLabel, QSizePolicy, QTableWidgetItem, QWidget
 
-from workbench.common.plain_text import LONGEST_NAME, plain_name, plain_text
+from workbench.common.plain_text import MAX_SHOWN_NAME_CHARS, plain_name, plain_text
 
-LONGEST_PATH = 200
+MAX_MENU_PATH_CHARACTERS = 200
 """Largest number of characters of a path in a menu."""
 
-MARKUP = "<p style='white-space:pre-wrap'>"
+ZERO_WIDTH_SPACE = "\N{ZERO WIDTH SPACE}"
+"""Where a word may be broken."""
+_NAME_JOINTS = re.compile(r"[_.]+(?=\w)")
+MAX_KNOWN_TIPS = 1024
+"""Number of tool tips that are not made again: most are set many times."""
+TIP_MARKUP = "<p style='white-space:pre-wrap'>"
 """Beginning of a tool tip whose text looks like HTML."""
-
-
-class HasTip(Protocol):
-    """A widget, an action, or an item of a table."""
-
-    def setToolTip(self, text: str | None, /) -> None:
-        """Set the tool tip."""
 
 
 class Label(QLabel):
@@ -45,40 +44,100 @@ class Label(QLabel):
         super().setText(plain_text(text or ""))
 
 
-class ElidedLabel(Label):
-    """A label that needs no width: long text is elided, and the tool tip has all of it."""
+class FixedLinesLabel(Label):
+    """A text that wraps, in room for a number of lines, whatever it says: so it moves nothing.
 
-    def setText(self, text: str | None) -> None:
-        """Show another text."""
-        super().setText(text)
-        set_tip(self, text or "")
+    Args:
+        lines: number of lines.
+    """
+
+    def __init__(self, lines: int) -> None:
+        super().__init__()
+        self._lines = lines
+        self.setWordWrap(True)
+        self._fit()
+
+    def changeEvent(self, event: QEvent | None) -> None:
+        """Make room for lines of another font, as that of a style."""
+        super().changeEvent(event)
+        if event is not None and event.type() == QEvent.Type.FontChange:
+            self._fit()
+
+    def _fit(self) -> None:
+        lines = "\n".join(["Ag"] * self._lines)
+        self.setFixedHeight(self.fontMetrics().size(0, lines).height())
+
+
+class WrappedLabel(Label):
+    """A text that wraps. It needs no width, and the height of its lines at the present one.
+
+    So it does without Qt's height for a width, which makes scroll areas scroll as soon as their
+    content has less than its preferred height.
+
+    Args:
+        text: its text.
+        lines: number of lines for which there is always room, so that longer texts move nothing.
+    """
+
+    def __init__(self, text: str = "", lines: int = 1) -> None:
+        super().__init__(text)
+        self._lines = lines
+        self.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
+        self.setWordWrap(True)
+
+    def hasHeightForWidth(self) -> bool:
+        """Return that the height is known without a width."""
+        return False
 
     def minimumSizeHint(self) -> QSize:
-        """Return almost no width."""
-        return QSize(24, super().minimumSizeHint().height())
+        """Return the height of all lines, and no width."""
+        least = self._lines * self.fontMetrics().lineSpacing()
+        return QSize(0, max(least, self.heightForWidth(self.width()) if self.text() else 0))
 
-    def paintEvent(self, event: QPaintEvent | None) -> None:
-        """Paint the text that fits."""
-        painter = QPainter(self)
-        painter.setPen(self.palette().color(self.foregroundRole()))
-        room = self.contentsRect()
-        text = self.fontMetrics().elidedText(self.text(), Qt.TextElideMode.ElideRight, room.width())
-        painter.drawText(room, Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter, text)
+    def sizeHint(self) -> QSize:
+        """Return the same size."""
+        return self.minimumSizeHint()
 
-
-def set_tip(shown: HasTip, text: str) -> None:
-    """Set the tool tip of a widget, an action or an item."""
-    shown.setToolTip(tip_text(text))
+    def resizeEvent(self, event: QResizeEvent | None) -> None:
+        """Ask for the lines at another width."""
+        super().resizeEvent(event)
+        if event is not None and event.size().width() != event.oldSize().width():
+            self.updateGeometry()
 
 
+class WrappedName(WrappedLabel):
+    """A name in a column of fixed width, which also wraps after an underscore or a point."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Preferred)
+
+    def setText(self, text: str | None) -> None:
+        """Show another name."""
+        seen = plain_text(text or "")
+        QLabel.setText(self, _NAME_JOINTS.sub(rf"\g<0>{ZERO_WIDTH_SPACE}", seen))
+
+    def text(self) -> str:
+        """Return the name, without the places where it may wrap."""
+        return super().text().replace(ZERO_WIDTH_SPACE, "")
+
+
+def set_tip(shown: QWidget | QAction | QStandardItem | QTableWidgetItem, text: str) -> None:
+    """Set the tool tip of a widget, an action or an item; nothing is told if it is the same."""
+    tip = tip_text(text)
+    if tip != shown.toolTip():
+        shown.setToolTip(tip)
+
+
+@lru_cache(maxsize=MAX_KNOWN_TIPS)
 def tip_text(text: str) -> str:
     """Return a text for Qt's tool tips, which render as HTML what looks like it."""
     seen = plain_text(text)
     if not Qt.mightBeRichText(seen):  # pyrefly: ignore[missing-attribute]
         return seen
-    return f"{MARKUP}{escape(seen)}</p>"
+    return f"{TIP_MARKUP}{escape(seen)}</p>"
 
 
-def menu_text(name: str, longest: int = LONGEST_NAME) -> str:
+def menu_text(name: str, longest: int = MAX_SHOWN_NAME_CHARS) -> str:
     """Return a name for a menu or a button, where `&` would underline a letter."""
     return plain_name(name, longest).replace("&", "&&")

@@ -3,8 +3,8 @@
 from collections.abc import Callable, Iterable, Sequence
 from typing import TypeVar
 
-from PyQt6.QtCore import QEvent, QObject, QPoint, QRect, QSize, Qt
-from PyQt6.QtGui import QResizeEvent
+from PyQt6.QtCore import QEvent, QObject, QSize, Qt
+from PyQt6.QtGui import QAction, QResizeEvent
 from PyQt6.QtWidgets import (
     QAbstractButton,
     QBoxLayout,
@@ -13,7 +13,6 @@ from PyQt6.QtWidgets import (
     QGridLayout,
     QHBoxLayout,
     QLayout,
-    QLayoutItem,
     QMenu,
     QPushButton,
     QScrollArea,
@@ -22,30 +21,32 @@ from PyQt6.QtWidgets import (
     QWidget,
 )
 
+from workbench.gui.click_guard import ClickGuard
 from workbench.gui.labels import Label, set_tip
-from workbench.gui.style import Widget, dressed
+from workbench.gui.style import Widget, with_class
+from workbench.gui.wheel import ComboBox
 
 Box = TypeVar("Box", bound=QBoxLayout)
 Button = TypeVar("Button", bound=QAbstractButton)
-WIDEST = 1500
-TALLEST = 1000
+MAX_PAGE_WIDTH_PX = 1500
+MAX_PAGE_HEIGHT_PX = 1000
 """Largest height of a page [px]; beyond it its parts would only spread out."""
 
-BAR = 11
+SCROLL_BAR_WIDTH_PX = 11
 """Width of a scroll bar in our style, which covers part of the scrolled content [px]."""
 
 
-Part = QWidget | QLayout | int | tuple[QWidget | QLayout, int | Qt.AlignmentFlag]
+LayoutPart = QWidget | QLayout | int | tuple[QWidget | QLayout, int | Qt.AlignmentFlag]
 """Part of a box: a widget or a layout, with an optional stretch or alignment; or empty space, given
 by its stretch."""
-Margins = tuple[int, int, int, int]
+BoxMargins = tuple[int, int, int, int]
 NO_MARGINS = (0, 0, 0, 0)
 
 
 def hbox(
-    *parts: Part,
+    *parts: LayoutPart,
     of: QWidget | None = None,
-    margins: Margins | None = None,
+    margins: BoxMargins | None = None,
     spacing: int | None = None,
 ) -> QHBoxLayout:
     """Return parts side by side.
@@ -56,20 +57,22 @@ def hbox(
         margins: margins at left, top, right and bottom [px]; None for those of the style.
         spacing: between the parts [px]; None for that of the style.
     """
-    return _filled(QHBoxLayout(of), parts, margins, spacing)
+    return _fill_box(QHBoxLayout(of), parts, margins, spacing)
 
 
 def vbox(
-    *parts: Part,
+    *parts: LayoutPart,
     of: QWidget | None = None,
-    margins: Margins | None = None,
+    margins: BoxMargins | None = None,
     spacing: int | None = None,
 ) -> QVBoxLayout:
     """Return parts one below the other; arguments as for `hbox`."""
-    return _filled(QVBoxLayout(of), parts, margins, spacing)
+    return _fill_box(QVBoxLayout(of), parts, margins, spacing)
 
 
-def _filled(box: Box, parts: Sequence[Part], margins: Margins | None, spacing: int | None) -> Box:
+def _fill_box(
+    box: Box, parts: Sequence[LayoutPart], margins: BoxMargins | None, spacing: int | None
+) -> Box:
     if margins is not None:
         box.setContentsMargins(*margins)
     if spacing is not None:
@@ -78,7 +81,7 @@ def _filled(box: Box, parts: Sequence[Part], margins: Margins | None, spacing: i
     return box
 
 
-def fill(box: QBoxLayout, *parts: Part) -> None:
+def fill(box: QBoxLayout, *parts: LayoutPart) -> None:
     """Append parts to a box."""
     for part in parts:
         match part:
@@ -99,7 +102,7 @@ def fill(box: QBoxLayout, *parts: Part) -> None:
 def grid(
     *rows: Sequence[QWidget | QLayout | None],
     of: QWidget | None = None,
-    margins: Margins | None = None,
+    margins: BoxMargins | None = None,
     spacing: tuple[int, int] | None = None,
     stretches: Sequence[int] = (),
 ) -> QGridLayout:
@@ -140,7 +143,7 @@ def button(
         kind: its class, see `style`.
         help: its tool tip.
     """
-    return _ready(QPushButton(text), pressed, kind, help)
+    return _connected_button(QPushButton(text), pressed, kind, help)
 
 
 def tool_button(
@@ -149,7 +152,7 @@ def tool_button(
     """Return a button that is as narrow as its text; arguments as for `button`."""
     made = QToolButton()
     made.setText(text)
-    return _ready(made, pressed, kind, help)
+    return _connected_button(made, pressed, kind, help)
 
 
 def menu_button(text: str, help: str, fill: Callable[[QMenu], None]) -> QToolButton:
@@ -170,16 +173,38 @@ def menu_button(text: str, help: str, fill: Callable[[QMenu], None]) -> QToolBut
     return made
 
 
-def _ready(made: Button, pressed: Callable[[], object] | None, kind: str, help: str) -> Button:
+def add_action(
+    to: QWidget, text: str, act: Callable[[bool], object], checked: bool | None = None
+) -> QAction:
+    """Add an action to a menu or a widget, and return it.
+
+    Args:
+        to: the menu or the widget.
+        text: its text, with the mnemonic, and a key after a tab.
+        act: called when it is chosen, with the new state of a switch.
+        checked: state of a switch; None if it is none.
+    """
+    action = QAction(text, to)
+    action.setCheckable(checked is not None)
+    action.setChecked(bool(checked))
+    action.triggered.connect(act)
+    to.addAction(action)
+    return action
+
+
+def _connected_button(
+    made: Button, pressed: Callable[[], object] | None, kind: str, help: str
+) -> Button:
     set_tip(made, help)
+    ClickGuard(made)
     if pressed is not None:
         made.clicked.connect(lambda: pressed())  # without the state that Qt tells
-    return dressed(made, kind)
+    return with_class(made, kind)
 
 
 def label(text: str = "", kind: str = "", *, wraps: bool = False) -> Label:
     """Return a label of a class, see `style`."""
-    made = dressed(Label(text), kind)
+    made = with_class(Label(text), kind)
     made.setWordWrap(wraps)
     return made
 
@@ -198,7 +223,7 @@ def buddy(text: str, widget: QWidget, help: str = "", kind: str = "muted") -> La
 
 def choice(name: str, texts: Iterable[str] = (), help: str = "") -> QComboBox:
     """Return a box with texts to choose from; its tool tip is its name without other help."""
-    box = named(QComboBox(), name, help or name)
+    box = named(ComboBox(), name, help or name)
     box.addItems([*texts])
     return box
 
@@ -229,7 +254,7 @@ def scroll_area(part: QWidget | None = None, *, sideways: bool = True) -> QScrol
     return area
 
 
-def column(*parts: Part, spacing: int | None = None) -> QWidget:
+def column(*parts: LayoutPart, spacing: int | None = None) -> QWidget:
     """Return a widget with parts one below the other, and no margins; arguments as for `vbox`."""
     made = QWidget()
     vbox(*parts, of=made, margins=NO_MARGINS, spacing=spacing)
@@ -243,17 +268,22 @@ def fit_page(screen: QWidget, layout: QLayout) -> None:
         screen: screen without a layout.
         layout: layout of the page.
     """
-    vbox(scroll_area(_Ground(layout)), of=screen, margins=NO_MARGINS)
+    page = _Page()
+    page.setLayout(layout)
+    page.setMaximumSize(MAX_PAGE_WIDTH_PX, MAX_PAGE_HEIGHT_PX)
+    area = scroll_area(page)
+    area.setAlignment(Qt.AlignmentFlag.AlignHCenter | Qt.AlignmentFlag.AlignTop)
+    vbox(area, of=screen, margins=NO_MARGINS)
 
 
 def scrolled(part: QWidget) -> QScrollArea:
     """Return an area that gives a part its full width and scrolls it vertically if necessary."""
     area = scroll_area(part, sideways=False)
-    part.installEventFilter(_Widening(area, part))
+    part.installEventFilter(_WidthAdjuster(area, part))
     return area
 
 
-class _Widening(QObject):
+class _WidthAdjuster(QObject):
     """Gives an area the width that its part needs once more of it is shown."""
 
     def __init__(self, area: QScrollArea, part: QWidget) -> None:
@@ -262,7 +292,7 @@ class _Widening(QObject):
         self._widen(part)
 
     def _widen(self, part: QWidget) -> None:
-        self._area.setMinimumWidth(part.minimumSizeHint().width() + BAR)
+        self._area.setMinimumWidth(part.minimumSizeHint().width() + SCROLL_BAR_WIDTH_PX)
 
     def eventFilter(self, part: QObject | None, event: QEvent | None) -> bool:
         if event is not None and event.type() is QEvent.Type.LayoutRequest:
@@ -271,7 +301,7 @@ class _Widening(QObject):
         return False
 
 
-class Pair(QWidget):
+class CardPair(QWidget):
     """Two cards side by side, or one below the other if they would be clipped.
 
     Args:
@@ -306,130 +336,12 @@ class Pair(QWidget):
         super().resizeEvent(event)
 
 
-class _Ground(QWidget):
-    """Holds a page, and requests the least height that the page needs at its width.
+class _Page(QWidget):
+    """Requests the least height that its layout needs at a width.
 
-    A scroll area alone would request the page's preferred height.
+    A scroll area would give it the preferred height.
     """
-
-    def __init__(self, layout: QLayout) -> None:
-        super().__init__()
-        self._page = QWidget(self)
-        self._layout = layout
-        self._page.setLayout(layout)
-        self._page.installEventFilter(self)
-
-    def minimumSizeHint(self) -> QSize:
-        """Return the least size without clipping."""
-        least = self._layout.minimumSize()
-        if not self._layout.hasHeightForWidth():
-            return least
-        width = min(max(self.width(), least.width()), WIDEST)
-        return QSize(least.width(), self._layout.minimumHeightForWidth(width))
-
-    def sizeHint(self) -> QSize:
-        """Return the same size; more is empty space."""
-        return self.minimumSizeHint()
-
-    def resizeEvent(self, event: QResizeEvent | None) -> None:
-        """Centre the page."""
-        super().resizeEvent(event)
-        width, height = min(self.width(), WIDEST), min(self.height(), TALLEST)
-        self._page.setGeometry((self.width() - width) // 2, 0, width, height)
-        if event is not None and event.size().width() != event.oldSize().width():
-            self.updateGeometry()
-
-    def eventFilter(self, watched: QObject | None, event: QEvent | None) -> bool:
-        """Update the size when something on the page changes its size."""
-        if event is not None and event.type() is QEvent.Type.LayoutRequest:
-            self.updateGeometry()
-        return False
-
-
-class FlowLayout(QLayout):
-    """Places widgets side by side and wraps lines; hidden ones take no space.
-
-    Args:
-        parent: widget that gets the layout, if it exists yet.
-        spacing: space between widgets, in both directions [px].
-    """
-
-    def __init__(self, parent: QWidget | None = None, spacing: int = 8) -> None:
-        super().__init__(parent)
-        self.setContentsMargins(0, 0, 0, 0)
-        self.setSpacing(spacing)
-        self._items: list[QLayoutItem] = []
-
-    def addItem(self, item: QLayoutItem | None) -> None:
-        """Add an item; Qt's name, like the following ones."""
-        if item is not None:
-            self._items.append(item)
-
-    def count(self) -> int:
-        """Return the number of items."""
-        return len(self._items)
-
-    def itemAt(self, index: int) -> QLayoutItem | None:
-        """Return an item, None beyond the last one."""
-        return self._items[index] if 0 <= index < len(self._items) else None
-
-    def takeAt(self, index: int) -> QLayoutItem | None:
-        """Remove and return an item."""
-        return self._items.pop(index) if 0 <= index < len(self._items) else None
-
-    def expandingDirections(self) -> Qt.Orientation:
-        """Request no additional space."""
-        return Qt.Orientation(0)
-
-    def hasHeightForWidth(self) -> bool:
-        """Tell Qt that its height depends on its width."""
-        return True
 
     def heightForWidth(self, width: int) -> int:
-        """Return the height of all lines at a width [px]."""
-        return self._place(QRect(0, 0, width, 0), move=False)
-
-    def sizeHint(self) -> QSize:
-        """Return the size of all items in one line."""
-        hints = [item.sizeHint() for item in self._shown()]
-        width = sum(each.width() for each in hints) + self.spacing() * max(0, len(hints) - 1)
-        return self._around(QSize(width, max((each.height() for each in hints), default=0)))
-
-    def minimumSize(self) -> QSize:
-        """Return the width of the widest item and the height of the highest one."""
-        hints = [item.sizeHint() for item in self._shown()]
-        widest = max((each.width() for each in hints), default=0)
-        return self._around(QSize(widest, max((each.height() for each in hints), default=0)))
-
-    def setGeometry(self, rect: QRect) -> None:
-        """Place all items within a rectangle."""
-        super().setGeometry(rect)
-        self._place(rect, move=True)
-
-    def _shown(self) -> list[QLayoutItem]:
-        return [item for item in self._items if not item.isEmpty()]
-
-    def _around(self, size: QSize) -> QSize:
-        margins = self.contentsMargins()
-        more = QSize(margins.left() + margins.right(), margins.top() + margins.bottom())
-        return size + more
-
-    def _place(self, rect: QRect, *, move: bool) -> int:
-        """Return the height of all items at a rectangle's width, and place them if requested."""
-        room = rect.marginsRemoved(self.contentsMargins())
-        x, y, high = room.left(), room.top(), 0
-        line: list[tuple[QLayoutItem, QRect]] = []
-
-        def end_line() -> None:
-            for item, place in line if move else ():
-                item.setGeometry(place.translated(0, (high - place.height()) // 2))
-
-        for item in self._shown():
-            size = item.sizeHint()
-            if line and x + size.width() > room.left() + room.width():
-                end_line()
-                x, y, high, line = room.left(), y + high + self.spacing(), 0, []
-            line.append((item, QRect(QPoint(x, y), size)))
-            x, high = x + size.width() + self.spacing(), max(high, size.height())
-        end_line()
-        return y + high - rect.top() + self.contentsMargins().bottom()
+        layout = self.layout()
+        return layout.minimumHeightForWidth(width) if layout is not None else 0

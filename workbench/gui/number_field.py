@@ -10,14 +10,13 @@ from PyQt6.QtCore import QLocale, QPoint, QSignalBlocker, Qt, pyqtSignal
 from PyQt6.QtGui import QKeyEvent, QValidator, QWheelEvent
 from PyQt6.QtWidgets import QDoubleSpinBox, QToolTip, QWidget
 
-from workbench.common.errors import LONGEST_ECHO, WorkbenchError
+from workbench.common.errors import MAX_ECHO_CHARS, WorkbenchError
+from workbench.common.quantity import DisplayUnit
 from workbench.gui.labels import set_tip, tip_text
 from workbench.gui.style import set_class
-from workbench.gui.units import Unit
+from workbench.gui.wheel import zoom_notches
 
-NUMBER = r"[-+\N{MINUS SIGN}]?[\d.,]+(?:[eE][-+\N{MINUS SIGN}]?\d+)?"
-"""Pattern of text that may be a number; `read_number` decides whether it is."""
-_PLAIN = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?", re.ASCII)
+_PLAIN_NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?", re.ASCII)
 
 
 def read_number(text: str) -> float:
@@ -33,14 +32,14 @@ def read_number(text: str) -> float:
     if not typed:
         raise WorkbenchError("The field is empty: type a number, as 1.2 or 1e-3.")
     plain = typed.replace("\N{MINUS SIGN}", "-")
-    said = f"'{typed[:LONGEST_ECHO]}'"
+    said = f"'{typed[:MAX_ECHO_CHARS]}'"
     if plain.count(".") + plain.count(",") > 1:
         raise WorkbenchError(
             f"{said} has more than one point or comma: separate the decimals by one of them, "
             "and leave out separators of thousands, as in 1000.5."
         )
     plain = plain.replace(",", ".")
-    if not _PLAIN.fullmatch(plain):
+    if not _PLAIN_NUMBER.fullmatch(plain):
         raise WorkbenchError(f"{said} is not a number: write it as 1.2, 1,2 or 1e-3.")
     number = float(plain)
     if math.isinf(number):
@@ -56,17 +55,17 @@ def read_whole_number(text: str) -> int:
     """
     number = read_number(text)
     if not number.is_integer():
-        raise WorkbenchError(f"'{text.strip()[:LONGEST_ECHO]}' is not a whole number.")
+        raise WorkbenchError(f"'{text.strip()[:MAX_ECHO_CHARS]}' is not a whole number.")
     return int(number)
 
 
-EXACT_DECIMALS = 12
+SPIN_BOX_DECIMALS = 12
 """Number of decimals that the spin box keeps; fewer are shown."""
-CLOSE = 1e-4
+TEXT_VALUE_TOLERANCE = 1e-4
 """Relative tolerance within which a text stands for the exact value."""
-DIGITS = 5
+UNUSUAL_VALUE_DIGITS = 5
 """Significant digits of a value that the usual decimals do not show."""
-REFUSED = "bad"
+REFUSED_FIELD_CLASS = "bad"
 """Class of a field with a refused text."""
 
 
@@ -104,7 +103,7 @@ class NumberField(QDoubleSpinBox):
     ) -> None:
         super().__init__(parent)
         self._label = label
-        self._unit = Unit("")
+        self._unit = DisplayUnit("")
         self._si = 0.0
         self._least = 0.0
         self._whole = whole
@@ -112,7 +111,7 @@ class NumberField(QDoubleSpinBox):
         self.fault, self._tip, self._description = "", "", ""
         self._refused_text: str | None = None
         self.setLocale(QLocale.c())
-        self.setDecimals(EXACT_DECIMALS)
+        self.setDecimals(SPIN_BOX_DECIMALS)
         self.setSingleStep(step)
         self.setKeyboardTracking(False)
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
@@ -124,7 +123,7 @@ class NumberField(QDoubleSpinBox):
     @property
     def si(self) -> float:
         """The value in SI."""
-        same = round(self._unit.shown(self._si), EXACT_DECIMALS) == self.value()
+        same = round(self._unit.shown(self._si), SPIN_BOX_DECIMALS) == self.value()
         return self._si if same else self._unit.read(self.value())
 
     @property
@@ -133,7 +132,9 @@ class NumberField(QDoubleSpinBox):
         line = self.lineEdit()
         return self.hasFocus() and line is not None and line.isModified()
 
-    def set_range(self, unit: Unit, minimum: float, maximum: float, least: float = 0.0) -> None:
+    def set_range(
+        self, unit: DisplayUnit, minimum: float, maximum: float, least: float = 0.0
+    ) -> None:
         """Show the value in a unit, within limits in SI; emits no signal.
 
         Args:
@@ -147,8 +148,7 @@ class NumberField(QDoubleSpinBox):
         low, high = unit.shown(minimum), unit.shown(maximum)
         with QSignalBlocker(self):
             self.setRange(low, high)
-            glue = "" if unit.symbol in ("", "°", "%") else " "
-            self.setSuffix(f"{glue}{unit.symbol}")
+            self.setSuffix(unit.suffix)
             self.setValue(unit.shown(kept))
         name = f"{self._label}, {self._limits()}"
         if name != self.accessibleName():
@@ -162,7 +162,7 @@ class NumberField(QDoubleSpinBox):
     def show_si(self, value: float) -> None:
         """Show a value without a signal; a refused text stays until the value changes."""
         shown = self._unit.shown(value)
-        if self.fault and round(shown, EXACT_DECIMALS) == self.value():
+        if self.fault and round(shown, SPIN_BOX_DECIMALS) == self.value():
             return
         self._si = value
         self._accept()
@@ -190,8 +190,8 @@ class NumberField(QDoubleSpinBox):
     def number_text(self, value: float) -> str:
         """Return a number as shown, without its unit."""
         text = f"{value:.{self._shown_decimals}f}"
-        if not math.isclose(float(text), value, rel_tol=CLOSE, abs_tol=1e-12):
-            text = f"{value:.{DIGITS}g}"
+        if not math.isclose(float(text), value, rel_tol=TEXT_VALUE_TOLERANCE, abs_tol=1e-12):
+            text = f"{value:.{UNUSUAL_VALUE_DIGITS}g}"
         return "0" + text[2:] if text.startswith("-0") and float(text) == 0.0 else text
 
     def validate(self, text: str | None, place: int) -> tuple[QValidator.State, str, int]:
@@ -213,7 +213,7 @@ class NumberField(QDoubleSpinBox):
     def stepBy(self, steps: int) -> None:
         self._accept()
         aim = self.value() + steps * self.singleStep()
-        if abs(aim) < self._unit.shown(self._least) - CLOSE:
+        if abs(aim) < self._unit.shown(self._least) - TEXT_VALUE_TOLERANCE:
             steps += 1 if steps > 0 else -1  # skips values too near to 0
         super().stepBy(steps)
 
@@ -227,11 +227,11 @@ class NumberField(QDoubleSpinBox):
         super().keyPressEvent(event)
 
     def wheelEvent(self, event: QWheelEvent | None) -> None:
-        """Ignore the wheel unless the field has the focus: the page may be scrolling."""
+        """Step by Ctrl and the wheel if the field has the focus; otherwise the page scrolls."""
         if event is not None and not self.hasFocus():
             event.ignore()
-        else:
-            super().wheelEvent(event)
+        elif notches := zoom_notches(event):
+            self.stepBy(1 if notches > 0.0 else -1)
 
     def tell(self, said: str) -> None:
         """Show why the typed text is refused; "" for no reason."""
@@ -276,8 +276,12 @@ class NumberField(QDoubleSpinBox):
             self.refused.emit("")
 
     def _mark(self) -> None:
-        names = [name for name in str(self.property("class") or "").split() if name != REFUSED]
-        set_class(self, " ".join([*names, REFUSED] if self.fault else names))
+        names = [
+            name
+            for name in str(self.property("class") or "").split()
+            if name != REFUSED_FIELD_CLASS
+        ]
+        set_class(self, " ".join([*names, REFUSED_FIELD_CLASS] if self.fault else names))
 
     def _fault_of(self, text: str) -> str:
         """Return what is wrong with a text, as a sentence; "" if it is valid."""

@@ -1,65 +1,47 @@
 """Opens files: from a dialog, dropped onto the window, or from the recent ones."""
 
 from collections.abc import Callable, Mapping
-from enum import Enum
 from functools import partial
 from pathlib import Path
 
-from PyQt6.QtCore import QObject, QSettings, pyqtSignal
-from PyQt6.QtGui import QAction
 from PyQt6.QtWidgets import QFileDialog, QMenu, QWidget
 
 from workbench.common.errors import WorkbenchError
 from workbench.common.plain_files import read_plain
 from workbench.common.resources import controllers_dir, models_dir, worlds_dir
-from workbench.control.controller import load_controller
-from workbench.gui.file_dialogs import LOG_FILES, open_file
+from workbench.control.controller_file import load_controller
+from workbench.gui.file_dialogs import log_file_filter, open_file
 from workbench.gui.flight_control import FlightControl
-from workbench.gui.labels import LONGEST_PATH, menu_text
+from workbench.gui.labels import MAX_MENU_PATH_CHARACTERS, menu_text
+from workbench.gui.layout import add_action
 from workbench.gui.notices import Notices
-from workbench.logs.flight_record import LOG_ENDINGS
+from workbench.gui.recent_files import FileKind, RecentFiles
+from workbench.logs.readers.log_reader import log_endings
 
-READ = 65536
+MAX_SNIFFED_BYTES = 65536
 """Number of bytes read to determine a file's kind."""
 _WORLD_KEYS = ("directives:", "obstacles:")
-_WORLDS = "worlds"
+_WORLDS_FOLDER = "worlds"
 """Name of a folder in which a file with only a title is an empty world."""
 
-KEY = "recent/1"
-MOST = 8
 
-
-class FileKind(Enum):
-    """Kind of a file."""
-
-    SCENARIO = "scenario"
-    MODEL = "model"
-    WORLD = "world"
-    CONTROLLER = "controller"
-    LOG = "log"
-    LAYOUT = "layout"
-    SPEC = "spec"
-
-
-FILTERS = {
+FILE_KIND_FILTERS = {
     FileKind.SCENARIO: "Scenarios (*.yaml *.yml)",
     FileKind.MODEL: "Drones (*.xacro *.urdf *.sdf *.xml)",
     FileKind.WORLD: "Worlds (*.yaml *.yml *.sdf *.world)",
     FileKind.CONTROLLER: "Controllers (*.py)",
-    FileKind.LOG: LOG_FILES,
     FileKind.LAYOUT: "Layouts (*.layout.yaml)",
-    FileKind.SPEC: "Specs (*.spec.yaml)",
+    FileKind.SPEC: "Specs (*.workbench.yaml *.spec.yaml)",
 }
-"""Filter of a file dialog for each kind."""
-_BY_ENDING = {
+"""Filter of a file dialog for each kind but logs, see `log_file_filter`."""
+_KIND_BY_ENDING = {
     ".xacro": FileKind.MODEL,
     ".urdf": FileKind.MODEL,
     ".xml": FileKind.MODEL,
     ".world": FileKind.WORLD,
     ".py": FileKind.CONTROLLER,
-    **dict.fromkeys(LOG_ENDINGS, FileKind.LOG),
 }
-_BY_KEYS = {"charts:": FileKind.LAYOUT, "cases:": FileKind.SPEC, "margins:": FileKind.SPEC}
+_KIND_BY_YAML_KEY = {"charts:": FileKind.LAYOUT, "cases:": FileKind.SPEC, "margins:": FileKind.SPEC}
 """Keys at the start of a line of YAML that determine the kind."""
 
 
@@ -70,71 +52,33 @@ def kind_of(path: Path) -> FileKind:
         WorkbenchError: if it cannot be opened.
     """
     ending = path.suffix.lower()
-    if ending in _BY_ENDING:
-        return _BY_ENDING[ending]
+    if ending in _KIND_BY_ENDING:
+        return _KIND_BY_ENDING[ending]
+    if ending in log_endings():
+        return FileKind.LOG
     if path.is_dir() and (path / "model.config").is_file():
         return FileKind.MODEL
     if ending == ".sdf":
-        return FileKind.WORLD if "<world" in _beginning(path) else FileKind.MODEL
+        return FileKind.WORLD if "<world" in _read_file_start(path) else FileKind.MODEL
     if ending in (".yaml", ".yml"):
-        lines = _beginning(path).splitlines()
-        for key, kind in _BY_KEYS.items():
+        lines = _read_file_start(path).splitlines()
+        for key, kind in _KIND_BY_YAML_KEY.items():
             if any(line.startswith(key) for line in lines):
                 return kind
-        world = any(line.startswith(_WORLD_KEYS) for line in lines) or path.parent.name == _WORLDS
+        world = (
+            any(line.startswith(_WORLD_KEYS) for line in lines)
+            or path.parent.name == _WORLDS_FOLDER
+        )
         return FileKind.WORLD if world else FileKind.SCENARIO
     raise WorkbenchError(
         f"{path.name} cannot be opened: drop a scenario or world (.yaml), a drone (.xacro, .urdf, "
-        ".sdf, .xml), a controller (.py), a log (.mcap, .ulg, .bin, .bbl, .csv), a layout or "
+        f".sdf, .xml), a controller (.py), a log ({', '.join(log_endings())}), a layout or "
         "spec (.yaml)"
     )
 
 
-def _beginning(path: Path) -> str:
-    return read_plain(path, first=READ).decode(errors="replace")
-
-
-Recent = tuple[FileKind, str]
-"""Kind and path of an opened file."""
-
-
-class RecentFiles(QObject):
-    """The recent files, newest first.
-
-    Args:
-        store: storage of the list.
-        parent: the Qt parent; this object is deleted with it.
-    """
-
-    changed = pyqtSignal()
-    """Another file was opened."""
-
-    def __init__(self, store: QSettings, parent: QObject | None = None) -> None:
-        super().__init__(parent)
-        self._store = store
-
-    def add(self, kind: FileKind, path: str) -> None:
-        """Add a file as the newest."""
-        path = str(Path(path).expanduser().absolute())
-        kept = [each for each in self._read() if each[1] != path]
-        self._store.setValue(KEY, [f"{of.value}:{at}" for of, at in [(kind, path), *kept][:MOST]])
-        self.changed.emit()
-
-    def files(self) -> tuple[Recent, ...]:
-        """Return the files that still exist."""
-        return tuple(each for each in self._read() if Path(each[1]).exists())
-
-    def _read(self) -> list[Recent]:
-        """Return the stored list, without invalid entries."""
-        kept = self._store.value(KEY, [])
-        lines = [kept] if isinstance(kept, str) else kept if isinstance(kept, list) else []
-        found = []
-        kinds = {kind.value: kind for kind in FileKind}
-        for line in lines:
-            word, colon, path = str(line).partition(":")
-            if colon and word in kinds and path:
-                found.append((kinds[word], path))
-        return found
+def _read_file_start(path: Path) -> str:
+    return read_plain(path, first=MAX_SNIFFED_BYTES).decode(errors="replace")
 
 
 def fill_recent(menu: QMenu, files: RecentFiles, opens: Callable[[FileKind, Path], None]) -> None:
@@ -149,9 +93,8 @@ def fill_recent(menu: QMenu, files: RecentFiles, opens: Callable[[FileKind, Path
     present = files.files()
     menu.setEnabled(bool(present))
     for number, (kind, path) in enumerate(present, start=1):
-        action = QAction(f"&{number}  {menu_text(path, LONGEST_PATH)}  ({kind.value})", menu)
-        action.triggered.connect(lambda _checked, kind=kind, path=path: opens(kind, Path(path)))
-        menu.addAction(action)
+        text = f"&{number}  {menu_text(path, MAX_MENU_PATH_CHARACTERS)}  ({kind.label})"
+        add_action(menu, text, lambda _, kind=kind, path=path: opens(kind, Path(path)))
 
 
 class Opener:
@@ -219,8 +162,9 @@ class Opener:
 
     def ask(self, kind: FileKind) -> QFileDialog:
         """Show a file dialog, while the flight and the key that stops it keep working."""
-        kinds = f"{FILTERS[kind]};;All files (*)"
+        names = log_file_filter() if kind is FileKind.LOG else FILE_KIND_FILTERS[kind]
+        kinds = f"{names};;All files (*)"
         folder = str(self._folders[kind])
         return open_file(
-            self._window, f"Open {kind.value}", partial(self.open, kind), folder, kinds
+            self._window, f"Open {kind.label}", partial(self.open, kind), folder, kinds
         )

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.systems.sensors.mounting import rotation
+from workbench.systems.sensors.mounting import unit_rotation
 
 
 @dataclass(frozen=True)
@@ -33,15 +33,15 @@ class Pose:
         return float(roll), float(pitch), float(yaw)
 
 
-HOME = Pose(np.zeros(3), np.eye(3))
+ORIGIN_POSE = Pose(np.zeros(3), np.eye(3))
 
 
 def rotation_of(q: Sequence[float] | np.ndarray) -> np.ndarray:
     """Return the matrix of a quaternion w, x, y, z, normalised."""
-    return rotation(np.asarray(q, dtype=float) / max(float(np.linalg.norm(q)), 1e-12))
+    return unit_rotation(np.asarray(q, dtype=float) / max(float(np.linalg.norm(q)), 1e-12))
 
 
-def turned(roll: float, pitch: float, yaw: float) -> np.ndarray:
+def rotation_from_angles(roll: float, pitch: float, yaw: float) -> np.ndarray:
     """Return the orientation with these angles about the fixed axes x, y and z in turn [rad]."""
     (cr, sr), (cp, sp), (cy, sy) = ((np.cos(a), np.sin(a)) for a in (roll, pitch, yaw))
     return np.array(
@@ -70,7 +70,7 @@ def poses_in_world(pairs: Sequence[tuple[str, str]], poses: Sequence[Pose]) -> M
     """Return the pose of each frame in W, by name; a parent precedes its children."""
     found: dict[str, Pose] = {}
     for (parent, child), pose in zip(pairs, poses, strict=False):
-        found[child] = pose.after(found.get(parent, HOME))
+        found[child] = pose.after(found.get(parent, ORIGIN_POSE))
     return found
 
 

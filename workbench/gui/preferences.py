@@ -3,47 +3,42 @@
 Each row of the table is a line of the Settings screen.
 """
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from PyQt6.QtCore import QObject, QSettings, pyqtSignal
 
-from workbench.common.errors import WorkbenchError, find_row, unknown_name
+from workbench.common.errors import WorkbenchError, find_named_row, unknown_name
+from workbench.common.quantity import Quantity
 
 PreferenceValue = float | bool | str
 
 
 @dataclass(frozen=True)
-class Preference:
+class Preference(Quantity):
     """One preference; its kind follows from the default.
 
     Attributes:
-        name: unique name.
-        group: its heading.
         label: name in words.
+        group: its heading.
         default: a number, a switch or a text.
-        help: what it does, as a sentence.
-        unit: SI unit of a number.
-        minimum: minimum of a number.
-        maximum: maximum of a number.
         choices: allowed texts; empty if any text is allowed.
         folder: whether the text is a folder's path.
     """
 
-    name: str
-    group: str
-    label: str
-    default: PreferenceValue
-    help: str
-    unit: str = ""
-    minimum: float = -math.inf
-    maximum: float = math.inf
+    label: str = ""
+    group: str = ""
+    default: PreferenceValue = ""
     choices: Sequence[str] = ()
     folder: bool = False
 
-    def check(self, value: PreferenceValue) -> PreferenceValue:
+    @property
+    def title(self) -> str:
+        """Name in words."""
+        return self.label
+
+    def valid(self, value: PreferenceValue) -> PreferenceValue:
         """Return a value if it is valid.
 
         Raises:
@@ -55,13 +50,7 @@ class Preference:
             if self.choices and value not in self.choices:
                 raise unknown_name(self.label.lower(), str(value), list(self.choices))
             return str(value)
-        number = float(value)
-        if not self.minimum <= number <= self.maximum:
-            raise WorkbenchError(
-                f"{self.label} is {number:g} {self.unit}: keep it within "
-                f"{self.minimum:g} .. {self.maximum:g}"
-            )
-        return number
+        return self.check(float(value))
 
     def read(self, kept: object) -> PreferenceValue:
         """Return the stored value, which a settings file may have turned into text.
@@ -72,132 +61,132 @@ class Preference:
         if isinstance(self.default, bool):
             return str(kept).lower() in ("true", "1")
         try:
-            return self.check(str(kept) if isinstance(self.default, str) else float(str(kept)))
+            return self.valid(str(kept) if isinstance(self.default, str) else float(str(kept)))
         except ValueError:
             raise WorkbenchError(f"{self.label} was kept as '{kept}'") from None
 
 
-def _number(
-    name: str,
-    group: str,
-    label: str,
-    default: float,
-    limits: tuple[float, float],
-    unit: str,
-    help: str,
-) -> Preference:
-    return Preference(name, group, label, default, help, unit, *limits)
-
-
-LOOKS = "Appearance"
-UNITS = "Units shown"
-STICKS = "Sticks"
-CHARTS = "Charts"
-TUNING = "Tuning"
-FILES = "Files"
-FLIGHT = "Flight"
+APPEARANCE_GROUP = "Appearance"
+UNITS_GROUP = "Units shown"
+STICKS_GROUP = "Sticks"
+CHARTS_GROUP = "Charts"
+TUNING_GROUP = "Tuning"
+FILES_GROUP = "Files"
+FLIGHT_GROUP = "Flight"
 
 PREFERENCES: tuple[Preference, ...] = (
     Preference(
         "theme",
-        LOOKS,
-        "Theme",
-        "system",
+        "",
         "Light, dark, or as on the desktop.",
+        label="Theme",
+        group=APPEARANCE_GROUP,
+        default="system",
         choices=("system", "light", "dark"),
     ),
     Preference(
         "angle_unit",
-        UNITS,
-        "Angles",
-        "degree",
+        "",
         "Units of angles and yaw rates on screens; files keep radians.",
+        label="Angles",
+        group=UNITS_GROUP,
+        default="degree",
         choices=("degree", "radian"),
     ),
     Preference(
         "speed_unit",
-        UNITS,
-        "Speeds",
-        "m/s",
+        "",
         "Units of speeds on screens; files keep metres per second.",
+        label="Speeds",
+        group=UNITS_GROUP,
+        default="m/s",
         choices=("m/s", "km/h"),
     ),
-    _number(
+    Preference(
         "stick_speed",
-        STICKS,
-        "Speed at full stick",
-        8.0,
-        (0.1, 20.0),
         "m/s",
         "Horizontal and climb speed that a full stick commands; the flight's limits apply, too.",
+        0.1,
+        20.0,
+        "Speed at full stick",
+        STICKS_GROUP,
+        8.0,
     ),
-    _number(
+    Preference(
         "stick_yaw_rate",
-        STICKS,
-        "Turning rate at full stick",
-        0.4,
-        (0.05, 6.0),
         "rad/s",
         "Yaw rate that a full stick commands.",
+        0.05,
+        6.0,
+        "Turning rate at full stick",
+        STICKS_GROUP,
+        0.4,
     ),
-    _number(
+    Preference(
         "stick_sensitivity",
-        STICKS,
-        "Sensitivity",
-        1.0,
-        (0.1, 1.0),
         "1",
         "Share of the speed at full stick that is reached.",
+        0.1,
+        1.0,
+        "Sensitivity",
+        STICKS_GROUP,
+        1.0,
     ),
-    _number(
+    Preference(
         "stick_expo",
-        STICKS,
-        "Expo",
-        0.3,
-        (0.0, 1.0),
         "1",
         "How much gentler a stick is around its middle; 0 is a straight line.",
+        0.0,
+        1.0,
+        "Expo",
+        STICKS_GROUP,
+        0.3,
     ),
-    _number(
+    Preference(
         "stick_dead_band",
-        STICKS,
-        "Dead band",
-        0.05,
-        (0.0, 0.5),
         "1",
         "Share of the travel around the middle that commands nothing; full stick stays full.",
+        0.0,
+        0.5,
+        "Dead band",
+        STICKS_GROUP,
+        0.05,
     ),
-    _number(
+    Preference(
         "chart_seconds",
-        CHARTS,
-        "Time shown",
-        20.0,
-        (1.0, 180.0),
         "s",
         "How much of the past a chart shows.",
+        1.0,
+        180.0,
+        "Time shown",
+        CHARTS_GROUP,
+        20.0,
     ),
     Preference(
         "apply_gains",
-        TUNING,
-        "Apply gains",
-        "at once",
+        "",
         "Whether a moved slider flies at once, or only after Enter.",
+        label="Apply gains",
+        group=TUNING_GROUP,
+        default="at once",
         choices=("at once", "on Enter"),
     ),
     Preference(
         "log_folder",
-        FILES,
-        "Folder for logs",
         "",
         "Where the Record button writes; empty for the folder the app was started in.",
+        label="Folder for logs",
+        group=FILES_GROUP,
+        default="",
         folder=True,
     ),
     Preference(
         "draw_3d",
-        FLIGHT,
-        "3-D view",
-        True,
+        "",
         "Whether flights are drawn in Meshcat; from the next flight on.",
+        label="3-D view",
+        group=FLIGHT_GROUP,
+        default=True,
     ),
 )
 
@@ -208,10 +197,10 @@ def find_preference(name: str) -> Preference:
     Raises:
         WorkbenchError: if there is none.
     """
-    return find_row("preference", name, PREFERENCES)
+    return find_named_row("preference", name, PREFERENCES)
 
 
-GROUP = "preferences"
+PREFERENCES_SETTINGS_GROUP = "preferences"
 
 
 class Preferences(QObject):
@@ -254,9 +243,9 @@ class Preferences(QObject):
             WorkbenchError: if the value is not valid.
         """
         row = find_preference(name)
-        value = row.check(value)
+        value = row.valid(value)
         if value != self.value(name):
-            self.store.setValue(f"{GROUP}/{name}", value)
+            self.store.setValue(f"{PREFERENCES_SETTINGS_GROUP}/{name}", value)
             self._values[name] = value
             self.changed.emit(name)
 
@@ -266,7 +255,7 @@ class Preferences(QObject):
 
     def _read(self, row: Preference) -> PreferenceValue:
         """Return the stored value, or the default without a valid one."""
-        kept = self.store.value(f"{GROUP}/{row.name}", row.default)
+        kept = self.store.value(f"{PREFERENCES_SETTINGS_GROUP}/{row.name}", row.default)
         try:
             return row.read(kept)
         except WorkbenchError:  # written by another version or an editor

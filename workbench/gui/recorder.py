@@ -1,70 +1,26 @@
-"""Writes files: logs of flights, and pictures of the window."""
+"""The recorder of logs: starts and ends them, and reports how they ended."""
 
 import re
 import time
 from datetime import datetime
-from functools import partial
 from pathlib import Path
 
 from PyQt6.QtCore import QObject, QTimer, pyqtSignal
-from PyQt6.QtGui import QImage
-from PyQt6.QtWidgets import QWidget
 
-from workbench.common.errors import WorkbenchError
-from workbench.gui.errands import Answers
 from workbench.gui.flight_model import FlightModel
 from workbench.gui.notices import Notices
 from workbench.gui.preferences import Preferences, log_folder
-from workbench.gui.workspace import Workspace
-from workbench.live.flight import LiveFlight
 from workbench.live.messages import NetworkView
+from workbench.live.orders import KeepLog, NetworkOrder
 from workbench.live.view import LiveView
 
-LOOK = 500
+LOG_SIZE_POLL_MS = 500
 """Period between checks of the file's size [ms]."""
+LOG_END_TIMEOUT_S = 2.0
+"""Time limit for ending a log when the window closes [s]."""
 
 
-class Camera:
-    """Writes pictures of a window to the folder for logs.
-
-    Args:
-        window: the window.
-        workspace: has the folder, and shows the path.
-    """
-
-    def __init__(self, window: QWidget, workspace: Workspace) -> None:
-        self._window, self._workspace = window, workspace
-        self._answers = Answers(self._refuse, window)
-
-    def take(self) -> None:
-        """Take a picture now, and write it in the background, as compression is slow."""
-        image = self._window.grab().toImage()
-        name = f"workbench-{datetime.now():%Y%m%d-%H%M%S-%f}"[:-3] + ".png"
-        path = log_folder(self._workspace.preferences) / name
-        self._answers.expect(
-            self._workspace.errands.run(partial(_write, image, path)),
-            lambda path: self._workspace.notices.inform(f"wrote {path}"),
-        )
-
-    def close(self) -> None:
-        """Report no further pictures."""
-        self._answers.close()
-
-    def _refuse(self, said: str) -> None:
-        self._workspace.notices.warn(said, "Choose another folder for logs in Settings.")
-
-
-def _write(image: QImage, path: Path) -> Path:
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        if not image.save(str(path), "PNG"):
-            raise OSError("the disk is full, or the folder is not writable")
-    except OSError as error:
-        raise WorkbenchError(f"the picture {path} could not be written: {error}") from error
-    return path
-
-
-class Recorder(QObject):
+class LogRecorder(QObject):
     """Starts and ends the log of a flight; reports a log that ends by itself.
 
     Args:
@@ -94,7 +50,7 @@ class Recorder(QObject):
         self.path = ""
         self._since = 0.0
         self._timer = QTimer(self)
-        self._timer.setInterval(LOOK)
+        self._timer.setInterval(LOG_SIZE_POLL_MS)
         self._timer.timeout.connect(self.changed)
         flight.viewed.connect(self._follow)
 
@@ -118,7 +74,7 @@ class Recorder(QObject):
         """Start or end the log."""
         if self.path:
             # the flight reports its end, as for a log that ends by itself
-            self._flight.order(LiveFlight.stop_log, refused=lambda said: None)
+            self._flight.do(NetworkOrder.STOP_LOG, refused=lambda said: None)
             return
         try:
             folder = log_folder(self._preferences)
@@ -128,7 +84,16 @@ class Recorder(QObject):
             return
         vehicle = self._flight.view.vehicle
         path = folder / log_name(vehicle.name if vehicle else "flight", datetime.now())
-        self._flight.order(lambda live: live.keep_log(path), refused=self._refuse)
+        self._flight.do(KeepLog(str(path.absolute())), refused=self._refuse)
+
+    def end_with_app(self) -> None:
+        """End a log properly, quickly enough that the user does not notice."""
+        live = self._flight.live
+        if self.is_recording and live is not None:
+            until = time.monotonic() + LOG_END_TIMEOUT_S
+            ended = live.stop_log()
+            while not ended.done() and time.monotonic() < until:
+                time.sleep(0.01)
 
     def _follow(self, view: LiveView) -> None:
         """Follow the flight's reports about its log."""
@@ -152,7 +117,7 @@ class Recorder(QObject):
             self.recorded.emit(ended)
             return
         said = network.log_said or f"{ended}: the file was moved or deleted"
-        remedy = "The flight continues. Choose another folder in Settings, then record again."
+        remedy = "Choose another folder in Settings, then record again."
         self._notices.fail(f"recording has ended: {said}", remedy)
 
     def _refuse(self, said: str) -> None:

@@ -3,7 +3,7 @@
 import numpy as np
 
 
-class Ring:
+class RowRingBuffer:
     """The newest rows of a table whose first column is time.
 
     A block of at least twice the needed length is filled from its start; when it is full, its newer

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from workbench.common.errors import find_row
+from workbench.common.errors import find_named_row
 
 
 @dataclass(frozen=True)
@@ -18,6 +18,7 @@ class ScreenRow:
         icon: name of its picture, see `icons`.
         module: its module, below `workbench.gui`.
         kind: name of its class.
+        shortcut: its key, as Qt writes it.
     """
 
     name: str
@@ -25,6 +26,7 @@ class ScreenRow:
     icon: str
     module: str
     kind: str
+    shortcut: str
 
     @property
     def path(self) -> str:
@@ -38,19 +40,27 @@ class ScreenRow:
         return kind
 
 
-SCREENS: tuple[ScreenRow, ...] = (
-    ScreenRow("home", "Home", "home", "home.home_screen", "HomeScreen"),
-    ScreenRow("server", "Server", "server", "server.server_screen", "ServerScreen"),
-    ScreenRow("joystick", "Joystick", "joystick", "joystick.joystick_screen", "JoystickScreen"),
+DEFAULT_SCREEN = "home"
+"""The first screen, until the app remembers the last one."""
+SCREEN_TABLE: tuple[ScreenRow, ...] = (
+    ScreenRow("start", "Start", "start", "start.start_screen", "StartScreen", "Ctrl+N"),
+    ScreenRow("home", "Home", "home", "home.home_screen", "HomeScreen", "Ctrl+1"),
+    ScreenRow("server", "Server", "server", "server.server_screen", "ServerScreen", "Ctrl+2"),
+    ScreenRow(
+        "joystick", "Joystick", "joystick", "joystick.joystick_screen", "JoystickScreen", "Ctrl+3"
+    ),
     ScreenRow(
         "visualization",
         "Visualization",
         "visualization",
         "visualization.visualization_screen",
         "VisualizationScreen",
+        "Ctrl+4",
     ),
-    ScreenRow("tuning", "Tuning", "tuning", "tuning.tuning_screen", "TuningScreen"),
-    ScreenRow("settings", "Settings", "settings", "settings.settings_screen", "SettingsScreen"),
+    ScreenRow("tuning", "Tuning", "tuning", "tuning.tuning_screen", "TuningScreen", "Ctrl+5"),
+    ScreenRow(
+        "settings", "Settings", "settings", "settings.settings_screen", "SettingsScreen", "Ctrl+6"
+    ),
 )
 
 
@@ -60,4 +70,4 @@ def find_screen(name: str) -> ScreenRow:
     Raises:
         WorkbenchError: if there is no such screen.
     """
-    return find_row("screen", name, SCREENS)
+    return find_named_row("screen", name, SCREEN_TABLE)

@@ -19,12 +19,12 @@ from PyQt6.QtWidgets import (
     QWidget,
 )
 
-from workbench.gui.errands import Answers
+from workbench.gui.errands import FutureCallbacks
 from workbench.gui.icons import icon
 from workbench.gui.labels import Label
 from workbench.gui.layout import vbox
-from workbench.gui.screen_table import SCREENS, ScreenRow, find_screen
-from workbench.gui.style import dressed
+from workbench.gui.screen_table import SCREEN_TABLE, ScreenRow, find_screen
+from workbench.gui.style import with_class
 from workbench.gui.theme import Look
 from workbench.gui.workspace import Workspace
 from workbench.live.view import LiveView
@@ -53,6 +53,10 @@ class Screen(QWidget):
     def save_unsaved(self, saved: Callable[[], object]) -> None:
         """Let the user save that data, and call back when it is saved."""
 
+    def play_or_pause(self) -> bool:
+        """Play or pause what it shows; return whether that is something else than the flight."""
+        return False
+
     def release(self) -> None:
         """Release held controls: the screen is left, or the window has lost the focus."""
 
@@ -60,10 +64,12 @@ class Screen(QWidget):
         """End everything that the screen has started; the app closes."""
 
 
-ICON = 26
+SIDE_BAR_ICON_PX = 26
 """Edge length of an icon [layout pixels]."""
 
-PAUSE = 60
+LOADING_TEXTS = ("Starting", "The first screen is being loaded.")
+"""Title and sentence of the page that stands until there is a screen."""
+SCREEN_PRELOAD_PAUSE_MS = 60
 """Pause between screens that are made in advance, in which the window handles events [ms]."""
 
 
@@ -80,17 +86,17 @@ class SideBar(QFrame):
         self.setObjectName("side_bar")
         self.setAccessibleName("Screens")
         self._look = look
-        self._actions = {row.name: actions[f"show_{row.name}"] for row in SCREENS}
+        self._actions = {row.name: actions[f"show_{row.name}"] for row in SCREEN_TABLE}
         layout = vbox(of=self, margins=(0, 6, 0, 6), spacing=2)
-        for number, row in enumerate(SCREENS, start=1):
+        for row in SCREEN_TABLE:
             button = QToolButton(self)
             button.setDefaultAction(self._actions[row.name])
             button.setProperty("class", "side")
             button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextUnderIcon)
-            button.setIconSize(QSize(ICON, ICON))
+            button.setIconSize(QSize(SIDE_BAR_ICON_PX, SIDE_BAR_ICON_PX))
             button.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
             button.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
-            button.setAccessibleName(f"{row.title} screen, Ctrl+{number}")
+            button.setAccessibleName(f"{row.title} screen")
             layout.addWidget(button)
         layout.addStretch(1)
         look.changed.connect(self.paint_icons)
@@ -104,7 +110,7 @@ class SideBar(QFrame):
 
     def paint_icons(self) -> None:
         """Draw the icons in the present colours, that of the present screen in the accent's."""
-        for row in SCREENS:
+        for row in SCREEN_TABLE:
             action = self._actions[row.name]
             colour = "accent" if action.isChecked() else "muted"
             action.setIcon(icon(row.icon, self._look.colour(colour)))
@@ -126,7 +132,7 @@ def import_all(imports: "Sequence[tuple[str, Future[str]]]") -> None:
 
 
 def missing_page(title: str, said: str, parent: QWidget) -> QWidget:
-    """Return a page in place of a screen that could not be made: a sentence in the centre.
+    """Return a page in place of a screen that there is not: a sentence in the centre.
 
     Args:
         title: title of the screen.
@@ -135,9 +141,9 @@ def missing_page(title: str, said: str, parent: QWidget) -> QWidget:
     """
     page = QWidget(parent)
     layout = vbox(1, of=page)
-    words = dressed(Label(said), "muted")
+    words = with_class(Label(said), "muted")
     words.setWordWrap(True)
-    for label in (dressed(Label(title), "title"), words):
+    for label in (with_class(Label(title), "title"), words):
         label.setAlignment(Qt.AlignmentFlag.AlignCenter)
         layout.addWidget(label)
     layout.addStretch(2)
@@ -160,17 +166,20 @@ class ScreenStack(QStackedWidget):
     switched = pyqtSignal(str)
     """Name of the visible screen."""
 
-    def __init__(self, workspace: Workspace, rows: tuple[ScreenRow, ...] = SCREENS) -> None:
+    def __init__(self, workspace: Workspace, rows: tuple[ScreenRow, ...] = SCREEN_TABLE) -> None:
         super().__init__()
         self._workspace = workspace
         self._rows = rows
         self._screens: dict[str, Screen] = {}
         self._pages: dict[str, QWidget] = {}
         self.name = ""
+        self._loading = missing_page(*LOADING_TEXTS, self)
+        self._loading.setAccessibleName(f"{LOADING_TEXTS[0]} screen")
+        self.addWidget(self._loading)
         self._ahead = [row.name for row in rows]
         self._loaded: set[str] = set()
         self._imports: list[tuple[str, Future[str]]] = []
-        self._answers = Answers(workspace.notices.warn, self)
+        self._answers = FutureCallbacks(workspace.notices.warn, self)
         workspace.flight.begun.connect(self._begin)
         workspace.flight.taken_over.connect(self._take_over)
         workspace.flight.viewed.connect(self._show_view)
@@ -193,12 +202,15 @@ class ScreenStack(QStackedWidget):
     def show_screen(self, name: str) -> None:
         """Show a screen; the previous one releases held controls."""
         if name == self.name:
+            self._pages[name].setFocus()
             return
         if self.current is not None:
             self.current.release()
         page = self._make(self._row(name))
         self.name = name
         self.setCurrentWidget(page)
+        self.removeWidget(self._loading)
+        page.setFocus()  # Tab goes through the screen, and single keys are for it
         if self.current is not None and self._workspace.flight.view.snapshot is not None:
             self.current.show_view(self._workspace.flight.view)
         self.switched.emit(name)
@@ -241,7 +253,7 @@ class ScreenStack(QStackedWidget):
         if not self.name and self._ahead and module == self._row(self._ahead[0]).path:
             self.show_screen(self._ahead.pop(0))
             return
-        QTimer.singleShot(PAUSE, self._make_one)
+        QTimer.singleShot(SCREEN_PRELOAD_PAUSE_MS, self._make_one)
 
     def _make_one(self) -> None:
         """Make the next screen that was not visible yet."""

@@ -5,20 +5,21 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 import numpy as np
 
 from workbench.common.errors import unknown_name
-from workbench.gui.ring import Ring
+from workbench.common.series import TimedValues
+from workbench.gui.ring import RowRingBuffer
 from workbench.link.backplane import Published
-from workbench.link.drone_topics import EVENTS, EVENTS_TOPIC, PARAMETERS, PARAMETERS_TOPIC
-from workbench.link.topics import CODES, PREFIX, Topic, Value
+from workbench.link.drone_topics import EVENTS_SIGNAL, PARAMETERS_SIGNAL, fixed_topic
+from workbench.link.topics import PREFIX, STRUCT_CODES, FieldValue, Topic
 
-WIDEST = 64
+MAX_STORED_COLUMNS = 64
 """Largest number of values of a topic that is stored over time; of larger ones, as a point cloud,
 only the newest sample is stored."""
-SLOWEST = 10.0
+EVENT_TOPIC_RATE_HZ = 10.0
 """Assumed rate of a topic that is published on events [1/s]."""
 
-KEPT = 180.0
+SIGNAL_HISTORY_S = 180.0
 """Stored time of every signal [s]."""
-SEVERITIES = ("information", "warning", "failure")
+EVENT_SEVERITIES = ("information", "warning", "failure")
 
 
 class TopicTable:
@@ -31,31 +32,33 @@ class TopicTable:
     Attributes:
         topic: the topic.
         units: unit of each column, by its name: TOPIC.FIELD, or TOPIC.FIELD.INDEX of several
-            numbers.
+            numbers, with the name of a part in place of the index if the topic has them.
         newest: payload of the newest sample, b"" before the first.
     """
 
     def __init__(self, topic: Topic, seconds: float) -> None:
         self.topic = topic
         self.newest = b""
-        numeric = [each for each in topic.fields if each.type in CODES]
+        numeric = [each for each in topic.fields if each.type in STRUCT_CODES]
         columns = sum(each.count for each in numeric)
         self.units: dict[str, str] = {}
         self._type = np.dtype(
             {
                 "names": [each.name for each in numeric],
-                "formats": [(f"<{CODES[each.type]}", (each.count,)) for each in numeric],
+                "formats": [(f"<{STRUCT_CODES[each.type]}", (each.count,)) for each in numeric],
                 "offsets": [_offset(topic, each.name) for each in numeric],
                 "itemsize": topic.packer.size,
             }
         )
-        self._ring = Ring(0, 1)
-        if 0 < columns <= WIDEST:
+        self._ring = RowRingBuffer(0, 1)
+        if 0 < columns <= MAX_STORED_COLUMNS:
             short = topic.name.removeprefix(PREFIX)
             for each in numeric:
-                parts = [""] if each.count == 1 else [f".{index}" for index in range(each.count)]
-                self.units.update({f"{short}.{each.name}{part}": each.unit for part in parts})
-            self._ring = Ring(round(seconds * (topic.rate or SLOWEST)), 1 + columns)
+                names = [f"{short}.{each.name}.{name}" for name in topic.value_names(each)]
+                self.units.update({name.removesuffix("."): each.unit for name in names})
+            self._ring = RowRingBuffer(
+                round(seconds * (topic.rate or EVENT_TOPIC_RATE_HZ)), 1 + columns
+            )
         self._columns = {name: 1 + index for index, name in enumerate(self.units)}
 
     def append(self, times: Sequence[float], payloads: Sequence[bytes]) -> None:
@@ -67,7 +70,7 @@ class TopicTable:
         parts = [table[name].reshape(len(table), -1) for name in self._type.names or ()]
         self._ring.append(np.hstack([np.array(times)[:, None], *parts]))
 
-    def series(self, name: str, since: float) -> tuple[np.ndarray, np.ndarray]:
+    def series(self, name: str, since: float) -> TimedValues:
         """Return times and values of a column (N) [s], from a time on: views, for immediate use."""
         rows = self._ring.rows(since)
         return rows[:, 0], rows[:, self._columns[name]]
@@ -90,7 +93,7 @@ class Signals:
     fields are available only from `newest`.
     """
 
-    def __init__(self, seconds: float = KEPT) -> None:
+    def __init__(self, seconds: float = SIGNAL_HISTORY_S) -> None:
         self._seconds = seconds
         self._tables: dict[int, TopicTable] = {}
         self._homes: dict[str, TopicTable] = {}
@@ -121,7 +124,7 @@ class Signals:
         """Unit of every signal, by name."""
         return {name: table.units[name] for name, table in self._homes.items()}
 
-    def series(self, name: str, since: float = -np.inf) -> tuple[np.ndarray, np.ndarray]:
+    def series(self, name: str, since: float = -np.inf) -> TimedValues:
         """Return times [s] and values of a signal from a time on, (N) each.
 
         Both are views that are valid until the next `add`: draw or copy them at once.
@@ -133,7 +136,7 @@ class Signals:
             raise unknown_name("signal", name, list(self._homes))
         return self._homes[name].series(name, since)
 
-    def newest(self, topic: str) -> Mapping[str, Value]:
+    def newest(self, topic: str) -> Mapping[str, FieldValue]:
         """Return the newest values of a topic by field, empty before the first.
 
         Args:
@@ -149,26 +152,26 @@ def parameter_changes(published: Iterable[Published]) -> Iterator[tuple[float, s
     """Yield simulated time [s], name and new value in SI of each changed parameter, in order."""
     for each in published:
         for number, payload in each.payloads:
-            if number == PARAMETERS:
-                told = PARAMETERS_TOPIC.unpack(payload)
+            if number == PARAMETERS_SIGNAL.id:
+                told = fixed_topic(number).unpack(payload)
                 assert isinstance(told["value"], float)
                 yield each.t_ns * 1e-9, str(told["name"]), told["value"]
 
 
-Event = tuple[float, str, str]
+FlightEvent = tuple[float, str, str]
 """Simulated time [s]; information, warning, failure or parameter; and the event in words."""
 
 
-def events_in(published: Iterable[Published]) -> list[Event]:
+def events_in(published: Iterable[Published]) -> list[FlightEvent]:
     """Return events and changed parameters in published data, newest last."""
-    found: list[Event] = []
+    found: list[FlightEvent] = []
     for each in published:
         time = each.t_ns * 1e-9
         for number, payload in each.payloads:
-            if number == EVENTS:
-                told = EVENTS_TOPIC.unpack(payload)
+            if number == EVENTS_SIGNAL.id:
+                told = fixed_topic(number).unpack(payload)
                 assert isinstance(told["severity"], int)
-                severity = SEVERITIES[min(max(told["severity"], 0), 2)]
+                severity = EVENT_SEVERITIES[min(max(told["severity"], 0), 2)]
                 found.append((time, severity, str(told["said"])))
         for _, name, value in parameter_changes((each,)):
             found.append((time, "parameter", f"{name} = {value:g}"))

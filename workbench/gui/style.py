@@ -1,7 +1,7 @@
 """The app's style sheet and palette, made from the colours of `Look`.
 
 The property `class` states the role of a widget, several separated by spaces, as in
-`dressed(Label(text), "heading")`:
+`with_class(Label(text), "heading")`:
 
 - frames: `card` (related widgets on a separate background), `strip` (a bar across the window)
 - labels: `title` (of a screen), `heading` (of a card), `muted` (captions, units), `value` (a number
@@ -10,6 +10,7 @@ The property `class` states the role of a widget, several separated by spaces, a
 - buttons: `primary` (the next step, one per card), `danger` (stops or destroys), `quiet` (no
   frame until the pointer is over it), `compact` (narrow, for icons and table rows), `small` (as
   high as a line of text), `tight` (as high as its own text)
+- tables: `numbers` (dense, on a card)
 - number fields: `bare` (without arrows); fields: `bad` (with a refused text)
 
 Everything else is styled by its type. A class that changes later needs `restyle(widget)`. Digits
@@ -27,10 +28,10 @@ from PyQt6.QtWidgets import QApplication, QWidget
 
 from workbench.gui.theme import Colours, Look
 
-SHEET = Path(__file__).with_name("style.qss")
-PICTURES = Path(__file__).parent / "pictures"
-SMALLEST_TEXT = 9.5
-"""Digits below this size are hard to read [pt]."""
+STYLE_SHEET_FILE = Path(__file__).with_name("style.qss")
+STYLE_PICTURES_FOLDER = Path(__file__).parent / "pictures"
+MIN_INSTRUMENT_TEXT_PT, MIN_TEXT_PT = 9.5, 9.0
+"""Least sizes of plain text, with digits that are easy to read, and of any text [pt]."""
 Widget = TypeVar("Widget", bound=QWidget)
 
 
@@ -42,12 +43,12 @@ def style_sheet(colours: Colours, points: float, pictures: str) -> str:
         points: size of plain text [pt].
         pictures: folder with the arrows.
     """
-    return Template(SHEET.read_text(encoding="utf-8")).substitute(
+    return Template(STYLE_SHEET_FILE.read_text(encoding="utf-8")).substitute(
         asdict(colours),
-        faint=_between(colours.muted, colours.card),
+        faint=_mean_colour(colours.muted, colours.card),
         on_bad=colours.on_accent,
         title=f"{points * 1.45:.1f}",
-        small=f"{points * 0.9:.1f}",
+        small=f"{max(MIN_TEXT_PT, points * 0.9):.1f}",
         value=f"{points * 1.2:.1f}",
         reading=f"{points * 1.9:.1f}",
         pictures=pictures,
@@ -55,7 +56,7 @@ def style_sheet(colours: Colours, points: float, pictures: str) -> str:
     )
 
 
-def _between(one: str, other: str) -> str:
+def _mean_colour(one: str, other: str) -> str:
     """Return the mean of two colours, as #rrggbb: for disabled widgets."""
     parts = [
         (int(one[at : at + 2], 16) + int(other[at : at + 2], 16)) // 2 for at in range(1, 7, 2)
@@ -67,8 +68,8 @@ def apply_style(app: QApplication, look: Look) -> None:
     """Style the whole app, now and whenever the colours change."""
     app.setStyle("Fusion")
     app.setFont(_app_font(app.font()))
-    _dress(app, look)
-    look.changed.connect(lambda: _dress(app, look))
+    _apply_colours(app, look)
+    look.changed.connect(lambda: _apply_colours(app, look))
 
 
 def restyle(widget: QWidget) -> None:
@@ -79,7 +80,7 @@ def restyle(widget: QWidget) -> None:
     style.polish(widget)
 
 
-def dressed(widget: Widget, name: str) -> Widget:
+def with_class(widget: Widget, name: str) -> Widget:
     """Set the class of a new widget, and return it."""
     widget.setProperty("class", name)
     return widget
@@ -122,14 +123,16 @@ def palette(colours: Colours) -> QPalette:
     return made
 
 
-def _dress(app: QApplication, look: Look) -> None:
+def _apply_colours(app: QApplication, look: Look) -> None:
     app.setPalette(palette(look.colours))
-    app.setStyleSheet(style_sheet(look.colours, app.font().pointSizeF(), PICTURES.as_posix()))
+    app.setStyleSheet(
+        style_sheet(look.colours, app.font().pointSizeF(), STYLE_PICTURES_FOLDER.as_posix())
+    )
 
 
 def _app_font(font: QFont) -> QFont:
     """Return a font for instruments: legible, and with digits of equal width."""
     font = QFont(font)
-    font.setPointSizeF(max(font.pointSizeF(), SMALLEST_TEXT))
+    font.setPointSizeF(max(font.pointSizeF(), MIN_INSTRUMENT_TEXT_PT))
     font.setFeature(QFont.Tag("tnum"), 1)
     return font

@@ -47,7 +47,7 @@ class Colours:
     earth: str
 
 
-LIGHT = Colours(
+LIGHT_COLOURS = Colours(
     ground="#eef1f5",
     card="#ffffff",
     field="#ffffff",
@@ -73,7 +73,7 @@ LIGHT = Colours(
     sky="#6aa6dd",
     earth="#9a7350",
 )
-DARK = Colours(
+DARK_COLOURS = Colours(
     ground="#12161d",
     card="#1b212b",
     field="#151a22",
@@ -123,7 +123,7 @@ class Look(QObject):
     @property
     def is_dark(self) -> bool:
         """Whether the text is lighter than its background."""
-        return self.colours is DARK
+        return self.colours is DARK_COLOURS
 
     def colour(self, name: str) -> QColor:
         """Return a colour by the name of its attribute, as "accent"."""
@@ -145,5 +145,5 @@ class Look(QObject):
         theme = self._preferences.text("theme")
         hints = QGuiApplication.styleHints()
         if theme == "system" and hints is not None:
-            return DARK if hints.colorScheme() == Qt.ColorScheme.Dark else LIGHT
-        return DARK if theme == "dark" else LIGHT
+            return DARK_COLOURS if hints.colorScheme() == Qt.ColorScheme.Dark else LIGHT_COLOURS
+        return DARK_COLOURS if theme == "dark" else LIGHT_COLOURS

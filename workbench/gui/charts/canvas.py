@@ -1,184 +1,33 @@
-"""The drawing area of a chart and its mouse input: views and axes of pyqtgraph."""
+"""The drawing area of a chart and its mouse input, made of views and axes of pyqtgraph."""
 
 import dataclasses
 import math
-from collections.abc import Sequence
 from functools import partial
 
-import numpy as np
 import pyqtgraph as pg
 from PyQt6.QtCore import QEvent, QPointF, QRectF, QSize, Qt, pyqtSignal
-from PyQt6.QtGui import QColor, QFontMetricsF, QMouseEvent, QPainter, QPen, QTransform, QWheelEvent
-from PyQt6.QtWidgets import (
-    QGraphicsSceneResizeEvent,
-    QGraphicsSimpleTextItem,
-    QSizePolicy,
-)
-from pyqtgraph.GraphicsScene.mouseEvents import MouseDragEvent
+from PyQt6.QtGui import QFontMetricsF, QMouseEvent, QPainter, QPen, QTransform, QWheelEvent
+from PyQt6.QtWidgets import QSizePolicy
 
 from workbench.common.plain_text import html_text, plain_name
-from workbench.gui.charts.content import Axis, Content, Line, Point
-from workbench.gui.charts.curve import make_pen
+from workbench.gui.charts.content import ChartAxis, ChartContent, CurveDot
+from workbench.gui.charts.data_view import DataView
+from workbench.gui.charts.number_axis import WIDEST_AXIS_NUMBER, NumberAxis
+from workbench.gui.charts.numbered_curve import NumberedCurve, end_texts, spread_positions
 from workbench.gui.charts.statistics import value_at
-from workbench.gui.charts.ticks import (
-    Scale,
-    decade_text,
-    decade_ticks,
-    decimals_for_step,
-    number_text,
-)
+from workbench.gui.charts.ticks import Scale
+from workbench.gui.instruments.plane_view import style_axis
 from workbench.gui.theme import Look
+from workbench.gui.wheel import zoom_notches
 
-LEAST_HEIGHT = 120
+MIN_CANVAS_HEIGHT_PX = 120
 """Least height at which a curve is readable [pixels]; a board with more charts scrolls."""
-SMALLEST_BOX = 8.0
-"""Least size of a dragged box that zooms [pixels]."""
-DOT = 7
+CROSSHAIR_DOT_PX = 7
 """Diameter of the dots at the crosshair [pixels]."""
-ROOM = 22.0
-"""Space to the right of the curves for their numbers [pixels]."""
-OUTSIDE = 40
+AXIS_OVERHANG_PX = 40
 """Space for the numbers at the ends of an axis beyond those ends [pixels]."""
-LONGEST_CAPTION = 300
+MAX_CAPTION_CHARACTERS = 300
 """Largest number of characters in the caption of a chart."""
-LONGEST_AXIS = 40
-"""Largest number of characters that are shown of an axis' name; more would cover its numbers."""
-WIDEST = "\N{MINUS SIGN}00.00"
-"""The widest number that an axis usually has."""
-NUMBERED, BARE = 1.0, 0.0
-"""Spacing of ticks of a logarithmic axis with and without a number, by which pyqtgraph tells levels
-apart."""
-
-
-class NumberAxis(pg.AxisItem):
-    """An axis with the least decimals that distinguish its numbers, and a horizontal name.
-
-    The name of a value axis is above it, that of a time axis at the right end of its numbers.
-    """
-
-    redrawn = pyqtSignal()
-    """Its appearance has changed."""
-
-    def update(self, *place: object) -> None:
-        """Request a repaint."""
-        super().update(*place)
-        self.redrawn.emit()
-
-    def show_scale(self, scale: Scale) -> None:
-        """Show a scale."""
-        if self.logMode is not (scale is Scale.LOGARITHMIC):
-            self.setLogMode(scale is Scale.LOGARITHMIC)
-
-    def tickValues(
-        self, minVal: float, maxVal: float, size: float
-    ) -> list[tuple[float, list[float]]]:
-        """Return the positions of ticks, by level."""
-        if not self.logMode:
-            ticks: list[tuple[float, list[float]]] = super().tickValues(minVal, maxVal, size)
-            return ticks
-        metrics = QFontMetricsF(self.style["tickFont"])
-        across = self.orientation == "bottom"
-        room = 1.2 * metrics.horizontalAdvance(WIDEST) if across else 1.6 * metrics.height()
-        numbered, bare = decade_ticks(minVal, maxVal, max(2, int(size / room)))
-        return [(NUMBERED, numbered), (BARE, bare)]
-
-    def tickStrings(self, values: Sequence[float], scale: float, spacing: float) -> list[str]:
-        """Return the texts at the ticks."""
-        if self.logMode:
-            texts = ["" if spacing == BARE else decade_text(10.0**value) for value in values]
-        else:
-            decimals = decimals_for_step(spacing * scale)
-            texts = [number_text(value * scale, decimals) for value in values]
-        if self.orientation != "bottom":
-            return texts
-        low, high = self.range
-        room = self.width() + ROOM - self.label.boundingRect().width()
-        metrics = QFontMetricsF(self.style["tickFont"])
-        ends = [
-            (value - low) / (high - low) * self.width() + 0.5 * metrics.horizontalAdvance(text)
-            for value, text in zip(values, texts, strict=True)
-        ]
-        return [text if end < room else "" for text, end in zip(texts, ends, strict=True)]
-
-    def show_name(self, name: str) -> None:
-        """Show a name with its unit."""
-        shown = html_text(plain_name(name, LONGEST_AXIS))
-        if self.labelText != shown:
-            self.setLabel(shown)
-            self.label.setRotation(0.0)
-            self.resizeEvent()
-
-    def resizeEvent(self, event: QGraphicsSceneResizeEvent | None = None) -> None:
-        """Place the name."""
-        super().resizeEvent(event)
-        box = self.label.boundingRect()
-        if self.orientation == "bottom":
-            self.label.setPos(self.width() + ROOM - box.width(), -2.0)
-        elif self.orientation == "left":
-            self.label.setPos(max(0.0, self.width() - box.width()), -box.height())
-        else:
-            self.label.setPos(0.0, -box.height())
-
-
-class DataView(pg.ViewBox):
-    """The area of the curves; it reports a dragged box, and leaves the zooming to others."""
-
-    boxed = pyqtSignal(QRectF)
-    """Dragged box in pixels of the view, y downwards."""
-    slid = pyqtSignal(float)
-    """Dragged sideways with Shift, by this much since the last signal [s]."""
-
-    def __init__(self) -> None:
-        super().__init__(enableMenu=False, defaultPadding=0.0)
-        self.disableAutoRange()
-
-    def mouseDragEvent(self, event: MouseDragEvent, axis: int | None = None) -> None:
-        """Draw a box; a flat one takes the full height."""
-        if axis is not None or event.button() != Qt.MouseButton.LeftButton:
-            event.ignore()
-            return
-        event.accept()
-        if event.modifiers() & Qt.KeyboardModifier.ShiftModifier:
-            now, before = self.mapToView(event.pos()), self.mapToView(event.lastPos())
-            self.slid.emit(now.x() - before.x())
-            return
-        start = event.buttonDownPos()
-        if not event.isFinish():
-            self.updateScaleBox(start, event.pos())
-            return
-        self.rbScaleBox.hide()
-        box = QRectF(QPointF(start), QPointF(event.pos())).normalized()
-        if box.height() < SMALLEST_BOX:
-            box.setTop(0.0)
-            box.setHeight(self.height())
-        box &= self.rect()
-        if box.width() >= SMALLEST_BOX:
-            self.boxed.emit(box)
-
-
-class NumberedCurve(pg.PlotCurveItem):
-    """A curve with its number at its end, so that curves differ in more than colour.
-
-    Attributes:
-        number: position of the number in pixels of the graphics scene.
-    """
-
-    def __init__(self) -> None:
-        super().__init__(skipFiniteCheck=True)
-        self.number = QGraphicsSimpleTextItem()
-        self._drawn_as: tuple[object, ...] = ()
-
-    def show_line(self, line: Line, ground: QColor, x_scale: Scale, y_scale: Scale) -> None:
-        """Draw a line on a background, with the axes' scales."""
-        drawn_as = line.colour.rgb(), line.style, ground.rgb()
-        if drawn_as != self._drawn_as:
-            self._drawn_as = drawn_as
-            pen = make_pen(line.colour, line.style, ground)
-            self.setPen(pen)
-            self.number.setBrush(pen.color())
-        self.number.setText(str(line.number) if line.number else "")
-        time, values = with_dots(x_scale.places(line.time), y_scale.places(line.values))
-        self.setData(time, values, connect="finite" if math.isnan(values.sum()) else "all")
 
 
 class Canvas(pg.GraphicsLayoutWidget):
@@ -196,7 +45,7 @@ class Canvas(pg.GraphicsLayoutWidget):
     hovered = pyqtSignal(object)
     """Time under the mouse [s], None when it has left."""
     turned = pyqtSignal(float, float, float, bool)
-    """Mouse wheel: time and share of the height under the mouse, factor, whether over an axis."""
+    """Ctrl and wheel: time and share of height under the mouse, factor, whether over an axis."""
     boxed = pyqtSignal(float, float, float, float)
     """A box was dragged: its first and last time, lower and upper share of the height."""
     reset_wanted = pyqtSignal()
@@ -209,22 +58,18 @@ class Canvas(pg.GraphicsLayoutWidget):
     def __init__(self, look: Look) -> None:
         super().__init__()
         self._look = look
-        self.content = Content()
+        self.content = ChartContent()
         self._mouse: float | None = None
         self._focus_shown = False
         self.cursor_time: float | None = None
         self.view = DataView()
         self.setFocusPolicy(Qt.FocusPolicy.NoFocus)  # keys go to the chart
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
-        self.setMinimumSize(160, LEAST_HEIGHT)
+        self.setMinimumSize(160, MIN_CANVAS_HEIGHT_PX)
         self.scene().setItemIndexMethod(self.scene().ItemIndexMethod.NoIndex)
-        self._grid = self.ci.layout
+        self._grid = self.ci.layout  # columns: axis, curves, their names, further axes
         self._grid.setSpacing(0.0)
         self.addItem(self.view, 0, 1)
-        gutter = pg.GraphicsWidget()
-        gutter.setMinimumWidth(ROOM)
-        gutter.setMaximumWidth(ROOM)
-        self.addItem(gutter, 0, 2)
         self._bottom = self._make_axis("bottom", 1, 1)
         self._axes = [self._make_axis("left", 0, 0)]
         for axis in (self._bottom, self._axes[0]):
@@ -235,9 +80,10 @@ class Canvas(pg.GraphicsLayoutWidget):
         self._guides: list[pg.PlotCurveItem] = []
         self._marks: list[pg.InfiniteLine] = []
         self._marks_key: tuple[object, ...] = ()
+        self._named: tuple[object, ...] = ()
         self._zero = pg.InfiniteLine(0.0, angle=0)
         self._cross = pg.InfiniteLine(angle=90, label="", labelOpts={"position": 0.93})
-        self._dots = pg.ScatterPlotItem(size=DOT, pxMode=True)
+        self._dots = pg.ScatterPlotItem(size=CROSSHAIR_DOT_PX, pxMode=True)
         for item in (self._zero, self._cross, self._dots):
             self.view.addItem(item, ignoreBounds=True)
         self._cross.hide()
@@ -250,8 +96,8 @@ class Canvas(pg.GraphicsLayoutWidget):
             item.setZValue(12)
         self.view.sigResized.connect(self._resize)
         self.view.boxed.connect(self._box)
-        look.changed.connect(self._dress)
-        self._dress()
+        look.changed.connect(self._apply_colours)
+        self._apply_colours()
 
     def sizeHint(self) -> QSize:
         """Return a suitable size for a chart."""
@@ -262,7 +108,7 @@ class Canvas(pg.GraphicsLayoutWidget):
         """Number of columns for curves: one for two pixels of the screen."""
         return max(50, int(0.5 * self.view.width() * self.devicePixelRatioF()))
 
-    def show_content(self, content: Content) -> None:
+    def show_content(self, content: ChartContent) -> None:
         """Show a content."""
         if content.caption != self.content.caption:
             self.resetCachedContent()
@@ -319,10 +165,11 @@ class Canvas(pg.GraphicsLayoutWidget):
     def _paint_caption(self, painter: QPainter) -> None:
         """Paint the caption above the picture if it does not overlap the name of the first axis."""
         box, name = self.view.sceneBoundingRect(), self._axes[0].label
-        room = QRectF(box.left(), 0.0, box.width() + ROOM, box.top() - 3.0)
+        end = box.width() + self._grid.columnMaximumWidth(2)
+        room = QRectF(box.left(), 0.0, end, box.top() - 3.0)
         room.setLeft(name.mapRectToScene(name.boundingRect()).right())
         painter.setFont(self.font())
-        caption = plain_name(self.content.caption, LONGEST_CAPTION)
+        caption = plain_name(self.content.caption, MAX_CAPTION_CHARACTERS)
         if painter.fontMetrics().horizontalAdvance(caption) > room.width():
             return
         painter.setPen(self._look.colour("ink"))
@@ -333,20 +180,19 @@ class Canvas(pg.GraphicsLayoutWidget):
         """Adapt to another font."""
         super().changeEvent(event)
         if event is not None and event.type() == QEvent.Type.FontChange and hasattr(self, "_hint"):
-            self._dress()
+            self._apply_colours()
 
     def wheelEvent(self, event: QWheelEvent | None) -> None:
-        """Zoom around the mouse."""
-        if event is None or event.angleDelta().y() == 0:
+        """Zoom around the mouse while Ctrl is held, else let the page scroll."""
+        notches = zoom_notches(event)
+        if event is None or not notches:
             return
         place = self._scene_point(event.position())
         box = self.view.sceneBoundingRect()
-        factor = 0.85 ** (event.angleDelta().y() / 120.0)
-        ctrl = bool(event.modifiers() & Qt.KeyboardModifier.ControlModifier)
-        over_axis = ctrl or not box.left() <= place.x() <= box.right()
+        shift = bool(event.modifiers() & Qt.KeyboardModifier.ShiftModifier)
+        over_axis = shift or not box.left() <= place.x() <= box.right()
         share = (box.bottom() - place.y()) / max(box.height(), 1.0)
-        self.turned.emit(self._time_at(place.x()), share, factor, over_axis)
-        event.accept()
+        self.turned.emit(self._time_at(place.x()), share, 0.85**notches, over_axis)
 
     def mouseMoveEvent(self, event: QMouseEvent | None) -> None:
         """Follow the mouse."""
@@ -408,22 +254,22 @@ class Canvas(pg.GraphicsLayoutWidget):
     def _make_axis(self, side: str, row: int, column: int) -> NumberAxis:
         axis = NumberAxis(side, maxTickLength=0)
         axis.enableAutoSIPrefix(False)
-        axis.setStyle(maxTickLevel=1, hideOverlappingLabels=OUTSIDE)
+        axis.setStyle(maxTickLevel=1, hideOverlappingLabels=AXIS_OVERHANG_PX)
         axis.setOpacity(0.0)  # part of the background, which is painted once
         axis.redrawn.connect(self.resetCachedContent)
         self.addItem(axis, row, column)
         return axis
 
-    def _dress(self) -> None:
+    def _apply_colours(self) -> None:
         """Apply the colours of the look, and the font."""
         colour = self._look.colour
         self.setBackground(colour("card"))
         self.set_focus_shown(self._focus_shown)
         for axis in (self._bottom, *self._axes):
-            self._dress_axis(axis)
-        self._grid.setContentsMargins(0.0, self.fontMetrics().height() + 8.0, 0.0, 0.0)
+            self._style_axis(axis)
+        self._grid.setContentsMargins(0.0, 1.4 * self.fontMetrics().height() + 8.0, 0.0, 0.0)
         for curve in self._curves:
-            curve.number.setFont(self.font())
+            curve.end.setFont(self.font())
         self._zero.setPen(pg.mkPen(colour("command")))
         self._cross.setPen(QPen(colour("ink"), 0, Qt.PenStyle.DotLine))
         self._cross.label.fill = pg.mkBrush(colour("ink"))
@@ -435,31 +281,28 @@ class Canvas(pg.GraphicsLayoutWidget):
         self._hint.setColor(colour("muted"))
         self.resized.emit()
 
-    def _dress_axis(self, axis: NumberAxis) -> None:
-        axis.setPen(self._look.colour("line"))
-        axis.setTextPen(self._look.colour("muted"))
-        axis.setTickFont(self.font())
-        axis.label.setFont(self.font())
+    def _style_axis(self, axis: NumberAxis) -> None:
+        style_axis(axis, self._look, self.font(), pen="line")
         if axis is self._bottom:
-            axis.setHeight(self.fontMetrics().height() + 4)
+            axis.setHeight(2 * self.fontMetrics().height() + 4)
         else:
-            axis.setWidth(self.fontMetrics().horizontalAdvance(WIDEST) + 6)
+            axis.setWidth(self.fontMetrics().horizontalAdvance(WIDEST_AXIS_NUMBER) + 6)
 
     def _show_axes(self) -> None:
         content, axes = self.content, self.content.axes
         while len(self._axes) < len(axes):
             self._axes.append(self._make_axis("right", 0, 2 + len(self._axes)))
-            self._dress_axis(self._axes[-1])
+            self._style_axis(self._axes[-1])
         for index, item in enumerate(self._axes):
             if item.isVisible() is not (index < len(axes)):
                 item.setVisible(index < len(axes))
-                self._dress_axis(item)
+                self._style_axis(item)
         for item, axis in zip(self._axes, axes, strict=False):
             item.show_name(" ".join(part for part in (axis.label, axis.unit.symbol) if part))
             item.show_scale(content.y_scale)
             if item is not self._axes[0]:
                 item.setRange(*self._ends(axis))
-        self._bottom.show_name(self._bottom_name())
+        self._bottom.show_name(content.x_label)
         self._bottom.show_scale(content.x_scale)
         self._zero.setVisible(content.y_scale is Scale.LINEAR)
         self.view.setRange(
@@ -470,19 +313,12 @@ class Canvas(pg.GraphicsLayoutWidget):
         )
         self._place()
 
-    def _bottom_name(self) -> str:
-        """Return the text below: the unit alone if the name would cover the numbers."""
-        content = self.content
-        wide = QFontMetricsF(self.font()).horizontalAdvance(content.x_label)
-        named = content.x_label.endswith(f" {content.x_unit}")
-        return content.x_unit if named and wide > 0.4 * self.view.width() else content.x_label
-
-    def _ends(self, axis: Axis) -> tuple[float, float]:
+    def _ends(self, axis: ChartAxis) -> tuple[float, float]:
         """Return the positions of an axis' ends."""
         scale = self.content.y_scale
         return scale.place(axis.low), scale.place(axis.high)
 
-    def _to_view(self, axis: Axis) -> tuple[float, float]:
+    def _to_view(self, axis: ChartAxis) -> tuple[float, float]:
         """Return scale and offset from positions of an axis to those of the first, the view's."""
         (least, largest), (low, high) = self._ends(self.content.axes[0]), self._ends(axis)
         factor = (largest - least) / max(high - low, 1e-300)
@@ -505,39 +341,49 @@ class Canvas(pg.GraphicsLayoutWidget):
         lines = self.content.lines
         while len(self._curves) < len(lines):
             self._curves.append(NumberedCurve())
-            self._curves[-1].number.setFont(self.font())
-            self.scene().addItem(self._curves[-1].number)
+            self._curves[-1].end.setFont(self.font())
+            self.scene().addItem(self._curves[-1].end)
         while len(self._curves) > len(lines):
             curve = self._curves.pop()
-            self.scene().removeItem(curve.number)
+            self.scene().removeItem(curve.end)
             self.scene().removeItem(curve)
         for curve, line in zip(self._curves, lines, strict=True):
             if curve.parentItem() is not self._groups[line.axis]:
                 curve.setParentItem(self._groups[line.axis])
             scales = self.content.x_scale, self.content.y_scale
-            curve.show_line(line, self._look.colour("field"), *scales)
-        self._place_numbers()
+            curve.show_line(line, self._look.colour("field"), self.devicePixelRatioF(), *scales)
+        self._name_ends()
+        self._place_ends()
 
-    def _place_numbers(self) -> None:
+    def _name_ends(self) -> None:
+        lines = self.content.lines
+        key = (self.width(), self.font().key(), *((each.number, each.name) for each in lines))
+        if key == self._named:
+            return
+        self._named = key
+        texts, wide = end_texts(lines, QFontMetricsF(self.font()).horizontalAdvance, self.width())
+        for curve, text in zip(self._curves, texts, strict=True):
+            curve.end.setText(text)
+        self._grid.setColumnFixedWidth(2, wide)
+
+    def _place_ends(self) -> None:
         box, height = self.view.sceneBoundingRect(), self.fontMetrics().height()
         scale = self.content.y_scale
         ends: list[tuple[float, int]] = []
         for index, line in enumerate(self.content.lines):
             ended = len(line.values) > 0 and math.isfinite(line.values[-1])
-            self._curves[index].number.setVisible(ended)
-            if ended and line.number:
+            self._curves[index].end.setVisible(ended)
+            if ended and self._curves[index].end.text():
                 axis = self.content.axes[line.axis]
                 low, high = self._ends(axis)
                 place = scale.place(axis.unit.shown(float(line.values[-1])))
-                share = (place - low) / (high - low)
-                ends.append((box.bottom() - share * box.height(), index))
+                ends.append((box.bottom() - (place - low) / (high - low) * box.height(), index))
         ends.sort()
-        places = spread([y for y, _ in ends], box.top(), box.bottom(), 0.8 * height)
+        places = spread_positions([y for y, _ in ends], box.top(), box.bottom(), 0.8 * height)
         for y, (_, index) in zip(places, ends, strict=True):
-            self._curves[index].number.setPos(box.right() + 4.0, y - 0.5 * height)
+            self._curves[index].end.setPos(box.right() + 4.0, y - 0.5 * height)
 
     def _show_guides(self) -> None:
-        """Draw the guides."""
         content = self.content
         while len(self._guides) < len(content.guides):
             self._guides.append(pg.PlotCurveItem())
@@ -569,7 +415,7 @@ class Canvas(pg.GraphicsLayoutWidget):
                 angle=90,
                 movable=True,
                 pen=colour("accent"),
-                label=_unformatted(f"{name} {self._said_at(time)}"),
+                label=_escaped_format(f"{name} {self._said_at(time)}"),
                 labelOpts=options,
             )
             line.sigPositionChangeFinished.connect(partial(self._tell_mark, name))
@@ -600,11 +446,11 @@ class Canvas(pg.GraphicsLayoutWidget):
         points = list(content.points)
         if time is not None and seen:
             self._cross.setValue(self._place_at(time))
-            self._cross.label.setFormat(_unformatted(self._said_at(time)))
+            self._cross.label.setFormat(_escaped_format(self._said_at(time)))
             wide = 2.2 * self._cross.label.boundingRect().width()
             self._cross.label.setVisible(self.view.width() > wide)  # else its side is clipped
             points += [
-                Point(time, value_at(line.time, line.values, time), line.axis, line.colour)
+                CurveDot(time, value_at(line.time, line.values, time), line.axis, line.colour)
                 for line in content.lines
             ]
         points = [each for each in points if math.isfinite(each.x + each.y)]
@@ -622,33 +468,6 @@ class Canvas(pg.GraphicsLayoutWidget):
         )
 
 
-def _unformatted(text: str) -> str:
+def _escaped_format(text: str) -> str:
     """Return a text for a line's label, which pyqtgraph takes for a format of the line's value."""
     return plain_name(text).replace("{", "{{").replace("}", "}}")
-
-
-def with_dots(time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return samples with single ones between two gaps doubled, so that they are drawn."""
-    if not math.isnan(values.sum()):
-        return time, values
-    finite = np.concatenate([[False], np.isfinite(values), [False]])
-    alone = np.flatnonzero(finite[1:-1] & ~finite[:-2] & ~finite[2:])
-    if len(alone) == 0:
-        return time, values
-    step = 0.002 * (time[-1] - time[0])
-    return (
-        np.insert(time, alone + 1, time[alone] + step),
-        np.insert(values, alone + 1, values[alone]),
-    )
-
-
-def spread(places: Sequence[float], low: float, high: float, gap: float) -> list[float]:
-    """Return increasing positions moved apart, as far as there is room between two ends."""
-    gap = min(gap, (high - low) / max(1, len(places) - 1))
-    found: list[float] = []
-    for place in places:
-        least = found[-1] + gap if found else low
-        found.append(min(max(place, least), high))
-    for index in range(len(found) - 2, -1, -1):
-        found[index] = min(found[index], found[index + 1] - gap)
-    return found

@@ -1,18 +1,19 @@
 """The content of a chart's canvas at one time."""
 
+import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 from PyQt6.QtGui import QColor
 
+from workbench.common.quantity import DisplayUnit
 from workbench.gui.charts.curve import CurveStyle
 from workbench.gui.charts.ticks import Scale
-from workbench.gui.units import Unit
 
 
 @dataclass(frozen=True)
-class Axis:
+class ChartAxis:
     """A value axis.
 
     Attributes:
@@ -22,14 +23,14 @@ class Axis:
         label: name beside its unit, "" for none.
     """
 
-    unit: Unit
+    unit: DisplayUnit
     low: float
     high: float
     label: str = ""
 
 
 @dataclass(frozen=True, eq=False)
-class Line:
+class ChartLine:
     """A curve that is ready to draw.
 
     Attributes:
@@ -39,6 +40,7 @@ class Line:
         colour: colour of the curve.
         style: style of the curve.
         number: number at its end, 0 for none.
+        name: name at its end if there is room, "" for none.
     """
 
     time: np.ndarray
@@ -47,9 +49,10 @@ class Line:
     colour: QColor
     style: CurveStyle = CurveStyle.SOLID
     number: int = 0
+    name: str = ""
 
 
-class Point(NamedTuple):
+class CurveDot(NamedTuple):
     """A dot on a curve: x as shown, y in SI, index of its axis, colour."""
 
     x: float
@@ -59,12 +62,12 @@ class Point(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Guide:
+class ReferenceLine:
     """A straight reference line, as a margin or a limit.
 
     Attributes:
         x: its ends on the horizontal axis; infinite for the edge of the picture.
-        y: its ends on the first value axis, in SI.
+        y: its ends on the first value axis, in SI; a level along the whole axis is always in view.
         colour: name of its colour in the look.
     """
 
@@ -72,9 +75,15 @@ class Guide:
     y: tuple[float, float]
     colour: str = "muted"
 
+    @property
+    def level(self) -> float | None:
+        """Its level if it is along the whole horizontal axis."""
+        whole = self.x == (-math.inf, math.inf) and self.y[0] == self.y[1]
+        return self.y[0] if whole else None
+
 
 @dataclass(frozen=True, eq=False)
-class Content:
+class ChartContent:
     """The complete content of a chart.
 
     Attributes:
@@ -102,10 +111,10 @@ class Content:
     x_unit: str = "s"
     x_scale: Scale = Scale.LINEAR
     y_scale: Scale = Scale.LINEAR
-    axes: tuple[Axis, ...] = (Axis(Unit(""), 0.0, 1.0),)
-    lines: tuple[Line, ...] = ()
-    points: tuple[Point, ...] = ()
-    guides: tuple[Guide, ...] = ()
+    axes: tuple[ChartAxis, ...] = (ChartAxis(DisplayUnit(""), 0.0, 1.0),)
+    lines: tuple[ChartLine, ...] = ()
+    points: tuple[CurveDot, ...] = ()
+    guides: tuple[ReferenceLine, ...] = ()
     caption: str = ""
     marks: tuple[tuple[str, float], ...] = ()
     state: str = ""

@@ -4,15 +4,15 @@ import math
 
 import numpy as np
 
-from workbench.gui.ring import Ring
+from workbench.gui.ring import RowRingBuffer
 
-Points = tuple[np.ndarray, np.ndarray]
+DecimatedPoints = tuple[np.ndarray, np.ndarray]
 """Times [s] and values."""
 
 
 def reduce_columns(
     time: np.ndarray, values: np.ndarray, first: int, last: int, width: float
-) -> Points:
+) -> DecimatedPoints:
     """Return the least and largest value of each column of time, in order of time.
 
     Columns are at whole multiples of their width, so that a scrolling picture does not flicker: a
@@ -45,17 +45,17 @@ def reduce_columns(
     return places * width, drawn
 
 
-class Peaks:
+class ColumnReducer:
     """The columns of one curve; reduced columns are kept while time passes."""
 
     def __init__(self) -> None:
         self._width = 0.0
         self._first = self._next = 0
-        self._ring = Ring(0, 2)
+        self._ring = RowRingBuffer(0, 2)
 
     def reduce(
         self, time: np.ndarray, values: np.ndarray, left: float, right: float, columns: int
-    ) -> Points:
+    ) -> DecimatedPoints:
         """Return the points to draw for samples: the samples themselves if they are few.
 
         Args:
@@ -71,7 +71,7 @@ class Peaks:
         first, newest = math.floor(left / width), math.floor(float(time[-1]) / width)
         if width != self._width or newest < self._next or first < self._first:
             self._width, self._first, self._next = width, first, first
-            self._ring = Ring(2 * columns + 6, 2)
+            self._ring = RowRingBuffer(2 * columns + 6, 2)
         if newest > self._next:
             begin = int(time.searchsorted(self._next * width))
             reduced = reduce_columns(time[begin:], values[begin:], self._next, newest, width)

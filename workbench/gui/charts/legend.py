@@ -11,12 +11,12 @@ from workbench.common.plain_text import html_text, plain_name
 from workbench.gui.charts.curve import CurveStyle, make_pen
 from workbench.gui.theme import Look
 
-NO_BREAK = "\N{NO-BREAK SPACE}"
-JOINER = "\N{WORD JOINER}"
+NO_BREAK_SPACE = "\N{NO-BREAK SPACE}"
+WORD_JOINER = "\N{WORD JOINER}"
 
 
 @dataclass(frozen=True)
-class Entry:
+class LegendEntry:
     """A curve in the legend.
 
     Attributes:
@@ -53,8 +53,8 @@ class Legend(QLabel):
     def __init__(self, look: Look) -> None:
         super().__init__()
         self._look = look
-        self.entries: tuple[Entry, ...] = ()
-        self._names: list[Entry] = []
+        self.entries: tuple[LegendEntry, ...] = ()
+        self._names: list[LegendEntry] = []
         self._widths: list[int] = []
         self.title = ""
         self.setTextFormat(Qt.TextFormat.RichText)
@@ -72,7 +72,7 @@ class Legend(QLabel):
         self._write()
         self._fit()
 
-    def show_entries(self, entries: Sequence[Entry]) -> None:
+    def show_entries(self, entries: Sequence[LegendEntry]) -> None:
         """Show entries; the text is written only if it has changed."""
         if tuple(entries) == self.entries:
             return
@@ -100,30 +100,34 @@ class Legend(QLabel):
             self._fit()
 
     def _write(self) -> None:
-        parts = [f"<b>{_unbroken(self.title)}</b>"] if self.title else []
+        parts = [f"<b>{_no_break_html(self.title)}</b>"] if self.title else []
         parts += [
             self._html(index, each, width)
             for index, (each, width) in enumerate(zip(self.entries, self._widths, strict=True))
         ]
-        self.setText(f"{2 * NO_BREAK} ".join(parts))
+        self.setText(f"{2 * NO_BREAK_SPACE} ".join(parts))
 
-    def _html(self, index: int, entry: Entry, width: int) -> str:
+    def _html(self, index: int, entry: LegendEntry, width: int) -> str:
         colour = self._look.colours
         pen = make_pen(entry.colour, entry.style, self._look.colour("card"))
-        dash = "╍╍" if entry.style is CurveStyle.DASHED else "━━"
-        number = f"{NO_BREAK}{entry.number}" if entry.number else ""
-        stroke = f"<b style='color:{pen.color().name()}'>{dash}{number}</b>{NO_BREAK}"
-        label = _unbroken(entry.label)
+        dash = {CurveStyle.DASHED: "╍╍", CurveStyle.POINTS: "••"}.get(entry.style, "━━")
+        number = f"{NO_BREAK_SPACE}{entry.number}" if entry.number else ""
+        stroke = f"<b style='color:{pen.color().name()}'>{dash}{number}</b>{NO_BREAK_SPACE}"
+        label = _no_break_html(entry.label)
         if not entry.visible:
-            stroke, label = "", f"{label}{NO_BREAK}(hidden)"
+            stroke, label = "", f"{label}{NO_BREAK_SPACE}(hidden)"
         ink = colour.ink if entry.visible else colour.muted
         link = f"<a href='{index}' style='color:{ink};text-decoration:none'>{stroke}{label}</a>"
         if not entry.visible or not entry.value:
             return link
         metrics = self.fontMetrics()
         free = width - metrics.horizontalAdvance(entry.value)
-        room = NO_BREAK * (1 + round(free / max(1, metrics.horizontalAdvance(NO_BREAK))))
-        return f"{link}{room}<span style='color:{colour.muted}'>{_unbroken(entry.value)}</span>"
+        room = NO_BREAK_SPACE * (
+            1 + round(free / max(1, metrics.horizontalAdvance(NO_BREAK_SPACE)))
+        )
+        return (
+            f"{link}{room}<span style='color:{colour.muted}'>{_no_break_html(entry.value)}</span>"
+        )
 
     def _fit(self) -> None:
         """Set the text's height at this width: a layout alone would squeeze it."""
@@ -132,7 +136,7 @@ class Legend(QLabel):
         self.setMinimumHeight(height)
 
 
-def _unbroken(text: str) -> str:
+def _no_break_html(text: str) -> str:
     """Return text without line breaks in it, as HTML."""
-    joined = html_text(plain_name(text)).replace("/", f"{JOINER}/{JOINER}")  # as in m/s
-    return joined.replace(" ", NO_BREAK)
+    joined = html_text(plain_name(text)).replace("/", f"{WORD_JOINER}/{WORD_JOINER}")  # as in m/s
+    return joined.replace(" ", NO_BREAK_SPACE)

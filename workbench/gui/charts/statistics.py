@@ -5,18 +5,13 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 from PyQt6.QtCore import Qt
-from PyQt6.QtWidgets import (
-    QAbstractItemView,
-    QHeaderView,
-    QSizePolicy,
-    QTableWidget,
-    QTableWidgetItem,
-)
+from PyQt6.QtWidgets import QSizePolicy, QTableWidget
 
 from workbench.common.plain_text import plain_name
 from workbench.gui.labels import set_tip
+from workbench.gui.tables import table_heads, text_table, write_cell
 
-HEADS = {
+STATISTICS_COLUMNS = {
     "Signal": "Name of the signal",
     "Unit": "Unit that is shown",
     "Last": "Newest value in view",
@@ -27,7 +22,7 @@ HEADS = {
     "Std dev": "Standard deviation of the samples",
 }
 """Meaning of the columns, by heading."""
-MOST_ROWS = 6
+MAX_STATISTICS_ROWS = 6
 """Number of rows visible without a scroll bar."""
 
 
@@ -66,24 +61,15 @@ def value_at(time: np.ndarray, values: np.ndarray, when: float) -> float:
 
 
 class StatisticsTable(QTableWidget):
-    """Shows rows; only changed cells are written."""
+    """Shows rows."""
 
     def __init__(self) -> None:
         super().__init__(0, 0)
         self._heads: list[str] = []
-        self.setAccessibleName("Statistics of the curves in view")
-        self.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
-        self.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
-        self.setTabKeyNavigation(False)
-        self.setShowGrid(False)
+        text_table(self, "Statistics of the curves in view")
         self.setFrameShape(self.Shape.NoFrame)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
-        upright, head = self.verticalHeader(), self.horizontalHeader()
-        assert upright is not None and head is not None
-        upright.hide()
-        upright.setDefaultSectionSize(self.fontMetrics().height() + 6)
-        head.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
-        head.setHighlightSections(False)
+        table_heads(self)[1].setDefaultSectionSize(self.fontMetrics().height() + 6)
 
     def show_table(self, heads: Mapping[str, str], rows: Sequence[Sequence[str]]) -> None:
         """Show texts under headings with explanations."""
@@ -93,7 +79,8 @@ class StatisticsTable(QTableWidget):
             self._fit()
         for index, row in enumerate(rows):
             for column, text in enumerate(row):
-                self._write(index, column, text)
+                side = Qt.AlignmentFlag.AlignLeft if column < 2 else Qt.AlignmentFlag.AlignRight
+                write_cell(self, index, column, plain_name(text), side)
 
     def _show_heads(self, heads: Mapping[str, str]) -> None:
         if list(heads) == self._heads:
@@ -106,20 +93,8 @@ class StatisticsTable(QTableWidget):
             if item is not None:
                 set_tip(item, help)
 
-    def _write(self, row: int, column: int, text: str) -> None:
-        text = plain_name(text)
-        item = self.item(row, column)
-        if item is None:
-            item = QTableWidgetItem()
-            side = Qt.AlignmentFlag.AlignLeft if column < 2 else Qt.AlignmentFlag.AlignRight
-            item.setTextAlignment(side | Qt.AlignmentFlag.AlignVCenter)
-            self.setItem(row, column, item)
-        if item.text() != text:
-            item.setText(text)
-
     def _fit(self) -> None:
-        """Fit the height to the rows, up to `MOST_ROWS`."""
-        head, upright = self.horizontalHeader(), self.verticalHeader()
-        assert head is not None and upright is not None
-        rows = min(MOST_ROWS, max(1, self.rowCount()))
+        """Fit the height to the rows, up to `MAX_STATISTICS_ROWS`."""
+        head, upright = table_heads(self)
+        rows = min(MAX_STATISTICS_ROWS, max(1, self.rowCount()))
         self.setFixedHeight(head.sizeHint().height() + rows * upright.defaultSectionSize() + 4)

@@ -5,11 +5,14 @@ from dataclasses import dataclass
 import numpy as np
 from PyQt6.QtCore import pyqtSignal
 
-from workbench.gui.charts.chart import SEPARATOR, Chart, Command
-from workbench.gui.charts.curve import Curve, CurveStyle, Source
+from workbench.gui.charts.chart import Chart
+from workbench.gui.charts.chart_command import COMMAND_SEPARATOR, ChartCommand
+from workbench.gui.charts.chart_kind import TIME_CHART, ChartKind
+from workbench.gui.charts.curve import ChartCurve, CurveStyle, SampleSource
+from workbench.gui.errands import single_shot
 from workbench.gui.workspace import Workspace
 
-READ_EVERY = 0.2
+READING_PERIOD_S = 0.2
 """Shortest period of legible changes of digits [s of shown time]."""
 
 
@@ -35,7 +38,7 @@ class TimeView:
 class StripChart(Chart):
     """Draws the last seconds of its curves whenever `refresh` is called.
 
-    Space: pause the picture. Double click, Escape or Home: follow again.
+    Double click, Escape or Home: follow the flight again.
 
     Args:
         workspace: source of colours, units and preferences.
@@ -52,22 +55,30 @@ class StripChart(Chart):
         self._read = self._built = -np.inf
         self._column = 0.0
         self._phase = id(self) // 64 % 8 / 8  # charts do not all build in the same frame
+        reading_period = round(1000.0 * READING_PERIOD_S)
+        self._numbers_soon = single_shot(self._show_numbers, self, reading_period)
         self._model.hint = "No signal is shown here"
         self._model.times_ago = True
-        help = "Pause the chart; the flight continues (Space)"
+        help = "Pause the chart; the flight continues"
         self.pause = self._add_button("pause", "Pause", help)
         self.pause.setCheckable(True)
         self.pause.clicked.connect(self.set_paused)
+
+    def replay_cursor(self, time: float) -> None:
+        """Set the crosshair as a replay does: numbers follow as often as they are legible."""
+        self.canvas.set_cursor(time)
+        if not self._numbers_soon.isActive():
+            self._numbers_soon.start()
 
     def add_curve(
         self,
         label: str,
         unit: str,
-        source: Source,
+        source: SampleSource,
         *,
         colour: int | None = None,
         style: CurveStyle = CurveStyle.SOLID,
-    ) -> Curve:
+    ) -> ChartCurve:
         """Add a signal; curves with the same unit share an axis.
 
         Args:
@@ -92,7 +103,7 @@ class StripChart(Chart):
         for curve in self.curves:
             self.remove_curve(curve)
 
-    def remove_curve(self, curve: Curve) -> None:
+    def remove_curve(self, curve: ChartCurve) -> None:
         """Remove a curve."""
         self._model.curves.remove(curve)
         self._curves_changed()
@@ -125,7 +136,7 @@ class StripChart(Chart):
             self.canvas.move_on(*self._model.ends)  # no column of pixels is full yet
         else:
             self._draw()
-        if not self._read <= now < self._read + READ_EVERY:
+        if not self._read <= now < self._read + READING_PERIOD_S:
             self._read = now
             self._show_numbers()
 
@@ -167,11 +178,16 @@ class StripChart(Chart):
         """Show times as ages; or, for data that are not of a live flight, as they are."""
         self._model.times_ago = ago
 
-    def _commands(self) -> list[Command]:
+    def set_clock_start(self, start: float) -> None:
+        """Show times from another time on [s], as a log's own clock has them."""
+        self._model.clock_start = start
+        self._settle()
+
+    def _commands(self) -> list[ChartCommand]:
         return [
-            Command("Pause the picture", "Space", self.set_paused, self.is_paused),
-            Command("Follow the flight", "Esc Home", lambda _: self.follow()),
-            SEPARATOR,
+            ChartCommand("Pause the picture", "", self.set_paused, self.is_paused),
+            ChartCommand("Follow the flight", "Esc Home", lambda _: self.follow()),
+            COMMAND_SEPARATOR,
             *super()._commands(),
         ]
 
@@ -196,3 +212,6 @@ class StripChart(Chart):
         if name == "chart_seconds" and not self.is_paused:
             self._model.window.span = self._workspace.preferences.number(name)
             self._settle()
+
+
+CHART_KIND = ChartKind(TIME_CHART, "Over time", StripChart, log_axes="y")

@@ -5,9 +5,11 @@ from enum import Enum
 
 import numpy as np
 
-FEW_DECADES = 0.8
+from workbench.common.quantity import number_text, significant_text
+
+MIN_DECADE_TICKS_SPAN = 0.8
 """A logarithmic axis with fewer decades has round steps, as a linear one."""
-RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+SUPERSCRIPT_DIGITS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
 def round_step(span: float, count: int) -> float:
@@ -35,7 +37,7 @@ def decade_ticks(low: float, high: float, most: int) -> tuple[list[float], list[
     decades = high - low
     if decades <= 0.0:
         return [], []
-    if decades < FEW_DECADES:
+    if decades < MIN_DECADE_TICKS_SPAN:
         first, last = 10.0**low, 10.0**high
         step = round_step(last - first, min(most, 6))
         steps = range(math.ceil(first / step - 1e-9), math.floor(last / step + 1e-9) + 1)
@@ -63,32 +65,13 @@ def decade_text(value: float) -> str:
             else (f"{value:.0f}")
         )
     times = f"{value / 10.0**power:.3g}"
-    raised = f"10{str(power).translate(RAISED)}"
+    raised = f"10{str(power).translate(SUPERSCRIPT_DIGITS)}"
     return raised if times == "1" else f"{times}·{raised}"
-
-
-def significant_text(value: float, digits: int) -> str:
-    """Return a number with this many significant digits, and a true minus sign."""
-    if not math.isfinite(value):
-        return "–"
-    return f"{value:.{digits}g}".replace("-", "\N{MINUS SIGN}")
 
 
 def decimals_for_step(step: float) -> int:
     """Return the number of decimals that distinguish multiples of a step."""
     return max(0, -math.floor(math.log10(step) + 1e-6)) if step > 0.0 else 0
-
-
-def number_text(value: float, decimals: int) -> str:
-    """Return a number with a true minus sign, but none before zero; a dash for NaN or infinity."""
-    if not math.isfinite(value):
-        return "–"
-    if abs(value) >= 1e6:
-        return f"{value:.3g}".replace("-", "\N{MINUS SIGN}")
-    text = f"{value:.{decimals}f}"
-    if float(text) == 0.0:
-        text = text.removeprefix("-")
-    return text.replace("-", "\N{MINUS SIGN}")
 
 
 def decimals_for(span: float) -> int:

@@ -1,9 +1,8 @@
-"""Gain files, texts of the clipboard, and the changes that one would make."""
+"""Gain files and texts of the clipboard, loaded and saved in the background."""
 
-import math
 import tempfile
-from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterable
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -11,62 +10,28 @@ import yaml
 from PyQt6.QtCore import QObject, pyqtSignal
 
 from workbench.common.errors import WorkbenchError
-from workbench.common.plain_files import write_atomically
-from workbench.control.controller import DEFAULT, Controller, load_controller
+from workbench.common.parameter import Parameter
+from workbench.control.controller import Controller
+from workbench.control.controller_file import load_controller
+from workbench.control.installed_laws import DEFAULT_CONTROLLER
 from workbench.control.schedule import split_label
-from workbench.gains.autopilots.exchange import export_gains, import_gains
-from workbench.gains.autopilots.firmware import FIRMWARES, firmware_of, same
-from workbench.gains.autopilots.parameter_file import encoded
-from workbench.gains.gains import (
-    GainChange,
-    GainFile,
-    diff_gains,
-    flown_by,
-    load_gains,
-    save_gains,
+from workbench.gains.gains import GainFile, flown_by, load_gains, save_gains
+from workbench.gui.errands import BackgroundTasks, FutureCallbacks
+from workbench.gui.gains.autopilot_file import (
+    compare_autopilot_file,
+    load_autopilot_gains,
+    write_autopilot_file,
 )
-from workbench.gui.errands import Answers, Errands
 from workbench.gui.gains.gain_editor import GainEditor
+from workbench.gui.gains.gain_file_diff import GainFileDiff, GainFileValues, compare_gain_file
 from workbench.gui.notices import Notices
 from workbench.live.view import LiveView
 from workbench.plant.vehicle import Vehicle
-from workbench.scenario.parameters import Parameter
 
-OWN = "gains.yaml"
+MODEL_GAIN_FILE = "gains.yaml"
 """File name of a model's own gains, beside its description."""
-CLIPBOARD = "clipboard"
-AT_START = "Start of the flight"
-Values = Mapping[str, float]
-
-
-@dataclass(frozen=True)
-class GainFileDiff:
-    """The changes that a gain file would make, line by line, before any of them flies.
-
-    Attributes:
-        name: name of the gain file.
-        origin: source of its values, and which of them cannot be used.
-        values: all values that the flight can use.
-        changes: values that differ from the present ones.
-        target: an autopilot's file to write to, which has the first of each pair; None for the
-            flight.
-        refused: names of the changes that were not written, because the file would not fly.
-    """
-
-    name: str
-    origin: str
-    values: Values
-    changes: tuple[GainChange, ...]
-    target: Path | None = None
-    refused: frozenset[str] | None = None
-
-    def before(self, flown: Values) -> dict[str, float]:
-        """Return the present values of the flight or the file, beside all other flown values."""
-        return {**flown, **{each.name: each.a for each in self.changes}}
-
-    def after(self, flown: Values) -> dict[str, float]:
-        """Return the values after the change."""
-        return {**flown, **{each.name: each.b for each in self.changes}}
+CLIPBOARD_NAME = "clipboard"
+FLIGHT_START_NAME = "Start of the flight"
 
 
 class GainFiles(QObject):
@@ -80,6 +45,8 @@ class GainFiles(QObject):
     Attributes:
         name: name of the gain file that was loaded or saved last.
         diff: changes of a loaded gain file; None if none waits for a choice.
+        file: the gain file that was loaded or saved last; None before the first one.
+        note: the user's note on the gains, which is saved with them.
     """
 
     diff_changed = pyqtSignal(object)
@@ -90,20 +57,22 @@ class GainFiles(QObject):
     def __init__(self, editor: GainEditor, notices: Notices, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._editor, self._notices = editor, notices
-        self._errands = Errands()
-        self._answers = Answers(lambda said: notices.warn(said), self)
+        self._errands = BackgroundTasks()
+        self._answers = FutureCallbacks(lambda said: notices.warn(said), self)
         self._vehicle: Vehicle | None = None
-        self._start: Values = {}
-        self._values: Values = {}
+        self._start: GainFileValues = {}
+        self._values: GainFileValues = {}
         self.name = ""
         self.diff: GainFileDiff | None = None
+        self.file: GainFile | None = None
+        self.note = ""
         self._waiting: tuple[str, GainFile] | None = None  # for the schedule of its gains
         editor.begun.connect(self._begin)
 
     @property
-    def _law(self) -> Controller:
+    def controller(self) -> Controller:
         """The controller whose gains these are."""
-        return self._editor.table.controller
+        return self._editor.controller
 
     def words(self, name: str) -> str:
         """Return the name of a parameter of the flight, in words."""
@@ -116,17 +85,20 @@ class GainFiles(QObject):
 
     def load(self, path: Path) -> None:
         """Compare with a gain file; its sets of gains are scheduled."""
-        self._read(path.stem, partial(_with_schedule, path, self._law))
+        self._read(path.stem, partial(_with_schedule, path, self.controller))
 
     def load_autopilot(self, path: Path) -> None:
         """Compare with an autopilot's file of parameters."""
-        self._read(path.name, partial(_of_autopilot, path, self._law, dict(self._editor.flown)))
+        self._read(
+            path.name,
+            partial(load_autopilot_gains, path, self.controller, dict(self._editor.flown)),
+        )
 
     def export(self, path: Path) -> None:
         """Compare the flown gains with an autopilot's file, or with its defaults for a new one."""
-        law, flown = self._law, dict(self._editor.flown)  # the flight continues meanwhile
+        law, flown = self.controller, dict(self._editor.flown)  # the flight continues meanwhile
         self._answers.expect(
-            self._errands.run(partial(_compare_export, path, law, flown)), done=self._offer
+            self._errands.run(partial(compare_autopilot_file, path, law, flown)), done=self._offer
         )
 
     def load_own(self) -> None:
@@ -134,7 +106,7 @@ class GainFiles(QObject):
         if self._vehicle is None:
             self._notices.warn("nothing flies: open a scenario first")
             return
-        own, law = self._vehicle.source.parent / OWN, self._law
+        own, law = self._vehicle.source.parent / MODEL_GAIN_FILE, self.controller
         start = GainFile(
             self._vehicle.name, "as the flight began", self._start, controller=law.name
         )
@@ -144,7 +116,7 @@ class GainFiles(QObject):
 
     def paste(self, text: str) -> None:
         """Compare with a text of the clipboard."""
-        self._read(f"the {CLIPBOARD}", lambda: read_text(text, self._law))
+        self._read(f"the {CLIPBOARD_NAME}", lambda: read_gain_text(text, self.controller))
 
     def take(self, names: Iterable[str]) -> None:
         """Fly the lines of the loaded gain file with these parameters, or write them.
@@ -195,10 +167,14 @@ class GainFiles(QObject):
     def as_yaml(self) -> str:
         """Return the flown gains as a gain file's text, without a history."""
         gains = {
-            name: _with_unit(self._editor.table.find(name), value)
+            name: _gain_with_unit(self._editor.controller.table.find(name), value)
             for name, value in self._editor.ordered_gains.items()
         }
-        whose = {} if self._law.name == DEFAULT else {"controller": self._law.name}
+        whose = (
+            {}
+            if self.controller.name == DEFAULT_CONTROLLER
+            else {"controller": self.controller.name}
+        )
         file = {
             "vehicle": self._vehicle_name,
             **whose,
@@ -221,17 +197,18 @@ class GainFiles(QObject):
         """Start with the gains of a new flight's start."""
         self._vehicle = view.vehicle
         self._start = dict(self._editor.kept)
-        self._set_name(AT_START, self._start)
+        self.file = None
+        self._set_name(FLIGHT_START_NAME, self._start)
         self.dismiss()
         waiting, self._waiting = self._waiting, None
-        if waiting is not None and waiting[1].controller == self._law.name:
+        if waiting is not None and waiting[1].controller == self.controller.name:
             self._compare(*waiting)
 
-    def _has(self, values: Values) -> bool:
+    def _has(self, values: GainFileValues) -> bool:
         """Return whether the gain file that was loaded or saved last has these values."""
         return all(values.get(name) == value for name, value in self._values.items())
 
-    def _is_lost(self, values: Values) -> bool:
+    def _is_lost(self, values: GainFileValues) -> bool:
         """Return whether values for a gain file are stored nowhere else."""
         return values != self._start and not self._has(values)
 
@@ -239,11 +216,14 @@ class GainFiles(QObject):
         self._answers.expect(self._errands.run(read), done=lambda file: self._compare(name, file))
 
     def _compare(self, name: str, file: GainFile) -> None:
-        if file.controller not in (self._law.name, self._law.unscheduled):
+        if file.controller not in (self.controller.name, self.controller.unscheduled):
             self._waiting = (name, file)
             self._editor.schedule_gains(split_label(file.controller)[1])
             return
-        diff = compare_gain_file(name, file, self._vehicle_name, self._editor.flown, self._law)
+        self.file = file
+        diff = compare_gain_file(
+            name, file, self._vehicle_name, self._editor.flown, self.controller
+        )
         if diff.changes:
             self.diff = diff
             self.diff_changed.emit(diff)
@@ -264,7 +244,9 @@ class GainFiles(QObject):
         assert diff.target is not None
         left = {each.name: each.a for each in diff.changes if each.name not in taken}
         insists = diff.refused == taken
-        write = partial(_export, diff.target, self._law, {**diff.values, **left}, insists)
+        write = partial(
+            write_autopilot_file, diff.target, self.controller, {**diff.values, **left}, insists
+        )
 
         def tell(refusal: str) -> None:
             if refusal:
@@ -278,19 +260,22 @@ class GainFiles(QObject):
 
         self._answers.expect(self._errands.run(write), done=tell)
 
-    def _save(self, path: Path, values: Values, saved: Callable[[], object] = lambda: None) -> None:
-        origin = f"tuned in flight, from {self.name}"
-        law = self._law
+    def _save(
+        self, path: Path, values: GainFileValues, saved: Callable[[], object] = lambda: None
+    ) -> None:
+        origin = "; ".join(filter(None, (self.note, f"tuned in flight, from {self.name}")))
+        law = self.controller
         file = GainFile(self._vehicle_name, origin, dict(values), controller=law.name)
 
         def tell(written: GainFile) -> None:
+            self.file = written
             self._set_name(path.stem, written.gains)
             self._notices.inform(f"Saved {len(written.gains)} values to {path}.")
             saved()
 
         self._answers.expect(self._errands.run(lambda: save_gains(path, file, law)), done=tell)
 
-    def _set_name(self, name: str, values: Values) -> None:
+    def _set_name(self, name: str, values: GainFileValues) -> None:
         self.name, self._values = name, dict(values)
         self.named.emit(name)
 
@@ -302,92 +287,7 @@ def _with_schedule(path: Path, law: Controller) -> GainFile:
     return load_gains(path, wanted if wanted.schedule else law)
 
 
-def _of_autopilot(path: Path, law: Controller, present: Values) -> GainFile:
-    """Return the gains of an autopilot's file for the flying law; unsafe ones are left out.
-
-    Raises:
-        WorkbenchError: if it is not such a file, or belongs to another law.
-    """
-    found = import_gains(path)
-    if law.unscheduled not in found.firmware.laws:
-        raise WorkbenchError(
-            f"{path.name} has gains of {found.firmware.name}, and {law.name} flies: choose File > "
-            f"Controller > {found.law.name} first"
-        )
-    found = import_gains(path, found.firmware.name, law=law)
-    file = found.firmware.file_name
-    unsafe = [f"{file(name)} {why} and is left out" for name, why in found.unsafe.items()]
-    left = [str(each) for each in found.left if each.acts]
-    lacking = [f"not simulated: {', '.join(left)}"] if left else []
-    said = [f"{found.firmware.name} {found.version}", *unsafe, *lacking, *map(str, found.remarks)]
-    return GainFile("", "; ".join(said), found.flown(present), controller=law.name)
-
-
-def _compare_export(path: Path, law: Controller, flown: Values) -> GainFileDiff:
-    """Return how an autopilot's file would change with the flown gains.
-
-    Raises:
-        WorkbenchError: if the flying law is not an autopilot's, or the file belongs to another one.
-    """
-    firmware = firmware_of(law)
-    if firmware is None:
-        laws = ", ".join(name for each in FIRMWARES for name in each.laws)
-        raise WorkbenchError(
-            f"{law.name} is not an autopilot's law: `workbench gains translate {law.unscheduled} "
-            f"--to px4` makes gains for one; export from {laws}"
-        )
-    present = import_gains(path, firmware.name, law=law) if path.exists() else None
-    made = export_gains(flown, law, firmware, present=present)
-    own = firmware.defaults(made.release)
-    has = {row.name: own.get(row.name, row.default) for row in firmware.rows(law)}
-    if present:
-        has = {name: value for name, value in present.values.items() if firmware.has(name)}
-    values = {name: flown[name] for name in has}
-    changes = tuple(
-        each for each in diff_gains(has, values, flown, law) if not same(each.a, each.b)
-    )
-    said = [f"what {firmware.name} {'has there' if present else 'has by default'}, and what flies"]
-    grounded = [f"would not fly: {each}" for each in made.grounded]
-    origin = "; ".join([*said, *grounded, *map(str, made.remarks)])
-    return GainFileDiff(path.name, origin, flown, changes, path)
-
-
-def _export(path: Path, law: Controller, values: Values, insists: bool) -> str:
-    """Write gains to an autopilot's file; return why not, if they would not fly."""
-    firmware = firmware_of(law)
-    assert firmware is not None
-    present = import_gains(path, firmware.name, law=law) if path.exists() else None
-    made = export_gains(values, law, firmware, present=present)
-    if made.refusal and not insists:
-        return made.refusal
-    write_atomically(path, encoded(made.text))
-    return ""
-
-
-def compare_gain_file(
-    name: str, file: GainFile, vehicle: str, present: Values, controller: Controller
-) -> GainFileDiff:
-    """Return the changes that a gain file would make.
-
-    Args:
-        name: name of the gain file.
-        file: content of its file.
-        vehicle: name of the flying vehicle.
-        present: all values of the flight.
-        controller: the flying controller.
-    """
-    values = {name: value for name, value in file.gains.items() if name in present}
-    compared = diff_gains({each: present[each] for each in values}, values, present, controller)
-    said = [file.origin] if file.origin else []
-    if file.vehicle and vehicle and file.vehicle != vehicle:
-        said.append(f"these are gains of '{file.vehicle}', but '{vehicle}' flies")
-    if missing := [each for each in file.gains if each not in present]:
-        said.append(f"this flight has no {', '.join(missing)}")
-    changes = tuple(each for each in compared if each.a != each.b)
-    return GainFileDiff(name, "; ".join(said), values, changes)
-
-
-def read_text(text: str, controller: Controller | None = None) -> GainFile:
+def read_gain_text(text: str, controller: Controller | None = None) -> GainFile:
     """Return a gain file from text: a whole one, or just its NAME: VALUE lines.
 
     Raises:
@@ -399,18 +299,13 @@ def read_text(text: str, controller: Controller | None = None) -> GainFile:
     if not any(line.startswith("gains:") for line in lines):
         text = "\n".join(["gains:", *(f"  {line.strip()}" for line in lines)])
     with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / CLIPBOARD
+        path = Path(folder) / CLIPBOARD_NAME
         path.write_text(text, encoding="utf-8")
         try:
             return load_gains(path, controller)
         except WorkbenchError as error:
-            raise WorkbenchError(str(error).replace(str(path), f"the {CLIPBOARD}")) from None
+            raise WorkbenchError(str(error).replace(str(path), f"the {CLIPBOARD_NAME}")) from None
 
 
-def percent_text(change: GainChange) -> str:
-    """Return a relative change, as +12.5 %; a dash if there is none."""
-    return "–" if math.isnan(change.percent) else f"{change.percent:+.1f} %".replace("-", "−")
-
-
-def _with_unit(row: Parameter, value: float) -> float | str:
+def _gain_with_unit(row: Parameter, value: float) -> float | str:
     return value if row.unit == "1" else f"{value!r} {row.unit}"

@@ -1,27 +1,28 @@
 """The form of the gains: made from the parameter table, one line per row."""
 
 from collections.abc import Iterable, Mapping, Sequence
+from itertools import pairwise
 
 from PyQt6.QtCore import QSignalBlocker, Qt
-from PyQt6.QtGui import QKeyEvent, QKeySequence, QShortcut, QShowEvent
+from PyQt6.QtGui import QKeyEvent, QShowEvent
 from PyQt6.QtWidgets import (
     QCheckBox,
-    QComboBox,
-    QFrame,
     QLineEdit,
     QSizePolicy,
     QWidget,
 )
 
+from workbench.common.parameter import Parameter
+from workbench.gui.command_action import CommandAction
 from workbench.gui.errands import single_shot
 from workbench.gui.gains.gain_editor import GainEditor
 from workbench.gui.gains.gain_row import GainRow
-from workbench.gui.gains.gain_rows import gain_groups, gain_label, is_gain
+from workbench.gui.gains.gain_rows import FILTERS_GROUP, gain_groups, gain_label, is_gain
+from workbench.gui.gains.set_bar import SetBar
+from workbench.gui.key_table import FIND_GAIN_KEY
 from workbench.gui.labels import set_tip
 from workbench.gui.layout import (
     NO_MARGINS,
-    button,
-    choice,
     hbox,
     label,
     named,
@@ -30,16 +31,13 @@ from workbench.gui.layout import (
     vbox,
 )
 from workbench.gui.workspace import Workspace
-from workbench.scenario.parameters import Parameter
-from workbench.session.snapshot import Snapshot
 
-GAP = 1
+GAIN_LINE_GAP_PX = 1
 """Space between lines [px]."""
-CLOSED = "Limits"
+COLLAPSED_GROUP = "Limits"
 """This group is closed at first, so that the gains fit without scrolling."""
-MORE = "More parameters"
-NOTHING = "Nothing flies yet: open a scenario to tune its gains."
-COMPACT = """
+MORE_GROUP_TITLE = "More parameters"
+GAIN_PANEL_STYLE = """
 GainField { min-height: 16px; padding: 1px 5px; }
 GainField:focus, GainField[class~="bad"] { padding: 0 4px; }
 GainGroup > QToolButton { font-weight: 600; text-align: left; min-height: 16px; padding: 3px 4px; }
@@ -73,12 +71,18 @@ class GainGroup(QWidget):
         self.heading.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
         self.heading.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self._body = QWidget(self)
-        self._lines = vbox(of=self._body, margins=(4, 0, 0, 2), spacing=GAP)
+        self._lines = vbox(of=self._body, margins=(4, 0, 0, 2), spacing=GAIN_LINE_GAP_PX)
         vbox(self.heading, self._body, of=self, margins=NO_MARGINS, spacing=0)
         self.is_open = is_open
         self._searched: set[QWidget] | None = None
         self._left_out: set[QWidget] = set()
         self.set_open(is_open)
+
+    @property
+    def tab_stops(self) -> list[QWidget]:
+        """What Tab goes to, in order."""
+        rows = self._body.findChildren(GainRow, options=Qt.FindChildOption.FindDirectChildrenOnly)
+        return [self.heading, *(stop for row in rows for stop in row.tab_stops)]
 
     def add(self, lines: Sequence[QWidget]) -> None:
         """Append lines."""
@@ -124,115 +128,47 @@ class GainGroup(QWidget):
         return shown
 
 
-class StabilityWarning(QFrame):
-    """Says above the gains why they do not fly, and asks whether to fly them.
-
-    Args:
-        editor: has the gains.
-    """
-
-    def __init__(self, editor: GainEditor) -> None:
-        super().__init__()
-        self.setProperty("class", "card")
-        self.said = named(label(wraps=True), "Why the gains are not flown")
-        self.fly = button(
-            "&Fly it anyway",
-            editor.confirm,
-            help="Fly the proposed gains in spite of the warning (Ctrl+Return)",
-        )
-        self.back = button("&Back", editor.discard, "primary", "Discard the proposed gains (Esc)")
-        QShortcut(QKeySequence("Ctrl+Return"), self).activated.connect(editor.confirm)
-        buttons = hbox(0, self.fly, self.back)
-        vbox(self.said, buttons, of=self, margins=(8, 6, 8, 6), spacing=5)
-        editor.warning_changed.connect(self._show)
-        self._show(editor.warning)
-
-    def _show(self, said: str) -> None:
-        self.said.setText(f"▲ Not flown: {said.rstrip('.')}.")
-        self.setVisible(bool(said))
-
-
-class SetBar(QWidget):
-    """Shows which set of scheduled gains flies, and selects the one whose sliders are shown.
-
-    Args:
-        editor: has the gains.
-    """
-
-    def __init__(self, editor: GainEditor) -> None:
-        super().__init__()
-        self._editor = editor
-        self.choice = choice(
-            "Set of gains",
-            help="The sliders show, and margins and steps are for, this set of gains in hover; the "
-            "flight continues between the sets",
-        )
-        self.choice.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToContents)
-        name = label("&Set")
-        name.setBuddy(self.choice)
-        self.flies = label(kind="muted")
-        hbox(name, self.choice, (self.flies, 1), of=self, margins=(8, 0, 8, 0))
-        self.choice.activated.connect(lambda place: editor.show_set(place - 1 if place else None))
-        self.show_schedule()
-
-    def show_schedule(self) -> None:
-        """Show the sets of the flight's gains; hidden without a schedule."""
-        schedule = self._editor.schedule
-        self.setVisible(schedule is not None)
-        self.choice.clear()
-        if schedule is not None:
-            self.choice.addItem("that flies")
-            numbers = range(len(schedule.values))
-            self.choice.addItems([schedule.where(number) for number in numbers])
-        self.flies.setText("")
-
-    def show_snapshot(self, snapshot: Snapshot) -> None:
-        """Show which set flies now."""
-        schedule, shown = self._editor.schedule, self._editor.shown_set
-        if schedule is None or shown is None:
-            return
-        value = self._editor.scheduled_value(snapshot)
-        unit = "" if schedule.quantity.unit == "1" else f" {schedule.quantity.unit}"
-        shows = f", set at {schedule.values[shown]:g}" if self._editor.follows else ""
-        self.flies.setText(f"{schedule.quantity.name} {value:.2f}{unit}{shows}")
-
-
 class GainPanel(QWidget):
     """All live parameters of the flight: gains first, everything else below.
 
-    Enter flies the proposed values; Escape discards them.
+    Enter flies the proposed values; Escape discards them. Tab goes to the heading of the first
+    group, and then to the first gain.
 
     Args:
         workspace: colours and units.
         editor: sets them.
+
+    Attributes:
+        search_action: moves the focus to the search.
     """
 
     def __init__(self, workspace: Workspace, editor: GainEditor) -> None:
         super().__init__()
         self._workspace, self._editor = workspace, editor
         self.setAccessibleName("Gains")
-        self.setStyleSheet(COMPACT)
+        self.setStyleSheet(GAIN_PANEL_STYLE)
         self.rows: dict[str, GainRow] = {}
         self._groups: list[GainGroup] = []
         self._more: GainGroup | None = None
+        self._has_more = False
         self._shown: tuple[Parameter, ...] = ()
         self._start: Mapping[str, float] = editor.start
         self.search = named(QLineEdit(), "Search parameters by name or help")
-        self.search.setPlaceholderText("Search (Ctrl+F)")
+        self.search_action = CommandAction(FIND_GAIN_KEY, workspace.keys, self._show_search, self)
+        self.search_action.changed.connect(self._show_search_key)
+        self._show_search_key()
         self.search.setClearButtonEnabled(True)
         self.linked = QCheckBox("Link &x and y")
         set_tip(self.linked, "Move gains of x and y together; linking itself moves none")
         self.linked.setChecked(editor.linked)
-        self.warning = StabilityWarning(editor)
         self.set_bar = SetBar(editor)
-        self.nothing = label(NOTHING, "muted", wraps=True)
+        self.nothing = label(workspace.absence.text, "muted", wraps=True)
         self.nothing.setAlignment(Qt.AlignmentFlag.AlignCenter)
         self._area = scroll_area(sideways=False)
         self._area.hide()
         vbox(
             hbox((self.search, 1), self.linked, margins=(8, 4, 8, 0)),
             self.set_bar,
-            hbox(self.warning, margins=(8, 0, 8, 0)),
             (self._area, 1),
             (self.nothing, 1),
             of=self,
@@ -242,6 +178,12 @@ class GainPanel(QWidget):
         self._soon = single_shot(self._show_all, self)
         self._connect()
         self._show_all()
+
+    @property
+    def first_stop(self) -> QWidget | None:
+        """What Tab goes to first; None while nothing flies."""
+        headings = (group.heading for group in self._groups)
+        return next((each for each in headings if each.isVisible()), None)
 
     def showEvent(self, event: QShowEvent | None) -> None:
         super().showEvent(event)
@@ -266,23 +208,28 @@ class GainPanel(QWidget):
         focused = [row for row in self.rows.values() if here and row.isAncestorOf(here)]
         if any(row.put_back() for row in focused):
             return
-        for row in self.rows.values():
-            if not row.error.isHidden():
-                row.show_error("")
+        for name in [*self._editor.faults]:
+            self._editor.refuse(name, "")
         self._editor.discard()
+
+    def _show_search(self) -> None:
+        self.search.setFocus(Qt.FocusReason.ShortcutFocusReason)
+
+    def _show_search_key(self) -> None:
+        self.search.setPlaceholderText(self._workspace.keys.with_key("find_gain", "Search"))
 
     def _connect(self) -> None:
         editor = self._editor
         self.search.textChanged.connect(self._search)
-        QShortcut(QKeySequence("Ctrl+F"), self).activated.connect(self.search.setFocus)
         self.linked.toggled.connect(editor.set_linked)
         editor.state_changed.connect(self._soon.start)
         editor.set_changed.connect(self._show_set)
         editor.flown_changed.connect(self._show_values)
         editor.proposed_changed.connect(self._show_value)
         editor.ranges_changed.connect(self._show_ranges)
-        editor.value_refused.connect(self._show_error)
+        editor.value_refused.connect(self._show_fault)
         self._workspace.preferences.changed.connect(self._show_units)
+        self._workspace.absence.changed.connect(self.nothing.setText)
 
     def _show_all(self) -> None:
         """Show the state of everything; lines are made again if other ones are needed."""
@@ -323,19 +270,24 @@ class GainPanel(QWidget):
         for row in self.rows.values():
             row.show_unit()
 
-    def _show_error(self, name: str, said: str) -> None:
+    def _show_fault(self, name: str) -> None:
         if name in self.rows:
-            self.rows[name].show_error(said)
+            self.rows[name].show_fault()
 
     def _make_rows(self) -> None:
         """Make the lines of the flight's gains; the other lines are made when needed."""
         self._shown, self._start = self._editor.rows, self._editor.start
-        self.rows = {}
+        self.rows, self._has_more = {}, False
         self._groups = []
         content = QWidget()
         gains = [row for row in self._shown if is_gain(row)]
-        groups = [self._make_group(title, gains, title != CLOSED) for title in gain_groups(gains)]
-        self._more = GainGroup(MORE, False, self)
+        groups = [
+            self._make_group(title, gains, title != COLLAPSED_GROUP) for title in gain_groups(gains)
+        ]
+        filters = [row for row in self._shown if gain_label(row).group == FILTERS_GROUP]
+        if filters and gains:
+            groups.append(self._make_group(FILTERS_GROUP, filters, False))
+        self._more = GainGroup(MORE_GROUP_TITLE, False, self)
         self._more.heading.clicked.connect(self._make_more)
         vbox(*groups, self._more, 0, of=content, margins=(8, 0, 2, 2), spacing=0)
         self._area.setWidget(content)
@@ -343,6 +295,7 @@ class GainPanel(QWidget):
         self.nothing.setVisible(not gains)
         self._show_ranges()
         self._search(self.search.text())
+        self._set_tab_order()
         self.set_bar.show_schedule()
         self._show_set()
         if self.isVisible():
@@ -357,11 +310,24 @@ class GainPanel(QWidget):
 
     def _make_more(self) -> None:
         """Make the lines of the other parameters, when they are first needed."""
-        rest = [row for row in self._shown if not is_gain(row)]
-        if self._more is None or any(row.name in self.rows for row in rest):
+        rest = [row for row in self._shown if not is_gain(row) and row.name not in self.rows]
+        if self._more is None or self._has_more:
             return
+        self._has_more = True
         titles = dict.fromkeys(gain_label(row).group for row in rest)
         self._more.add([self._make_group(title, rest, True) for title in titles])
+        self._set_tab_order()
+
+    def _set_tab_order(self) -> None:
+        """Let Tab go through the gains first: their lines are made after everything else."""
+        more = self._more
+        assert more is not None
+        inside = [each for each in self._groups if more.isAncestorOf(each)]
+        groups = (*(each for each in self._groups if each not in inside), more, *inside)
+        gains = [stop for group in groups for stop in group.tab_stops]
+        stops = (*gains, self.search, self.linked, self.set_bar.choice)
+        for one, other in pairwise(stops):
+            self.setTabOrder(one, other)
 
     def _make_group(self, title: str, rows: Iterable[Parameter], is_open: bool) -> GainGroup:
         group = GainGroup(title, is_open, self)  # shown without a parent it would be a window

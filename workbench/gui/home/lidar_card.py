@@ -4,49 +4,69 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from PyQt6.QtCore import QLineF, QPointF, QRectF, QSize, Qt
-from PyQt6.QtGui import QPainter, QPainterPath, QPen, QPolygonF
+import pyqtgraph as pg
+from PyQt6.QtCore import QRectF, QSize, Qt
 from PyQt6.QtWidgets import QWidget
 
-from workbench.gui.charts.ticks import number_text
-from workbench.gui.home.cards import Card, beside, put
+from workbench.common.quantity import DisplayUnit
+from workbench.gui.home.home_card import HomeCard
 from workbench.gui.home.sensor_state import SensorState, sensor_state
 from workbench.gui.home.shown_units import ShownUnits
 from workbench.gui.home.stream_watch import StreamWatch
-from workbench.gui.instruments.instrument import Instrument, Sign
+from workbench.gui.instruments.instrument import Sign
 from workbench.gui.instruments.map_frame import SteadyScale
-from workbench.gui.instruments.readout import Line
+from workbench.gui.instruments.plane_view import UNIT_CIRCLE, PlaneView
+from workbench.gui.instruments.readout import Hint, ReadoutLine
 from workbench.gui.instruments.ring_scan import (
-    NOTHING,
-    SECTORS,
-    Ring,
+    EMPTY_RING,
+    RING_SECTORS,
+    BearingRing,
     down_of,
     sector_bearings,
     side_of,
 )
+from workbench.gui.layout import CardPair, column, fill
 from workbench.gui.theme import Look
 from workbench.live.view import LiveView
-from workbench.session.snapshot import Clearance, Snapshot
+from workbench.session.snapshot import NearestClearance, Snapshot
 
-LEAST, MOST = 5.0, 100.0
+MIN_RING_RANGE_M, MAX_RING_RANGE_M = 5.0, 100.0
 """Limits of the shown range [m]."""
-AROUND = 2.0
+RING_RANGE_FACTOR = 2.0
 """Shown range as a multiple of the nearest obstacle's distance."""
-BREAK = 0.25
+WALL_GAP_SHARE = 0.25
 """Neighbours whose ranges differ by more than this share belong to different walls."""
+RANGE_CIRCLES = {1: 2, 2: 2, 5: 5}
+"""Number of circles of a range, each a round number of metres, by the range's first digit."""
+METRES_BEARING_RAD = math.radians(22.5)
+"""Bearing of the numbers of metres, to the right of straight ahead [rad]."""
 
 
-class LidarRing(Instrument):
-    """Shows a ring: arcs at obstacles, and a line to the nearest one."""
+class LidarRing(PlaneView):
+    """Shows a ring: arcs at obstacles, and a line to the nearest one; ahead is up.
 
-    def __init__(self, look: Look, parent: QWidget | None = None) -> None:
-        super().__init__(look, "Lidar ring", parent)
-        self.ring = NOTHING
+    Attributes:
+        ring: the shown scan.
+        warning: whether something is too near.
+    """
+
+    def __init__(self, look: Look) -> None:
+        super().__init__(look, "Lidar ring")
+        self.ring = EMPTY_RING
         self.warning = False
-        self._scale = SteadyScale(LEAST, MOST)
-        half = math.pi / SECTORS
+        self._scale = SteadyScale(MIN_RING_RANGE_M, MAX_RING_RANGE_M)
+        half = math.pi / RING_SECTORS
         ends = np.stack([sector_bearings() - half, sector_bearings() + half])
-        self._aside, self._ahead = -np.sin(ends), np.cos(ends)
+        self._directions = np.stack([-np.sin(ends), np.cos(ends)])
+        self._rings = pg.PlotCurveItem(antialias=True, connect="finite")
+        self._walls = pg.PlotCurveItem(antialias=True, connect="pairs")
+        self._way = pg.PlotCurveItem(antialias=True)
+        self._nearest = pg.ScatterPlotItem()
+        self._drone = pg.ScatterPlotItem(symbol="t1", size=11, pen=None)
+        self._metres: list[pg.TextItem] = []
+        self.add(self._rings, self._walls, self._way, self._nearest, self._drone)
+        self._drone.setData([0.0], [0.0])
+        self._show_range()
 
     @property
     def reach(self) -> float:
@@ -64,10 +84,10 @@ class LidarRing(Instrument):
     def clear(self) -> None:
         """Clear the scan."""
         self._scale.reset()
-        self.ring, self.warning = NOTHING, False
-        self.renew()
+        self.ring, self.warning = EMPTY_RING, False
+        self._show_range()
 
-    def show_ring(self, ring: Ring, warning: bool, time: float) -> None:
+    def show_ring(self, ring: BearingRing, warning: bool, time: float) -> None:
         """Show a scan.
 
         Args:
@@ -79,135 +99,82 @@ class LidarRing(Instrument):
             return
         before = self.reach
         self.ring, self.warning = ring, warning
-        wanted = AROUND * ring.nearest if math.isfinite(ring.nearest) else self.reach
+        wanted = RING_RANGE_FACTOR * ring.nearest if math.isfinite(ring.nearest) else self.reach
         if self._scale.take(wanted, time) != before:
-            self.renew()
-        self.update()
+            self._show_range()
+        else:
+            self._show_scan()
 
     def sizeHint(self) -> QSize:
         """Return a legible size."""
         return QSize(200, 200)
 
-    def paint_still(self, painter: QPainter) -> None:
-        """Paint circles of equal distance with numbers, and the eight bearings."""
-        middle, radius = self.area.center(), self._radius
-        painter.setBrush(self.colour("field"))
-        painter.setPen(QPen(self.colour("muted"), 1.0))
-        painter.drawEllipse(middle, radius, radius)
-        painter.setBrush(Qt.BrushStyle.NoBrush)
-        painter.setPen(QPen(self.colour("line"), 1.0))
-        for turn in range(8):
-            angle = turn * math.pi / 4.0
-            inner = 0.12 * radius
-            way = QPointF(math.sin(angle), math.cos(angle))
-            painter.drawLine(middle + inner * way, middle + radius * way)
-        parts = self._parts
-        for part in range(1, parts):
-            painter.drawEllipse(middle, part / parts * radius, part / parts * radius)
-        painter.setFont(self.face(0.85))
-        for part in range(1, parts + 1):
-            self._paint_metres(painter, part / parts)
-        self._paint_drone(painter, middle, max(4.0, 0.055 * radius))
+    def apply_colours(self) -> None:
+        """Apply the colours of the look, and the font."""
+        super().apply_colours()
+        self._rings.setPen(self.pen("line"))
+        self._walls.setPen(self.pen("ink", 2.5))
+        self._drone.setBrush(self.look.colour("accent"))
+        for text in self._metres:
+            text.setColor(self.look.colour("muted"))
+            text.setFont(self.font())
+            text.fill = pg.mkBrush(self.look.colour("card"))
+        self._show_scan()
 
-    def paint_moving(self, painter: QPainter, rect: QRectF) -> None:
-        """Paint the scan."""
-        if not math.isfinite(self.ring.nearest):
-            return
-        middle, pixels = self.area.center(), self._radius / self.reach
-        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        width = max(2.0, self._radius / 45)
-        flat = Qt.PenCapStyle.FlatCap
-        painter.setPen(QPen(self.colour("ink"), width, Qt.PenStyle.SolidLine, flat))
-        strokes = self._strokes(middle, pixels, width)
-        if strokes:
-            painter.drawLines(*strokes)
-        self._paint_nearest(painter, middle, pixels)
+    def _show_range(self) -> None:
+        """Show circles of equal distance with numbers, and the eight bearings."""
+        reach = self.reach
+        leading = round(reach / 10.0 ** math.floor(math.log10(reach) + 1e-9))
+        circles = np.arange(1, 1 + RANGE_CIRCLES[leading]) * reach / RANGE_CIRCLES[leading]
+        rays = np.exp(0.25j * np.pi * np.arange(8))[:, None] * [0.12 * reach, reach, np.nan]
+        lines = np.append(np.outer(circles, UNIT_CIRCLE).ravel(), rays.ravel())
+        self._rings.setData(lines.real, lines.imag)
+        while self._metres:
+            self.view.removeItem(self._metres.pop())
+        for metres in circles:
+            text = f"{metres:g}" + ("\N{NO-BREAK SPACE}m" if metres == reach else "")
+            made = pg.TextItem(text, anchor=(0.5, 0.5))
+            at = 0.93 * metres if metres == reach else metres
+            made.setPos(at * math.sin(METRES_BEARING_RAD), at * math.cos(METRES_BEARING_RAD))
+            self._metres.append(made)
+        self.add(*self._metres)
+        self.show_area(QRectF(-1.02 * reach, -1.02 * reach, 2.04 * reach, 2.04 * reach))
+        self.apply_colours()
 
-    @property
-    def _radius(self) -> float:
-        return max(4.0, min(self.width(), self.height()) / 2 - 1.5)
-
-    @property
-    def _parts(self) -> int:
-        """Number of circles within the range, each a round number of metres."""
-        leading = round(self.reach / 10.0 ** math.floor(math.log10(self.reach) + 1e-9))
-        return {1: 2, 2: 2, 5: 5}[leading] if self._radius > 90 else {1: 2, 2: 2, 5: 1}[leading]
-
-    def _paint_metres(self, painter: QPainter, share: float) -> None:
-        """Paint the metres of a circle, to the right of straight ahead."""
-        text = f"{share * self.reach:g}"
-        text += "\N{NO-BREAK SPACE}m" if share == 1.0 else ""
-        size = 1.15 * self.text_size
-        width = painter.fontMetrics().horizontalAdvance(text) + 4.0
-        middle = self.area.center()
-        angle = math.radians(22.5)
-        inset = 0.75 * size if share == 1.0 else 0.0
-        radius = share * self._radius - inset
-        place = QRectF(0.0, 0.0, width, size)
-        place.moveCenter(middle + radius * QPointF(math.sin(angle), -math.cos(angle)))
-        painter.fillRect(place, self.colour("field"))
-        painter.setPen(self.colour("muted"))
-        painter.drawText(place, Qt.AlignmentFlag.AlignCenter, text)
-
-    def _paint_drone(self, painter: QPainter, middle: QPointF, size: float) -> None:
-        painter.setPen(Qt.PenStyle.NoPen)
-        painter.setBrush(self.colour("accent"))
-        corners = ((0.0, -1.5), (1.0, 1.1), (0.0, 0.55), (-1.0, 1.1))
-        painter.drawPolygon(QPolygonF([middle + size * QPointF(x, y) for x, y in corners]))
-
-    def _strokes(self, middle: QPointF, pixels: float, width: float) -> list[QLineF]:
-        """Return an arc for each sector with an obstacle within range.
-
-        Each is longer than its sector by its width, so that narrow obstacles are visible, too.
-        """
-        seen = self.ring.distances <= self.reach
-        radii = self._joined(pixels * self.ring.distances)[:, seen]
-        x = middle.x() + radii * self._aside[:, seen]
-        y = middle.y() - radii * self._ahead[:, seen]
-        along_x, along_y = x[1] - x[0], y[1] - y[0]
-        longer = 0.5 * width / np.maximum(np.hypot(along_x, along_y), 1e-9)
-        ends = (
-            x[0] - longer * along_x,
-            y[0] - longer * along_y,
-            x[1] + longer * along_x,
-            y[1] + longer * along_y,
-        )
-        return [QLineF(*row) for row in np.transpose(ends).tolist()]
-
-    def _joined(self, radii: np.ndarray) -> np.ndarray:
-        """Return the radii at both ends of each arc, so that arcs of one wall join."""
-        joined = np.empty((2, SECTORS))
-        for row, neighbour in enumerate((np.roll(radii, 1), np.roll(radii, -1))):
-            both = np.isfinite(neighbour) & np.isfinite(radii)
-            gap = np.full(SECTORS, np.inf)
-            np.subtract(neighbour, radii, out=gap, where=both)
-            near = np.abs(gap) <= BREAK * np.minimum(radii, neighbour)
-            joined[row] = np.where(near, 0.5 * (np.where(near, neighbour, 0.0) + radii), radii)
-        return joined
-
-    def _paint_nearest(self, painter: QPainter, middle: QPointF, pixels: float) -> None:
-        """Paint a line to the nearest obstacle, with a symbol: a ring, or a warning triangle."""
-        ring = self.ring
-        level = min(self.reach, ring.nearest * math.cos(ring.elevation)) * pixels
-        way = QPointF(-math.sin(ring.bearing), -math.cos(ring.bearing))
-        end = middle + level * way
-        name = "bad" if self.warning else "accent"
-        painter.setPen(QPen(self.colour(name), 1.5, Qt.PenStyle.DashLine))
-        painter.drawLine(middle + min(level, 0.08 * self._radius) * way, end)
-        size = 0.42 * self.text_size
-        if self.warning:
-            place = QRectF(0.0, 0.0, 3.0 * size, 3.0 * size)
-            place.moveCenter(end)
-            Sign.WARNING.paint(painter, place, self.colour("bad"))
-            return
-        mark = QPainterPath()
-        mark.addEllipse(end, size, size)
-        painter.setBrush(self.colour("card"))
-        painter.setPen(QPen(self.colour("accent"), 2.0))
-        painter.drawPath(mark)
+    def _show_scan(self) -> None:
+        """Show an arc for each sector with an obstacle within range, and the nearest one."""
+        ring, seen = self.ring, self.ring.distances <= self.reach
+        x, y = self._directions[:, :, seen] * _joined(ring.distances)[:, seen]
+        self._walls.setData(x.T.ravel(), y.T.ravel())
+        known = math.isfinite(ring.nearest)
+        self._way.setVisible(known)
+        self._nearest.setVisible(known)
+        if known:
+            level = min(self.reach, ring.nearest * math.cos(ring.elevation))
+            end = -level * math.sin(ring.bearing), level * math.cos(ring.bearing)
+            name, symbol = ("bad", "t1") if self.warning else ("accent", "o")
+            self._way.setPen(self.pen(name, 1.5, Qt.PenStyle.DashLine))
+            self._way.setData([0.0, end[0]], [0.0, end[1]])
+            fill = self.look.colour("bad" if self.warning else "card")
+            size = 14 if self.warning else 10
+            self._nearest.setData(
+                [end[0]], [end[1]], symbol=symbol, size=size, pen=self.pen(name, 2.0), brush=fill
+            )
 
 
-class LidarCard(Card):
+def _joined(radii: np.ndarray) -> np.ndarray:
+    """Return the radii (2, SECTORS) at both ends of each arc, so that arcs of one wall join."""
+    joined = np.empty((2, RING_SECTORS))
+    for row, neighbour in enumerate((np.roll(radii, 1), np.roll(radii, -1))):
+        both = np.isfinite(neighbour) & np.isfinite(radii)
+        gap = np.full(RING_SECTORS, np.inf)
+        np.subtract(neighbour, radii, out=gap, where=both)
+        near = np.abs(gap) <= WALL_GAP_SHARE * np.minimum(radii, neighbour)
+        joined[row] = np.where(near, 0.5 * (np.where(near, neighbour, 0.0) + radii), radii)
+    return joined
+
+
+class LidarCard(HomeCard):
     """The ring of the newest scan, and the nearest obstacle."""
 
     name = "lidar"
@@ -219,10 +186,11 @@ class LidarCard(Card):
         super().__init__(look, units, parent)
         self._watch = watch
         self._cloud = b""
-        self.ring = LidarRing(look, self)
+        self.ring = LidarRing(look)
         self.table = self.make_table("Nearest obstacle")
-        self.hint = self.make_hint("Lidar")
-        self.parts = [self.ring, self.table, self.hint]
+        self.hint = Hint("Lidar")
+        numbers = column(1, self.table, (self.hint, 2), 1)
+        fill(self.body, (CardPair(self.ring, numbers, (3, 2), 8), 1))
 
     @property
     def spoken(self) -> str:
@@ -230,17 +198,10 @@ class LidarCard(Card):
         said = self.hint.spoken if self.hint.isVisibleTo(self) else self.ring.spoken
         return f"{self.note}; {said}; {self.table.spoken}"
 
-    def lines(self, units: ShownUnits) -> Sequence[Line]:
+    def lines(self, units: ShownUnits) -> Sequence[ReadoutLine]:
         """Return where the nearest obstacle is, and the free distance ahead."""
         bearing = ("To the left", units.angle.symbol)
         return ("Nearest", "m"), bearing, ("Side", ""), ("Free way", "m")
-
-    def place_parts(self, body: QRectF) -> None:
-        """Place the ring on the left, or above."""
-        picture, numbers = beside(body, 1.0 * self.text_size, 7.0 * self.text_size)
-        put(self.ring, picture)
-        put(self.hint, picture if self.table.isVisibleTo(self) else body)
-        put(self.table, numbers)
 
     def begin(self, view: LiveView) -> None:
         """Clear the last flight's scan."""
@@ -256,17 +217,14 @@ class LidarCard(Card):
         self._show_note(state, near)
         self.ring.setVisible(now.lidar is not None)
         self.hint.setVisible(now.lidar is None)
-        known = now.lidar is not None or now.clearance is not None
-        if known != self.table.isVisibleTo(self):
-            self.table.setVisible(known)
-            self.place_parts(self.body)
+        self.table.setVisible(now.lidar is not None or now.clearance is not None)
         if now.lidar is None:
             self.hint.say(state.note, state.advice)
             for row in range(3):
                 self.table.show_row(row, "–")
         else:
             self._show_scan(now, near)
-        self.table.show_row(3, _free_way(now.clearance))
+        self.table.show_row(3, _obstacle_distance(now.clearance, self.units.length))
 
     def _show_note(self, state: SensorState, near: bool) -> None:
         """Show a warning in preference to the lidar's own state."""
@@ -283,16 +241,16 @@ class LidarCard(Card):
             ring = watch.scan.ring(watch.cloud, now.p_WB[2], down_of(now.q_WB))
         self.ring.show_ring(ring, near, now.time)
         if math.isfinite(ring.nearest):
-            self.table.show_row(0, number_text(ring.nearest, 2))
-            self.table.show_row(1, self.units.angle.text(ring.bearing))
+            self.table.show_row(0, self.units.length.number(ring.nearest))
+            self.table.show_row(1, self.units.angle.number(ring.bearing))
             self.table.show_row(2, side_of(ring.bearing))
         else:
             for row in range(3):
                 self.table.show_row(row, "all free" if row == 2 else "–")
 
 
-def _free_way(clearance: Clearance | None) -> str:
+def _obstacle_distance(clearance: NearestClearance | None, length: DisplayUnit) -> str:
     """Return the distance to the nearest obstacle, from the world and not from the lidar."""
     if clearance is None:
         return "–"
-    return number_text(clearance.distance, 2) if math.isfinite(clearance.distance) else "free"
+    return length.number(clearance.distance) if math.isfinite(clearance.distance) else "free"

@@ -7,19 +7,19 @@ from functools import partial
 from PyQt6.QtCore import QObject, pyqtSignal
 
 from workbench.control.mode import FlightMode
-from workbench.gui.flight_control import barrier_of
+from workbench.gui.flight_control import flight_denial_reason
 from workbench.gui.flight_model import FlightModel
-from workbench.gui.instruments.map_frame import Place
+from workbench.gui.instruments.map_frame import MapPlace
 from workbench.gui.notices import Notices
-from workbench.live.messages import Phase
 from workbench.live.view import LiveView
 from workbench.plant.worlds.outline import Outline
+from workbench.scenario.scenario import Action
 
-ARRIVED = 0.3
+WAYPOINT_RADIUS_M = 0.3
 """Distance from a waypoint at which the next one is flown to [m]."""
-SETTLING = 0.2
+ROUTE_ORDER_DELAY_S = 0.2
 """Time after an order until the command shows it [s]."""
-FOLLOWS = slice(4, 8)
+REFERENCE_PLACE_SLICE = slice(4, 8)
 """Part of a `Reference`: the place, and whether it is flown to."""
 
 
@@ -53,14 +53,14 @@ class Route(QObject):
     @property
     def barred(self) -> str:
         """Why no waypoint can be flown now, "" if one can."""
-        return barrier_of(self._flight)
+        return flight_denial_reason(self._flight)
 
     def begin(self) -> None:
         """Clear the route: another flight begins."""
         self._forget()
         self.changed.emit()
 
-    def add(self, place: Place, *, more: bool) -> None:
+    def add(self, place: MapPlace, *, more: bool) -> None:
         """Fly to a place at the present height, at once or after the existing waypoints.
 
         Args:
@@ -71,12 +71,14 @@ class Route(QObject):
         if self.barred or view.snapshot is None:
             self._notices.warn(self.barred)
             return
-        goes = view.snapshot.reference[FOLLOWS][3] > 0.0
-        height = view.snapshot.reference[FOLLOWS][2] if goes else view.snapshot.p_WB[2]
+        goes = view.snapshot.reference[REFERENCE_PLACE_SLICE][3] > 0.0
+        height = (
+            view.snapshot.reference[REFERENCE_PLACE_SLICE][2] if goes else view.snapshot.p_WB[2]
+        )
         if self.places:
             height = self.places[-1][2]
         outlines = (each.at(view.snapshot.time) for each in view.outlines)
-        if name := inside(place, height, outlines):
+        if name := containing_obstacle(place, height, outlines):
             self._notices.warn(
                 f"this place is inside '{name}' at a height of {height:.1f} m",
                 "Choose another one, or climb above it first.",
@@ -98,7 +100,7 @@ class Route(QObject):
             self._go()
         elif flown:
             self._forget()
-            self._flight.order(lambda live: live.command((0.0, 0.0, 0.0), 0.0))
+            self._flight.do(Action(velocity=[0.0, 0.0, 0.0], yaw_rate=0.0))
         self.changed.emit()
 
     def _forget(self) -> None:
@@ -111,14 +113,12 @@ class Route(QObject):
         place = self.places[self.present]
         self._in_force = math.inf
         self._orders += 1
-        self._flight.order(
-            lambda live: live.go_to(place), partial(self._wait, self._orders), self._refuse
-        )
+        self._flight.do(Action(go_to=[*place]), partial(self._wait, self._orders), self._refuse)
 
     def _wait(self, order: int, time: float) -> None:
         """Check from a time on whether the order is in force; a newer order sets a new time."""
         if order == self._orders:
-            self._in_force = time + SETTLING
+            self._in_force = time + ROUTE_ORDER_DELAY_S
 
     def _refuse(self, said: str) -> None:
         self._forget()
@@ -131,11 +131,11 @@ class Route(QObject):
             return
         place = self.places[self.present]
         landing = now.mode in (FlightMode.OFF, FlightMode.LANDING)
-        if landing or view.phase in (Phase.BROKEN, Phase.ENDED):
+        if landing or view.is_over:
             self._end("the drone lands" if landing else "the flight has ended")
-        elif now.reference[FOLLOWS] != (*place, 1.0):
+        elif now.reference[REFERENCE_PLACE_SLICE] != (*place, 1.0):
             self._end("the drone got another command")
-        elif math.dist(now.p_WB, place) < ARRIVED and self.present + 1 < len(self.places):
+        elif math.dist(now.p_WB, place) < WAYPOINT_RADIUS_M and self.present + 1 < len(self.places):
             self.present += 1
             self._go()
             self.changed.emit()
@@ -146,7 +146,7 @@ class Route(QObject):
         self.changed.emit()
 
 
-def inside(place: Place, height: float, outlines: Iterable[Outline]) -> str:
+def containing_obstacle(place: MapPlace, height: float, outlines: Iterable[Outline]) -> str:
     """Return the name of the obstacle that contains a place at a height [m], "" for none."""
     return next(
         (

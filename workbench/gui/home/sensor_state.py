@@ -4,27 +4,20 @@ import math
 from dataclasses import dataclass
 from enum import Enum
 
+from workbench.gui.units import age_text
 from workbench.live.view import LiveView
+from workbench.plant.faults import Fault
 from workbench.session.snapshot import SensorStatus, Snapshot
-from workbench.systems.sensors.faults import Fault
 
-OLD_PERIODS = 3.0
+MAX_AGE_PERIODS = 3.0
 """A reading is old if its age exceeds this number of periods plus its latency..."""
-SLACK = 0.02
+READING_AGE_MARGIN_S = 0.02
 """...plus this [s]: the display lags a little."""
-ROUND_AGES = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0)
+ROUND_AGES_S = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0)
 """Age limits that the text for a good reading uses [s]."""
-NAMES = {
-    "imu": "The IMU",
-    "gps": "GPS",
-    "lidar": "The lidar",
-    "range_finder": "The range finder",
-    "barometer": "The barometer",
-    "magnetometer": "The magnetometer",
-}
 
 
-class Health(Enum):
+class SensorHealth(Enum):
     """Health of a sensor."""
 
     ABSENT = "none"
@@ -48,50 +41,45 @@ class SensorState:
         advice: what to do if it does not measure, as a sentence; else "".
     """
 
-    health: Health
+    health: SensorHealth
     note: str
     advice: str = ""
 
     @property
     def word(self) -> str:
         """Text in place of a number."""
-        return "off: see Settings" if self.health is Health.OFF else self.note
+        return "off: see Settings" if self.health is SensorHealth.OFF else self.note
 
     @property
     def measures(self) -> bool:
         """Whether there is a reading of any age."""
-        return self.health in (Health.GOOD, Health.OLD, Health.FAULTY)
+        return self.health in (SensorHealth.GOOD, SensorHealth.OLD, SensorHealth.FAULTY)
 
 
 def sensor_state(view: LiveView, snapshot: Snapshot, kind: str) -> SensorState:
     """Return the state of the first sensor of a kind."""
     found = next((each for each in snapshot.sensors if each.kind == kind), None)
     if found is None:
-        return _silent(view, kind)
+        return _silent_state(view, kind)
     if found.fault is not Fault.NONE:
         word = found.fault.name.lower()
         age = f", {age_text(found.age)} old" if math.isfinite(found.age) else ""
-        health = Health.FAULTY if math.isfinite(found.age) else Health.WAITING
+        health = SensorHealth.FAULTY if math.isfinite(found.age) else SensorHealth.WAITING
         return SensorState(
             health, f"{word}{age}", f"It is {word}: a fault is set; set {kind}_fault to 0."
         )
     if not math.isfinite(found.age):
-        return SensorState(Health.WAITING, "no reading yet", f"{NAMES[kind]} has just started.")
+        return SensorState(
+            SensorHealth.WAITING, "no reading yet", f"{_kind_name(kind)} has just started."
+        )
     if found.age > _usual_age(view, found):
-        return SensorState(Health.OLD, f"old: {age_text(found.age)}")
-    return SensorState(Health.GOOD, f"under {age_text(_calm(found.age))} old")
+        return SensorState(SensorHealth.OLD, f"old: {age_text(found.age)}")
+    return SensorState(SensorHealth.GOOD, f"under {age_text(_round_age(found.age))} old")
 
 
-def age_text(age: float) -> str:
-    """Return an age [s] in milliseconds, or in seconds if it is long."""
-    if age < 0.9995:
-        return f"{max(0.0, 1000 * age):.0f}\N{NO-BREAK SPACE}ms"
-    return f"{age:.1f}\N{NO-BREAK SPACE}s"
-
-
-def _calm(age: float) -> float:
+def _round_age(age: float) -> float:
     """Return the next round age [s]: one that changes all the time is illegible."""
-    return next((each for each in ROUND_AGES if age < each), math.ceil(age))
+    return next((each for each in ROUND_AGES_S if age < each), math.ceil(age))
 
 
 def _usual_age(view: LiveView, status: SensorStatus) -> float:
@@ -101,20 +89,30 @@ def _usual_age(view: LiveView, status: SensorStatus) -> float:
     if view.scenario is not None:
         named = view.scenario.sensors.latency
         latency = named.get(status.name, named.get(status.kind, 0.0))
-    return latency + OLD_PERIODS / max(rate, 1e-3) + SLACK
+    return latency + MAX_AGE_PERIODS / max(rate, 1e-3) + READING_AGE_MARGIN_S
 
 
-def _silent(view: LiveView, kind: str) -> SensorState:
+def _silent_state(view: LiveView, kind: str) -> SensorState:
     """Return the state of a kind that does not measure, with how to enable it."""
-    name = NAMES[kind]
+    name = _kind_name(kind)
     if view.vehicle is not None and all(each.kind != kind for each in view.vehicle.sensors):
         return SensorState(
-            Health.ABSENT,
+            SensorHealth.ABSENT,
             "none",
-            f"{view.vehicle.name} has no {kind.replace('_', ' ')} in its description.",
+            f"{view.vehicle.name} has no {_kind_word(kind)} in its description.",
         )
     return SensorState(
-        Health.OFF,
+        SensorHealth.OFF,
         "off",
         f"{name} is off in this flight. Switch it on in Settings, Sensors.",
     )
+
+
+def _kind_name(kind: str) -> str:
+    """Return what a kind is called at the beginning of a sentence."""
+    return "GPS" if kind == "gps" else f"The {_kind_word(kind)}"
+
+
+def _kind_word(kind: str) -> str:
+    """Return a kind in words."""
+    return {"imu": "IMU", "gps": "GPS"}.get(kind, kind.replace("_", " "))

@@ -8,7 +8,7 @@ from workbench.gui.signals import parameter_changes
 from workbench.link import drone_topics
 from workbench.link.backplane import Published
 from workbench.live.view import LiveView
-from workbench.scenario.parameters import parameter_table
+from workbench.parameters.parameter_table import flight_table
 
 
 class StreamWatch:
@@ -24,22 +24,22 @@ class StreamWatch:
         self.cloud = b""
         self._rotors = b""
         self._values: dict[str, float] = {}
-        self._defaults = parameter_table().defaults()
+        self._defaults = flight_table().defaults()
 
     def begin(self, view: LiveView) -> None:
         """Clear all: a flight begins."""
         self._values = dict(view.values)
         self.cloud = self._rotors = b""
-        clouds = [topic for topic in view.topics if topic.id == drone_topics.LIDAR_CLOUD]
+        clouds = [topic for topic in view.topics if topic.id == drone_topics.LIDAR_CLOUD_SIGNAL.id]
         self.scan = RingScan(clouds[0]) if clouds else None
 
     def hear(self, published: Sequence[Published]) -> None:
         """Take published data, in order of time."""
         for each in published:
             for number, payload in each.payloads:
-                if number == drone_topics.LIDAR_CLOUD:
+                if number == drone_topics.LIDAR_CLOUD_SIGNAL.id:
                     self.cloud = payload
-                elif number == drone_topics.ROTORS:
+                elif number == drone_topics.ROTORS_SIGNAL.id:
                     self._rotors = payload
         self._values |= {name: value for _, name, value in parameter_changes(published)}
 

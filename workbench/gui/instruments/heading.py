@@ -6,7 +6,7 @@ compass shows degrees from north, clockwise seen from above. So heading = 90° -
 
 import math
 
-POINTS = ("N", "NE", "E", "SE", "S", "SW", "W", "NW")
+COMPASS_POINTS = ("N", "NE", "E", "SE", "S", "SW", "W", "NW")
 """Points of the compass, every 45° clockwise from north."""
 
 
@@ -22,12 +22,12 @@ def direction_of(east: float, north: float) -> float:
     return heading_of(math.atan2(north, east)) if east or north else 0.0
 
 
-def point_of(heading: float) -> str:
+def compass_point(heading: float) -> str:
     """Return the nearest of the eight points of the compass."""
-    return POINTS[round(heading / 45.0) % len(POINTS)]
+    return COMPASS_POINTS[round(heading / 45.0) % len(COMPASS_POINTS)]
 
 
 def mark_text(degrees: int) -> str:
     """Return the text at a mark of the tape."""
     degrees %= 360
-    return POINTS[degrees // 45] if degrees % 45 == 0 else f"{degrees:03d}"
+    return COMPASS_POINTS[degrees // 45] if degrees % 45 == 0 else f"{degrees:03d}"

@@ -1,167 +1,135 @@
-"""A table of numbers: labels, aligned columns of digits, and units."""
+"""A table of numbers: labels, aligned columns of digits, and units; and a hint in its place."""
 
 from collections.abc import Sequence
 
-from PyQt6.QtCore import QRectF
-from PyQt6.QtGui import QFontMetricsF, QPainter, QResizeEvent
-from PyQt6.QtWidgets import QWidget
+from PyQt6.QtCore import QEvent, Qt
+from PyQt6.QtWidgets import QGridLayout, QWidget
 
-from workbench.gui.instruments.instrument import LEFT, RIGHT, Instrument
-from workbench.gui.theme import Look
+from workbench.common.plain_text import plain_name
+from workbench.gui.labels import Label
+from workbench.gui.layout import NO_MARGINS, label, vbox
 
-NOTHING = "–"
+UNKNOWN_VALUE_TEXT = "–"
 """Text for an unknown value."""
-WIDEST = "\N{MINUS SIGN}888.88"
-"""Text for which a column has room, without another one."""
-DIGITS = 1.12
-"""Size of digits relative to plain text."""
-TALLEST_ROW = 2.1
-"""Largest height of a row relative to plain text."""
-
-
-Line = tuple[str, str]
+WIDEST_READOUT_NUMBERS = ("\N{MINUS SIGN}888.88",)
+"""Text for which each column has room, without another one."""
+READOUT_GAP_EM = 0.25
+"""Space between columns, relative to plain text."""
+ReadoutLine = tuple[str, str]
 """A row of a readout: name of the quantity, and the unit after the numbers, "" for none."""
 
 
-class Readout(Instrument):
-    """Rows of numbers; a cell is repainted only when its text has changed.
+class Readout(QWidget):
+    """Rows of numbers.
 
     Args:
-        look: source of colours.
         name: name of the table, for a screen reader.
         lines: rows.
         columns: headings, empty for one column without a heading.
-        widest: the widest text of a cell.
-        parent: the Qt parent.
+        widest: the widest text in each column; the last one is that of all further columns.
     """
 
     def __init__(
         self,
-        look: Look,
         name: str,
-        lines: Sequence[Line],
+        lines: Sequence[ReadoutLine],
         columns: Sequence[str] = (),
-        widest: str = WIDEST,
-        parent: QWidget | None = None,
+        widest: tuple[str, ...] = WIDEST_READOUT_NUMBERS,
     ) -> None:
-        super().__init__(look, name, parent)
-        self._lines = list(lines)
-        self._columns = tuple(columns)
-        self._widest = widest
-        count = max(1, len(self._columns))
-        self._cells = [[NOTHING] * count for _ in self._lines]
-        self._measured = [True] * len(self._lines)
-        self._places: list[list[QRectF]] = []
-        self._digits = DIGITS
+        super().__init__()
+        self.setAccessibleName(name)
+        self._columns, self._widest = tuple(columns), widest
+        count = max(1, len(columns))
+        self._grid = QGridLayout(self)
+        self._grid.setContentsMargins(*NO_MARGINS)
+        self._grid.setVerticalSpacing(0)
+        self._grid.setColumnStretch(0, 1)
+        for column, heading in enumerate(columns, 1):
+            self._grid.addWidget(_right_label(heading, "muted"), 0, column)
+        self._names = [label(kind="muted") for _ in lines]
+        self._units = [label(kind="muted") for _ in lines]
+        self._cells = [[_right_label(UNKNOWN_VALUE_TEXT) for _ in range(count)] for _ in lines]
+        self._lines = [("", "")] * len(lines)
+        for row, cells in enumerate(self._cells, 1):
+            for column, part in enumerate((self._names[row - 1], *cells, self._units[row - 1])):
+                self._grid.addWidget(part, row, column)
+            self.set_line(row - 1, lines[row - 1])
+        self._fit()
 
     @property
     def texts(self) -> tuple[tuple[str, ...], ...]:
         """Texts of the cells, row by row."""
-        return tuple(tuple(row) for row in self._cells)
+        return tuple(tuple(cell.text() for cell in row) for row in self._cells)
 
     @property
     def spoken(self) -> str:
         """The table as a sentence."""
-        headings = self._columns or ("",)
         parts = []
-        rows = zip(self._lines, self._cells, self._measured, strict=True)
-        for (label, unit), cells, measured in rows:
-            pairs = zip(headings, cells, strict=True)
+        for (name, _), cells, unit in zip(self._lines, self.texts, self._units, strict=True):
+            pairs = zip(self._columns or ("",), cells, strict=True)
             numbers = ", ".join(f"{head} {cell}".strip() for head, cell in pairs)
-            parts.append(f"{label} {numbers} {unit if measured else ''}".strip())
+            parts.append(f"{name} {numbers} {unit.text()}".strip())
         return "; ".join(parts)
 
-    def set_line(self, index: int, line: Line) -> None:
+    def set_line(self, index: int, line: ReadoutLine) -> None:
         """Change a row's label and unit."""
-        if line != self._lines[index]:
-            self._lines[index] = line
-            self._places = []
-            self.renew()
+        self._lines[index] = line
+        self._names[index].setText(line[0])
+        self._units[index].setText(line[1])
 
     def show_row(self, index: int, *texts: str) -> None:
         """Show numbers in a row, or words, which have no unit."""
-        cells = self._cells[index]
-        measured = any(character.isdigit() or character == NOTHING for character in texts[-1])
-        if measured != self._measured[index]:
-            self._measured[index] = measured
-            self.renew()
-        for column, text in enumerate(texts):
-            if cells[column] != text:
-                cells[column] = text
-                if self._places:
-                    self.update(self._places[index][column].toAlignedRect())
+        measured = any(each.isdigit() or each == UNKNOWN_VALUE_TEXT for each in texts[-1])
+        shown = (*texts, self._lines[index][1] if measured else "")
+        for part, text in zip((*self._cells[index], self._units[index]), shown, strict=True):
+            part.setText(text)
 
-    def renew(self) -> None:
-        """Lay out again and repaint."""
-        self._places = []
-        super().renew()
+    def changeEvent(self, event: QEvent | None) -> None:
+        """Adapt the columns to another font."""
+        super().changeEvent(event)
+        if event is not None and event.type() == QEvent.Type.FontChange:
+            self._fit()
 
-    def paint_still(self, painter: QPainter) -> None:
-        """Paint labels, headings and units."""
-        self._lay_out()
-        painter.setPen(self.colour("muted"))
-        painter.setFont(self.face())
-        rows = zip(self._lines, self._places, self._measured, strict=True)
-        for (label, unit), places, measured in rows:
-            first, last = places[0], places[-1]
-            painter.drawText(first.adjusted(-first.left(), 0.0, 0.0, 0.0), LEFT, label)
-            left = last.right() + (self._gap if unit != "°" else 1.0)
-            beside = QRectF(left, last.top(), self.width() - left, last.height())
-            painter.drawText(beside, LEFT, unit if measured else "")
-        painter.setFont(self.face(0.92))
-        for heading, place in zip(self._columns, self._places[0], strict=False):
-            above = QRectF(place.left(), place.top() - place.height(), *_size(place))
-            painter.drawText(above, RIGHT, heading)
+    def _fit(self) -> None:
+        """Reserve each column's width for its widest number and its heading, and space between."""
+        self._grid.setHorizontalSpacing(round(READOUT_GAP_EM * self.fontInfo().pixelSize()))
+        width = self.fontMetrics().horizontalAdvance
+        for column in range(len(self._cells[0])):
+            number = width(self._widest[min(column, len(self._widest) - 1)])
+            # unlike numbers, headings fill their columns, so two of them need space between
+            heading = width(f" {self._columns[column]}") if self._columns else 0
+            self._grid.setColumnMinimumWidth(1 + column, max(number, heading))
 
-    def paint_moving(self, painter: QPainter, rect: QRectF) -> None:
-        """Paint the cells that overlap a rectangle."""
-        if not self._places:
-            self._lay_out()
-        painter.setPen(self.colour("ink"))
-        painter.setFont(self.face(self._digits))
-        for cells, places in zip(self._cells, self._places, strict=True):
-            for text, place in zip(cells, places, strict=True):
-                if text and place.intersects(rect):
-                    painter.drawText(place, RIGHT, text)
 
-    def resizeEvent(self, event: QResizeEvent | None) -> None:
-        """Lay out again."""
-        self._places = []
-        super().resizeEvent(event)
+class Hint(QWidget):
+    """A word and a sentence in place of an instrument that has nothing to show; hidden at first."""
+
+    def __init__(self, name: str) -> None:
+        super().__init__()
+        self.setAccessibleName(name)
+        self._word, self._sentence = label(kind="heading"), label(kind="muted", wraps=True)
+        for part in (self._word, self._sentence):
+            part.setAlignment(Qt.AlignmentFlag.AlignHCenter)
+        vbox(1, self._word, self._sentence, 1, of=self, margins=NO_MARGINS, spacing=2)
+        self.hide()
 
     @property
-    def _gap(self) -> float:
-        return 0.35 * self.text_size
+    def sentence(self) -> str:
+        """The remedy."""
+        return self._sentence.text()
 
-    def _lay_out(self) -> None:
-        """Compute the position of every cell, and the largest digits that fit."""
-        plain = QFontMetricsF(self.face())
-        label = max(plain.horizontalAdvance(name) for name, _ in self._lines)
-        unit = max(plain.horizontalAdvance(symbol) for _, symbol in self._lines)
-        unit += self._gap if unit else 0.0
-        count = len(self._cells[0])
-        free = max(1.0, self.width() - label - unit - 1.0)
-        wanted = QFontMetricsF(self.face(DIGITS)).horizontalAdvance(self._widest) + 1.2 * self._gap
-        width = min(free / count, 1.6 * wanted)
-        self._digits = DIGITS if width >= wanted else max(0.6, DIGITS * width / wanted)
-        headings = 1 if self._columns else 0
-        height = min(self.height() / (len(self._lines) + headings), TALLEST_ROW * self.text_size)
-        left = label + free - count * width
-        words = [
-            0.0 if count > 1 else left - plain.horizontalAdvance(name) - self._gap
-            for name, _ in self._lines
-        ]  # in a single column, a word may be wider than the numbers and extend to the label
-        top = (self.height() - height * (len(self._lines) + headings)) / 2 + headings * height
-        self._places = [
-            [
-                QRectF(left + column * width, top + row * height, width, height).adjusted(
-                    -words[row], 0.0, 0.0, 0.0
-                )
-                for column in range(count)
-            ]
-            for row in range(len(self._lines))
-        ]
+    def say(self, word: str, sentence: str) -> None:
+        """Show a word, and a remedy."""
+        self._word.setText(plain_name(word))
+        self._sentence.setText(sentence)
+
+    @property
+    def spoken(self) -> str:
+        """Both as a sentence."""
+        return f"{self._word.text()}. {self.sentence}"
 
 
-def _size(place: QRectF) -> tuple[float, float]:
-    return place.width(), place.height()
+def _right_label(text: str, kind: str = "") -> Label:
+    made = label(text, kind)
+    made.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
+    return made

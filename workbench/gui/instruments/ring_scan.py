@@ -10,17 +10,17 @@ import numpy as np
 from workbench.gui.cloud_rays import rays_from
 from workbench.link.topics import Topic
 
-SECTORS = 120
+RING_SECTORS = 120
 """Number of sectors around the drone."""
-GROUND = 0.15
+GROUND_HEIGHT_M = 0.15
 """Returns below this height above the ground count as ground [m]..."""
-GROUND_SHARE = 0.03
+GROUND_RANGE_SHARE = 0.03
 """...and those below this share of their range, because attitude and scan differ slightly in
 time."""
 
 
 @dataclass(frozen=True, eq=False)
-class Ring:
+class BearingRing:
     """Nearest returns by bearing, in the body frame B, from the lidar.
 
     Attributes:
@@ -36,13 +36,13 @@ class Ring:
     elevation: float
 
 
-NOTHING = Ring(np.full(SECTORS, np.inf), math.inf, 0.0, 0.0)
+EMPTY_RING = BearingRing(np.full(RING_SECTORS, np.inf), math.inf, 0.0, 0.0)
 """Ring before the first scan."""
 
 
 def sector_bearings() -> np.ndarray:
     """Return the bearings of the sectors' centres (SECTORS) [rad]; the first is ahead."""
-    return np.arange(SECTORS) * (2.0 * math.pi / SECTORS)
+    return np.arange(RING_SECTORS) * (2.0 * math.pi / RING_SECTORS)
 
 
 class RingScan:
@@ -58,7 +58,7 @@ class RingScan:
         self._ranges_at = topic.fields[0].size
         directions = rays.directions_S @ rays.sensor_in_B.R.T
         bearings = np.arctan2(directions[:, 1], directions[:, 0])
-        sectors = np.round(bearings / (2.0 * math.pi / SECTORS)).astype(int) % SECTORS
+        sectors = np.round(bearings / (2.0 * math.pi / RING_SECTORS)).astype(int) % RING_SECTORS
         # Rays in order of their sectors, so that a single reduction gives each minimum.
         self._order = np.argsort(sectors, kind="stable")
         self._sectors, self._first = np.unique(sectors[self._order], return_index=True)
@@ -67,7 +67,7 @@ class RingScan:
         self._p_BS = rays.sensor_in_B.p
         self.least, self.most = (float(bound) for bound in about["range"])
 
-    def ring(self, payload: bytes, height: float, down_B: Sequence[float]) -> Ring:
+    def ring(self, payload: bytes, height: float, down_B: Sequence[float]) -> BearingRing:
         """Return the ring of a payload, without ground returns.
 
         Args:
@@ -80,14 +80,14 @@ class RingScan:
         falls = self._directions @ np.array(down_B)
         with np.errstate(invalid="ignore"):  # inf - inf: no return is not the ground
             above = height - self._p_BS @ np.array(down_B) - ranges * falls
-            ranges[above < GROUND + GROUND_SHARE * ranges] = np.inf
-        distances = np.full(SECTORS, np.inf)
+            ranges[above < GROUND_HEIGHT_M + GROUND_RANGE_SHARE * ranges] = np.inf
+        distances = np.full(RING_SECTORS, np.inf)
         distances[self._sectors] = np.minimum.reduceat(ranges * self._level, self._first)
         index = int(np.argmin(ranges))
         if not math.isfinite(ranges[index]):
-            return NOTHING
+            return EMPTY_RING
         x, y, z = self._directions[index].tolist()
-        return Ring(
+        return BearingRing(
             distances, float(ranges[index]), math.atan2(y, x), math.asin(max(-1.0, min(1.0, z)))
         )
 

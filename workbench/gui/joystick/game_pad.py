@@ -4,21 +4,29 @@ SDL is the optional extra `gamepad`; without it there are no pads, and `GamePads
 to install.
 """
 
+import ctypes.util
 import importlib
+import sys
 import warnings
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from enum import Enum
 from types import ModuleType
 from typing import Any
 
-from workbench.gui.joystick.pad_mapping import AXES, PadMapping, Raw
+from workbench.gui.joystick.pad_mapping import (
+    DEFAULT_PAD_MAPPING,
+    PAD_AXIS_NAMES,
+    PadMapping,
+    RawPadAxes,
+    mapped_sticks,
+)
 from workbench.gui.joystick.piloting import Sticks
 
-INSTALL = "Game pads need PySDL2: pip install PySDL2 pysdl2-dll, then start again."
-FULL = 32767.0
+SDL_MISSING_TEXT = "Game pads need PySDL2: pip install PySDL2 pysdl2-dll, then start again."
+FULL_AXIS_VALUE = 32767.0
 """Full deflection of an axis."""
-START = "SDL_CONTROLLER_BUTTON_START"
+TAKE_OVER_BUTTON = "SDL_CONTROLLER_BUTTON_START"
 """Button with which a pad takes over from another one."""
 
 
@@ -58,6 +66,7 @@ class PadReading:
         guid: SDL's GUID of its model; the mapping is stored under it.
         raw: its axes, -1 .. 1.
         asks: whether Start was pressed: it asks to fly.
+        down: names of the buttons that are down, as SDL's.
     """
 
     name: str
@@ -65,18 +74,9 @@ class PadReading:
     pressed: tuple[PadButton, ...]
     number: int = -1
     guid: str = ""
-    raw: Raw = (0.0,) * len(AXES)
+    raw: RawPadAxes = (0.0,) * len(PAD_AXIS_NAMES)
     asks: bool = False
-
-
-@dataclass
-class _OpenPad:
-    """A plugged-in pad; `down` has the pressed buttons, by SDL's names."""
-
-    handle: Any
-    name: str
-    guid: str
-    down: frozenset[str] = field(default_factory=frozenset)
+    down: frozenset[str] = frozenset()
 
 
 class GamePads:
@@ -93,22 +93,24 @@ class GamePads:
         flying: number of the pad that flies, None without one.
     """
 
-    def __init__(self, mapping: Callable[[str], PadMapping] = lambda guid: PadMapping()) -> None:
+    def __init__(
+        self, mapping: Callable[[str], PadMapping] = lambda guid: DEFAULT_PAD_MAPPING
+    ) -> None:
         self.missing = ""
         self.readings: tuple[PadReading, ...] = ()
         self.flying: int | None = None
         self._mapping = mapping
         self._sdl: Any = None
-        self._pads: dict[int, _OpenPad] = {}
+        self._handles: dict[int, Any] = {}  # SDL's handle of each pad, by its number
 
     def open(self) -> None:
         """Start to look for pads."""
         if self._sdl is not None or self.missing:
             return
         try:
-            sdl = _load()
+            sdl = _import_sdl()
         except ImportError:  # not installed, or installed without SDL's own library
-            self.missing = INSTALL
+            self.missing = SDL_MISSING_TEXT
             return
         # Leave Ctrl-C to Python; SDL needs no window of its own here.
         sdl.SDL_SetHint(b"SDL_NO_SIGNAL_HANDLERS", b"1")
@@ -126,72 +128,100 @@ class GamePads:
             return None
         sdl.SDL_GameControllerUpdate()
         sdl.SDL_FlushEvents(sdl.SDL_FIRSTEVENT, sdl.SDL_LASTEVENT)
-        for number, pad in tuple(self._pads.items()):
-            if not sdl.SDL_GameControllerGetAttached(pad.handle):
+        for number, handle in tuple(self._handles.items()):
+            if not sdl.SDL_GameControllerGetAttached(handle):
                 self._let_go(number)
-        self._find()
-        self.readings = tuple(self._look(number, pad) for number, pad in self._pads.items())
+        before = {reading.number: reading.down for reading in self.readings}
+        self._open_new_pads()
+        self.readings = tuple(
+            self._look(number, handle, before.get(number))
+            for number, handle in self._handles.items()
+        )
         return next((each for each in self.readings if each.number == self.flying), None)
 
     def fly(self, number: int) -> None:
         """Let another pad fly from the next reading on."""
-        if number in self._pads:
+        if number in self._handles:
             self.flying = number
 
     def close(self) -> None:
         """Close all pads and SDL."""
         if self._sdl is not None:
-            for number in tuple(self._pads):
+            for number in tuple(self._handles):
                 self._let_go(number)
             self._sdl.SDL_QuitSubSystem(self._sdl.SDL_INIT_GAMECONTROLLER)
             self._sdl = None
             self.readings = ()
 
-    def _find(self) -> None:
+    def _open_new_pads(self) -> None:
         """Open newly plugged-in pads; the first of them flies, if it is alone."""
-        sdl, were_none = self._sdl, not self._pads
+        sdl, were_none = self._sdl, not self._handles
         for index in range(sdl.SDL_NumJoysticks()):
             number = sdl.SDL_JoystickGetDeviceInstanceID(index)
-            if number in self._pads or not sdl.SDL_IsGameController(index):
-                continue
-            handle = sdl.SDL_GameControllerOpen(index)
-            if handle:
-                name = sdl.SDL_GameControllerName(handle) or b"game pad"
-                guid = bytes(sdl.SDL_JoystickGetDeviceGUID(index).data).hex()
-                pad = _OpenPad(handle, name.decode(errors="replace"), guid)
-                pad.down = self._down(pad)  # buttons held while plugging in do not count as pressed
-                self._pads[number] = pad
-        if were_none and self._pads:
-            self.flying = next(iter(self._pads))
+            if number not in self._handles and sdl.SDL_IsGameController(index):
+                handle = sdl.SDL_GameControllerOpen(index)
+                if handle:
+                    self._handles[number] = handle
+        if were_none and self._handles:
+            self.flying = next(iter(self._handles))
 
     def _let_go(self, number: int) -> None:
-        self._sdl.SDL_GameControllerClose(self._pads.pop(number).handle)
+        self._sdl.SDL_GameControllerClose(self._handles.pop(number))
         if number == self.flying:
             self.flying = None
 
-    def _look(self, number: int, pad: _OpenPad) -> PadReading:
-        sdl, down = self._sdl, self._down(pad)
-        new, pad.down = down - pad.down, down
-        raw = tuple(
-            max(-1.0, sdl.SDL_GameControllerGetAxis(pad.handle, axis) / FULL)
-            for axis in range(len(AXES))
+    def _look(self, number: int, handle: Any, before: frozenset[str] | None) -> PadReading:
+        """Return the reading of a pad; buttons held while it is plugged in were not pressed."""
+        sdl = self._sdl
+        buttons = (*(button.value[2] for button in PadButton), TAKE_OVER_BUTTON)
+        down = frozenset(
+            name for name in buttons if sdl.SDL_GameControllerGetButton(handle, getattr(sdl, name))
         )
-        pressed = tuple(button for button in PadButton if button.value[2] in new)
-        sticks = self._mapping(pad.guid).sticks(raw)
-        return PadReading(pad.name, sticks, pressed, number, pad.guid, raw, START in new)
+        new = down - (down if before is None else before)
+        raw = tuple(
+            max(-1.0, sdl.SDL_GameControllerGetAxis(handle, axis) / FULL_AXIS_VALUE)
+            for axis in range(len(PAD_AXIS_NAMES))
+        )
+        joystick = sdl.SDL_GameControllerGetJoystick(handle)
+        guid = bytes(sdl.SDL_JoystickGetGUID(joystick).data).hex()
+        return PadReading(
+            name=(sdl.SDL_GameControllerName(handle) or b"game pad").decode(errors="replace"),
+            sticks=mapped_sticks(self._mapping(guid), raw),
+            pressed=tuple(button for button in PadButton if button.value[2] in new),
+            number=number,
+            guid=guid,
+            raw=raw,
+            asks=TAKE_OVER_BUTTON in new,
+            down=down,
+        )
 
-    def _down(self, pad: _OpenPad) -> frozenset[str]:
-        names = (*(button.value[2] for button in PadButton), START)
-        pressed = self._sdl.SDL_GameControllerGetButton
-        return frozenset(each for each in names if pressed(pad.handle, getattr(self._sdl, each)))
 
-
-def _load() -> ModuleType:
+def _import_sdl() -> ModuleType:
     """Return SDL.
 
     Raises:
         ImportError: if it is not installed.
     """
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # prints a warning about the library that it found
-        return importlib.import_module("sdl2")
+    search = ctypes.util.find_library
+    if sys.platform == "linux":
+        ctypes.util.find_library = _find_library
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # prints a warning about the library that it found
+            return importlib.import_module("sdl2")
+    finally:
+        ctypes.util.find_library = search
+
+
+def _find_library(name: str) -> str | None:
+    """Return the file name of a library that the loader finds.
+
+    The standard search starts ldconfig, gcc and ld for each name, which PySDL2 asks for six of even
+    if it has its own library: the window would stand still meanwhile.
+    """
+    file = f"lib{name}.so.0"
+    try:
+        ctypes.CDLL(file)
+    except OSError:
+        return None
+    return file

@@ -1,10 +1,7 @@
-"""Keys as sticks: W A S D are the left one, the arrows the right one."""
+"""Keys as sticks: by default W A S D are the left one, the arrows the right one."""
 
-from collections.abc import Callable
-from enum import Enum
-
-from PyQt6.QtCore import QEvent, QObject, Qt
-from PyQt6.QtGui import QGuiApplication, QKeyEvent
+from PyQt6.QtCore import QEvent, QObject, Qt, pyqtSignal
+from PyQt6.QtGui import QGuiApplication, QKeyEvent, QKeySequence
 from PyQt6.QtWidgets import (
     QAbstractItemView,
     QAbstractSlider,
@@ -18,9 +15,10 @@ from PyQt6.QtWidgets import (
     QWidget,
 )
 
-from workbench.gui.joystick.piloting import MIDDLE, Stick, Sticks, within_circle
+from workbench.gui.joystick.piloting import CENTRED_STICKS, Sticks, within_circle
+from workbench.gui.key_map import KeyMap
 
-FIELDS = (
+KEY_CONSUMING_WIDGETS = (
     QAbstractItemView,
     QAbstractSlider,
     QAbstractSpinBox,
@@ -31,155 +29,122 @@ FIELDS = (
     QTextEdit,
 )
 """Widgets that use letters or arrows themselves."""
-_PLAIN = (
+_STICK_KEY_MODIFIERS = (
     Qt.KeyboardModifier.NoModifier,
     Qt.KeyboardModifier.KeypadModifier,
     Qt.KeyboardModifier.ShiftModifier,
 )
 
-RUN_UP = 0.5
+FULL_DEFLECTION_TIME_S = 0.5
 """Time from the centre to full deflection while a key is held [s]."""
 
-
-class StickKey(Enum):
-    """The direction of a key: whether it belongs to the left stick, and its deflection."""
-
-    CLIMB = (True, 0, 1)
-    SINK = (True, 0, -1)
-    TURN_LEFT = (True, -1, 0)
-    TURN_RIGHT = (True, 1, 0)
-    FORWARD = (False, 0, 1)
-    BACK = (False, 0, -1)
-    LEFT = (False, -1, 0)
-    RIGHT = (False, 1, 0)
-
-
-KEYS = {
-    Qt.Key.Key_W: StickKey.CLIMB,
-    Qt.Key.Key_S: StickKey.SINK,
-    Qt.Key.Key_A: StickKey.TURN_LEFT,
-    Qt.Key.Key_D: StickKey.TURN_RIGHT,
-    Qt.Key.Key_Up: StickKey.FORWARD,
-    Qt.Key.Key_Down: StickKey.BACK,
-    Qt.Key.Key_Left: StickKey.LEFT,
-    Qt.Key.Key_Right: StickKey.RIGHT,
+KEY_DIRECTIONS = {
+    "stick_climb": Sticks(climb=1.0),
+    "stick_sink": Sticks(climb=-1.0),
+    "stick_turn_left": Sticks(turn=-1.0),
+    "stick_turn_right": Sticks(turn=1.0),
+    "stick_forward": Sticks(forward=1.0),
+    "stick_back": Sticks(forward=-1.0),
+    "stick_left": Sticks(right=-1.0),
+    "stick_right": Sticks(right=1.0),
 }
+"""Where each key moves the sticks, by its row in the table of keys: up, down, left and right of the
+left stick, then of the right one."""
 
 
-class KeyboardSticks:
+class KeyboardSticks(QObject):
     """Two sticks that deflect while keys are held, and return to the centre on release.
+
+    It watches the focused widget, which receives keys first.
+
+    Args:
+        keys: keys of all actions.
+        parent: the Qt parent; this object is deleted with it.
 
     Attributes:
         sticks: their positions.
     """
 
-    def __init__(self) -> None:
-        self.sticks = Sticks()
-        self._held: set[StickKey] = set()
+    changed = pyqtSignal()
+    """A key was pressed or released."""
+
+    def __init__(self, keys: KeyMap, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self.sticks = CENTRED_STICKS
+        self._keys = keys
+        self._held: set[str] = set()
+        self._page: QWidget | None = None
+        self._watched: QWidget | None = None
 
     @property
     def is_held(self) -> bool:
         """Whether a key is down."""
         return bool(self._held)
 
-    def press(self, key: StickKey) -> None:
-        """Press a key; the stick starts to move with the next `advance`."""
-        self._held.add(key)
+    def press(self, name: str) -> None:
+        """Press the key of a row; the stick starts to move with the next `advance`."""
+        self._held.add(name)
 
-    def release(self, key: StickKey) -> None:
+    def release(self, name: str) -> None:
         """Release a key: its axis is centred at once, unless the opposite key is held."""
-        self._held.discard(key)
+        self._held.discard(name)
         self.advance(0.0)
 
     def release_all(self) -> None:
         """Release all keys."""
         self._held.clear()
-        self.sticks = Sticks()
+        self.sticks = CENTRED_STICKS
 
     def advance(self, duration: float) -> Sticks:
         """Move the sticks for a time [s], and return their positions."""
-        step = duration / RUN_UP
-        self.sticks = Sticks(
-            self._moved(self.sticks.left, True, step), self._moved(self.sticks.right, False, step)
-        )
+        step = duration / FULL_DEFLECTION_TIME_S
+        directions = zip(CENTRED_STICKS, *map(KEY_DIRECTIONS.__getitem__, self._held), strict=True)
+        axes = [
+            _stepped_axis(place, sum(towards), step)
+            for place, towards in zip(self.sticks, directions, strict=True)
+        ]
+        self.sticks = Sticks(*within_circle(*axes[:2]), *within_circle(*axes[2:]))
         return self.sticks
 
-    def _moved(self, stick: Stick, is_left: bool, step: float) -> Stick:
-        keys = [key.value for key in self._held if key.value[0] is is_left]
-        if not keys:
-            return MIDDLE
-        x = _run(stick.x, sum(key[1] for key in keys), step)
-        y = _run(stick.y, sum(key[2] for key in keys), step)
-        return within_circle(x, y)
-
-
-def _run(place: float, towards: int, step: float) -> float:
-    """Return an axis one step closer to its end; a reversal starts in the centre."""
-    if towards == 0:
-        return 0.0
-    start = max(0.0, towards * place)
-    return towards * min(1.0, start + step)
-
-
-class KeyWatcher(QObject):
-    """Watches the focused widget, which receives keys first.
-
-    Args:
-        page: keys count only in its window.
-        pressed: called when a key is pressed.
-        released: called when a key is released.
-        lost: called when a field, or another window, has the focus.
-    """
-
-    def __init__(
-        self,
-        page: QWidget,
-        pressed: Callable[[StickKey], None],
-        released: Callable[[StickKey], None],
-        lost: Callable[[], None],
-    ) -> None:
-        super().__init__(page)
+    def watch(self, page: QWidget) -> None:
+        """Start to watch keys; they count only in the window of a page."""
         self._page = page
-        self._pressed, self._released, self._lost = pressed, released, lost
-        self._watched: QWidget | None = None
-
-    def start(self) -> None:
-        """Start watching."""
-        application = QGuiApplication.instance()
-        assert isinstance(application, QApplication)
-        application.focusChanged.connect(self._follow)
+        _application().focusChanged.connect(self._follow)
         self._follow(None, QApplication.focusWidget())
 
     def stop(self) -> None:
         """Stop watching."""
-        application = QGuiApplication.instance()
-        assert isinstance(application, QApplication)
-        application.focusChanged.disconnect(self._follow)
+        _application().focusChanged.disconnect(self._follow)
         self._watch(None)
 
     def eventFilter(self, watched: QObject | None, event: QEvent | None) -> bool:
         """Handle the keys that move sticks; Qt's name."""
-        if not isinstance(event, QKeyEvent) or event.key() not in KEYS:
+        if not isinstance(event, QKeyEvent):
             return False
-        key = KEYS[Qt.Key(event.key())]
+        typed = QKeySequence(event.key()).toString()
+        name = next((each for each in KEY_DIRECTIONS if self._keys.key(each) == typed), "")
+        if not name:
+            return False
         if event.type() is QEvent.Type.KeyRelease:
             if not event.isAutoRepeat():
-                self._released(key)
+                self.release(name)
+                self.changed.emit()
             return True
-        if event.modifiers() not in _PLAIN:
+        if event.modifiers() not in _STICK_KEY_MODIFIERS:
             return False
         if event.type() is QEvent.Type.ShortcutOverride:
             event.accept()  # a single-letter shortcut does not apply here
         elif not event.isAutoRepeat():
-            self._pressed(key)
+            self.press(name)
+            self.changed.emit()
         return True
 
     def _follow(self, before: QWidget | None, now: QWidget | None) -> None:
         """Watch the focused widget, unless it uses the keys itself."""
-        window = self._page.window()
-        if now is None or now.window() is not window or isinstance(now, FIELDS):
+        window = self._page.window() if self._page is not None else None
+        if now is None or now.window() is not window or isinstance(now, KEY_CONSUMING_WIDGETS):
             self._watch(None)
-            self._lost()
+            self.release_all()
         else:
             self._watch(now)
 
@@ -194,4 +159,18 @@ class KeyWatcher(QObject):
 
     def _forget(self) -> None:
         self._watched = None
-        self._lost()
+        self.release_all()
+
+
+def _application() -> QApplication:
+    application = QGuiApplication.instance()
+    assert isinstance(application, QApplication)
+    return application
+
+
+def _stepped_axis(place: float, towards: float, step: float) -> float:
+    """Return an axis one step closer to its end; a reversal starts in the centre."""
+    if towards == 0.0:
+        return 0.0
+    start = max(0.0, towards * place)
+    return towards * min(1.0, start + step)

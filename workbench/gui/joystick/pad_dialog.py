@@ -1,78 +1,71 @@
 """The dialog of the game pads: mapping of the axes, calibration, and which pad flies."""
 
-from PyQt6.QtCore import QRectF, QSignalBlocker, Qt, QTimer
-from PyQt6.QtGui import QPainter
+from dataclasses import replace
+
+from PyQt6.QtCore import QSignalBlocker, Qt, QTimer
 from PyQt6.QtWidgets import (
     QCheckBox,
     QDialog,
     QDialogButtonBox,
+    QSlider,
     QSpinBox,
     QWidget,
 )
 
 from workbench.common.plain_text import plain_name
-from workbench.gui.instruments.instrument import Instrument
 from workbench.gui.joystick.game_pad import PadReading
-from workbench.gui.joystick.pad_mapping import AXES, FUNCTIONS, Ends, PadMapping, name_axis
-from workbench.gui.joystick.pilot import Pilot
+from workbench.gui.joystick.pad_mapping import (
+    DEFAULT_PAD_MAPPING,
+    PAD_AXIS_NAMES,
+    PAD_FUNCTIONS,
+    PadAxis,
+    PadMapping,
+    RawPadAxes,
+    calibrated_mapping,
+    name_axis,
+)
+from workbench.gui.joystick.pilot import StickPilot
 from workbench.gui.labels import Label
 from workbench.gui.layout import button, choice, grid, hbox, label, named, vbox
-from workbench.gui.theme import Look
 
-PERIOD = 33
+PAD_DIALOG_PERIOD_MS = 33
 """Period between readings [ms]."""
-CALIBRATING = "Move each stick to all its stops, release them, then press Done."
-HELP = (
+CALIBRATION_TEXT = "Move each stick to all its stops, release them, then press Done."
+PAD_DIALOG_HELP = (
     "No pad flies while this page is in front. Each row is one command of the sticks; the feel of "
     "the sticks applies afterwards."
 )
-GONE = "No game pad is plugged in."
-HEADINGS = ("", "Moved by", "", "Dead band", "Expo", "Pad says", "Asked for")
+PAD_GONE_TEXT = "No game pad is plugged in."
+PAD_DIALOG_HEADINGS = ("", "Moved by", "", "Dead band", "Expo", "Pad says", "Asked for")
 
 
-class AxisBar(Instrument):
-    """A value from -1 to 1 as a bar from the centre.
+AXIS_SLIDER_STEPS = 100
+"""Number of steps from the middle of an axis to its end."""
 
-    Args:
-        look: source of colours.
-        name: name of the value.
-        parent: the Qt parent; this object is deleted with it.
-    """
 
-    def __init__(self, look: Look, name: str, parent: QWidget | None = None) -> None:
-        super().__init__(look, name, parent)
-        self.value = 0.0
-        self.setMinimumSize(90, 14)
-
-    def show_value(self, value: float) -> None:
-        """Show a value."""
-        if value != self.value:
-            self.value = value
-            self.update()
-
-    def paint_moving(self, painter: QPainter, rect: QRectF) -> None:
-        """Paint the bar, and a line at its centre."""
-        middle, height = self.width() / 2, float(self.height())
-        end = middle * (1.0 + max(-1.0, min(1.0, self.value)))
-        painter.fillRect(self.area, self.colour("line"))
-        bar = QRectF(min(middle, end), 0.0, abs(end - middle), height)
-        painter.fillRect(bar, self.colour("accent"))
-        painter.fillRect(QRectF(middle - 0.5, 0.0, 1.0, height), self.colour("ink"))
+def _axis_slider(name: str, parent: QWidget) -> QSlider:
+    """Return a slider that shows a value from -1 to 1, and cannot be moved."""
+    made = named(QSlider(Qt.Orientation.Horizontal, parent), name)
+    made.setRange(-AXIS_SLIDER_STEPS, AXIS_SLIDER_STEPS)
+    made.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
+    made.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+    made.setMinimumWidth(90)
+    return made
 
 
 class AxisRow:
     """The widgets of one function: its axis, shaping, and result."""
 
-    def __init__(self, function: str, look: Look, parent: QWidget) -> None:
-        self.axis = choice(f"{function}: moved by", AXES)
+    def __init__(self, function: str, parent: QWidget) -> None:
+        self.axis = choice(f"{function}: moved by", PAD_AXIS_NAMES)
         self.inverted = named(QCheckBox("inverted", parent), f"{function}: inverted")
         self.dead_band, self.expo = QSpinBox(parent), QSpinBox(parent)
         for box, most, what in ((self.dead_band, 50, "dead band"), (self.expo, 100, "expo")):
             box.setRange(0, most)
             box.setSuffix(" %")
             box.setAccessibleName(f"{function}: {what}, percent")
-        self.raw = AxisBar(look, f"{function}: what the pad says", parent)
-        self.shaped = AxisBar(look, f"{function}: the command", parent)
+        self.raw = _axis_slider(f"{function}: what the pad says", parent)
+        self.shaped = _axis_slider(f"{function}: the command", parent)
         self.widgets: tuple[QWidget, ...] = (
             Label(function, parent),
             self.axis,
@@ -89,33 +82,32 @@ class PadDialog(QDialog):
 
     Args:
         pilot: pilot with the pads.
-        look: source of colours.
         parent: the Qt parent.
 
     Attributes:
         pads: selects the shown pad.
-        rows: one row for each of `FUNCTIONS`.
+        rows: one row for each of `PAD_FUNCTIONS`.
         calibrate: starts and ends the calibration.
         fly: lets the selected pad fly.
         said: instructions, or an error.
     """
 
-    def __init__(self, pilot: Pilot, look: Look, parent: QWidget | None = None) -> None:
+    def __init__(self, pilot: StickPilot, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.setWindowTitle("Game pads")
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         self._pilot = pilot
-        self._ends: Ends | None = None
+        self._calibration: list[RawPadAxes] = []  # readings since it began
         self._shown: tuple[tuple[int, str], ...] = ()
         self.pads = choice("Game pad")
         self.fly = button("Let it fly", self._let_fly, "compact")
         self.flies = label(kind="value")
-        self.rows = tuple(AxisRow(function, look, self) for function in FUNCTIONS)
+        self.rows = tuple(AxisRow(function, self) for function in PAD_FUNCTIONS)
         self.moved = label(kind="muted")
-        self.said = label(HELP, wraps=True)
+        self.said = label(PAD_DIALOG_HELP, wraps=True)
         self.calibrate = button("Calibrate")
         self.calibrate.setCheckable(True)
-        self.defaults = button("Defaults", lambda: self._keep(PadMapping()), "quiet")
+        self.defaults = button("Defaults", lambda: self._keep(DEFAULT_PAD_MAPPING), "quiet")
         self._lay_out()
         self.pads.currentIndexChanged.connect(self._choose)
         self.calibrate.toggled.connect(self._calibrate)
@@ -126,7 +118,7 @@ class PadDialog(QDialog):
             row.expo.valueChanged.connect(lambda _, at=index: self._change(at))
         self._timer = QTimer(self)
         self._timer.timeout.connect(self.look_at_pads)
-        self._timer.start(PERIOD)
+        self._timer.start(PAD_DIALOG_PERIOD_MS)
         self.look_at_pads()
 
     @property
@@ -142,17 +134,17 @@ class PadDialog(QDialog):
             self._list(pads)
         reading = self.reading
         if reading is None:
-            self.flies.setText(GONE)
+            self.flies.setText(PAD_GONE_TEXT)
             return
-        if self._ends is not None:
-            self._ends = self._ends.after(reading.raw)
+        if self.calibrate.isChecked():
+            self._calibration.append(reading.raw)
         flies = reading.number == self._pilot.pads.flying
         self.flies.setText("It flies." if flies else "It waits.")
         self.fly.setVisible(not flies)
         self.moved.setText(f"Moves now: {name_axis(reading.raw)}")
-        for row, axis in zip(self.rows, self._pilot.mapping(reading.guid).axes, strict=True):
-            row.raw.show_value(reading.raw[axis.axis])
-            row.shaped.show_value(axis.shaped(reading.raw))
+        for row, axis in zip(self.rows, self._pilot.mapping(reading.guid), strict=True):
+            row.raw.setValue(round(AXIS_SLIDER_STEPS * reading.raw[axis.axis]))
+            row.shaped.setValue(round(AXIS_SLIDER_STEPS * axis.shaped(reading.raw)))
 
     def _list(self, pads: tuple[tuple[int, str], ...]) -> None:
         chosen = self.pads.currentData()
@@ -167,11 +159,10 @@ class PadDialog(QDialog):
 
     def _choose(self) -> None:
         """Show another pad's mapping; an unfinished calibration is dropped."""
-        self._ends = None
         with QSignalBlocker(self.calibrate):
             self.calibrate.setChecked(False)
         self.calibrate.setText("Calibrate")
-        self.said.setText(HELP)
+        self.said.setText(PAD_DIALOG_HELP)
         reading = self.reading
         for widget in (self.calibrate, self.defaults, self.fly):
             widget.setEnabled(reading is not None)
@@ -182,7 +173,7 @@ class PadDialog(QDialog):
             self._show_mapping(self._pilot.mapping(reading.guid))
 
     def _show_mapping(self, mapping: PadMapping) -> None:
-        for row, axis in zip(self.rows, mapping.axes, strict=True):
+        for row, axis in zip(self.rows, mapping, strict=True):
             fields = (row.axis, row.inverted, row.dead_band, row.expo)
             for each in fields:
                 each.blockSignals(True)
@@ -198,17 +189,16 @@ class PadDialog(QDialog):
         reading = self.reading
         if reading is None:
             return
-        row, before = self.rows[function], self._pilot.mapping(reading.guid)
-        mapping = before.with_axis(
-            function,
-            axis=row.axis.currentIndex(),
+        row, mapping = self.rows[function], [*self._pilot.mapping(reading.guid)]
+        axis = row.axis.currentIndex()
+        before = mapping[function] if axis == mapping[function].axis else PadAxis(axis)
+        mapping[function] = replace(
+            before,
             inverted=row.inverted.isChecked(),
             dead_band=row.dead_band.value() / 100,
             expo=row.expo.value() / 100,
         )
-        if mapping.axes[function].axis != before.axes[function].axis:
-            mapping = mapping.with_axis(function, low=-1.0, middle=0.0, high=1.0)
-        self._keep(mapping)
+        self._keep(tuple(mapping))
 
     def _calibrate(self, begins: bool) -> None:
         reading = self.reading
@@ -216,18 +206,16 @@ class PadDialog(QDialog):
             return
         self.calibrate.setText("Done" if begins else "Calibrate")
         if begins:
-            self._ends = Ends(reading.raw, reading.raw)
-            self.said.setText(CALIBRATING)
+            self._calibration = [reading.raw]
+            self.said.setText(CALIBRATION_TEXT)
             return
-        ends, self._ends = self._ends, None
-        assert ends is not None
-        mapping = self._pilot.mapping(reading.guid)
-        short = ends.short(mapping, reading.raw)
+        readings = [*self._calibration, reading.raw]
+        mapping, short = calibrated_mapping(self._pilot.mapping(reading.guid), readings)
         if short:
             names = "; ".join(short)
             self.said.setText(f"Nothing is changed. These did not go to both stops: {names}.")
         else:
-            self._keep(ends.put_into(mapping, reading.raw))
+            self._keep(mapping)
             self.said.setText("The stops are found, and saved for this kind of pad.")
 
     def _keep(self, mapping: PadMapping) -> None:
@@ -240,11 +228,11 @@ class PadDialog(QDialog):
         reading = self.reading
         if reading is not None:
             self._pilot.hand_to(reading.number)
-            self.said.setText(self._pilot.hand_over or HELP)
+            self.said.setText(self._pilot.hand_over or PAD_DIALOG_HELP)
 
     def _lay_out(self) -> None:
         top = hbox((self.pads, 1), self.flies, self.fly)
-        headings = [label(heading, "muted") for heading in HEADINGS]
+        headings = [label(heading, "muted") for heading in PAD_DIALOG_HEADINGS]
         table = grid(headings, *(row.widgets for row in self.rows))
         buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close, self)
         buttons.rejected.connect(self.reject)

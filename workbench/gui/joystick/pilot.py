@@ -7,61 +7,71 @@ from enum import Enum
 
 from PyQt6.QtCore import QObject, Qt, QTimer, pyqtSignal
 
-from workbench.gui.flight_control import barrier_of
+from workbench.gui.flight_control import flight_denial_reason
 from workbench.gui.flight_model import FlightModel
 from workbench.gui.joystick.game_pad import GamePads, PadReading
 from workbench.gui.joystick.keyboard_sticks import KeyboardSticks
-from workbench.gui.joystick.pad_mapping import PadMapping, keep_mapping, read_mapping
+from workbench.gui.joystick.pad_mapping import PadMapping, read_mapping, save_mapping
 from workbench.gui.joystick.piloting import (
-    NEUTRAL,
-    NOTHING,
+    CENTRED_STICKS,
+    ZERO_STICK_COMMAND,
     FlightLimits,
     Handling,
-    Stick,
-    StickCurve,
+    StickCommand,
+    StickPosition,
     Sticks,
-    Wish,
 )
+from workbench.gui.key_map import KeyMap
 from workbench.gui.preferences import Preferences
 from workbench.gui.signals import parameter_changes
 from workbench.link.backplane import Published
-from workbench.link.messages import Hand
+from workbench.link.messages import ControlOwner
+from workbench.live.orders import NetworkOrder
 from workbench.live.view import LiveView
+from workbench.scenario.scenario import Action
 
-CENTRE = "Release the sticks first: they were held while they did not count."
-CENTRE_PAD = "release its sticks first"
+CENTRE_STICKS_TEXT = "Release the sticks first: they were held while they did not count."
+CENTRE_PAD_TEXT = "release its sticks first"
 
-Velocity = tuple[float, float, float]
-Send = Callable[[Velocity, float], None]
+CommandedVelocity = tuple[float, float, float]
+SendStickCommand = Callable[[CommandedVelocity, float], None]
 
-MOST_A_SECOND = 30.0
+MAX_COMMAND_RATE_HZ = 30.0
 """Largest rate of commands [1/s]; zeros do not count, as each one ends a motion."""
-REPEAT = 1.0
+COMMAND_REPEAT_PERIOD_S = 1.0
 """Period after which an unchanged command is repeated [s]."""
-STEP = 0.005
+MIN_SPEED_CHANGE_M_S = 0.005
 """Smaller changes are ignored, because a hovering drone's heading varies a little [m/s]."""
-TURN_STEP = 0.001
+MIN_YAW_RATE_CHANGE_RAD_S = 0.001
 """The same for the yaw rate [rad/s]."""
-_STILL = (0.0, 0.0, 0.0)
+_ZERO_VELOCITY = (0.0, 0.0, 0.0)
 
-PERIOD = 16
+HANDLING_PREFERENCES = (
+    "stick_speed",
+    "stick_yaw_rate",
+    "stick_sensitivity",
+    "stick_expo",
+    "stick_dead_band",
+)
+"""Preferences of the sticks, in the order of the attributes of `Handling`."""
+STICK_POLL_MS = 16
 """Period between readings of keys and pads [ms]."""
-LONGEST_STEP = 0.1
+MAX_KEY_STEP_S = 0.1
 """Longest time by which held keys deflect at once [s]."""
 
 
-class Gate:
+class CentringGate:
     """Blocks the sticks until they have been centred after whatever blocked them."""
 
     def __init__(self) -> None:
         self._centre_first = False
-        self._hand = Hand.NOBODY
+        self._hand = ControlOwner.NOBODY
 
     def close(self) -> None:
         """Require centred sticks first: the screen was left, or another flight begins."""
         self._centre_first = True
 
-    def pass_on(self, barred: str, neutral: bool, hand: Hand) -> str:
+    def pass_on(self, barred: str, neutral: bool, hand: ControlOwner) -> str:
         """Return why the sticks have no effect now, "" if they have.
 
         Args:
@@ -69,16 +79,16 @@ class Gate:
             neutral: whether they are centred.
             hand: who has control; a held stick does not take it from a client.
         """
-        given = hand is Hand.CLIENT and self._hand is not Hand.CLIENT
+        given = hand is ControlOwner.CLIENT and self._hand is not ControlOwner.CLIENT
         self._hand = hand
         if neutral:
             self._centre_first = False
         elif barred or given:
             self._centre_first = True
-        return barred or (CENTRE if self._centre_first else "")
+        return barred or (CENTRE_STICKS_TEXT if self._centre_first else "")
 
 
-class Courier:
+class CommandSender:
     """Sends commands on change.
 
     Args:
@@ -86,17 +96,17 @@ class Courier:
         clock: returns a monotonic time [s].
     """
 
-    def __init__(self, send: Send, clock: Callable[[], float]) -> None:
+    def __init__(self, send: SendStickCommand, clock: Callable[[], float]) -> None:
         self._send, self._clock = send, clock
-        self._sent: tuple[Velocity, float] = (_STILL, 0.0)
-        self._when = -REPEAT
+        self._sent: tuple[CommandedVelocity, float] = (_ZERO_VELOCITY, 0.0)
+        self._when = -COMMAND_REPEAT_PERIOD_S
 
     @property
     def is_asking(self) -> bool:
         """Whether the last command was a motion."""
-        return self._sent != (_STILL, 0.0)
+        return self._sent != (_ZERO_VELOCITY, 0.0)
 
-    def put(self, velocity: Velocity, yaw_rate: float) -> None:
+    def put(self, velocity: CommandedVelocity, yaw_rate: float) -> None:
         """Send the present command if it is due; must be called again until it changes.
 
         Args:
@@ -108,29 +118,33 @@ class Courier:
             return
         now = self._clock()
         waited = now - self._when
-        if waited < 1.0 / MOST_A_SECOND:
+        if waited < 1.0 / MAX_COMMAND_RATE_HZ:
             return
-        if waited >= REPEAT or self._differs(velocity, yaw_rate):
+        if waited >= COMMAND_REPEAT_PERIOD_S or self._differs(velocity, yaw_rate):
             self._sent, self._when = (velocity, yaw_rate), now
             self._send(velocity, yaw_rate)
 
     def stop(self) -> None:
         """Send zero at once, if the last command was a motion."""
         if self.is_asking:
-            self._sent = (_STILL, 0.0)
+            self._sent = (_ZERO_VELOCITY, 0.0)
             self._send(*self._sent)
 
     def forget(self) -> None:
         """Forget what was sent: another flight begins."""
-        self._sent = (_STILL, 0.0)
+        self._sent = (_ZERO_VELOCITY, 0.0)
 
-    def _differs(self, velocity: Velocity, yaw_rate: float) -> bool:
+    def _differs(self, velocity: CommandedVelocity, yaw_rate: float) -> bool:
         before, turned = self._sent
         step = max(abs(new - old) for new, old in zip(velocity, before, strict=True))
-        return not self.is_asking or step > STEP or abs(yaw_rate - turned) > TURN_STEP
+        return (
+            not self.is_asking
+            or step > MIN_SPEED_CHANGE_M_S
+            or abs(yaw_rate - turned) > MIN_YAW_RATE_CHANGE_RAD_S
+        )
 
 
-class Device(Enum):
+class StickDevice(Enum):
     """Source of the sticks' motion."""
 
     NONE = "nothing"
@@ -139,12 +153,17 @@ class Device(Enum):
     PAD = "game pad"
 
 
-class Pilot(QObject):
+GENTLE_DEVICES = (StickDevice.MOUSE, StickDevice.KEYBOARD)
+"""Devices whose commands are smaller near an obstacle; a thumb holds a pad's stick part-way."""
+
+
+class StickPilot(QObject):
     """Reads sticks while active, and sends their commands.
 
     Args:
         flight: the flight to control.
         preferences: source of the sticks' sensitivity.
+        keys: keys of all actions.
         parent: the Qt parent; this object is deleted with it.
 
     Attributes:
@@ -158,7 +177,7 @@ class Pilot(QObject):
         hand_over: why a pad that asks to fly may not, "" without a refusal.
         limits: limits of the flight.
         handling: sensitivity of the sticks.
-        key_handling: sensitivity of the keys, which is lower near an obstacle.
+        gentle_handling: sensitivity of keys and mouse, which is lower near an obstacle.
         clearance: distance from the nearest obstacle [m], infinite without one.
     """
 
@@ -166,25 +185,30 @@ class Pilot(QObject):
     """One of the attributes has changed."""
 
     def __init__(
-        self, flight: FlightModel, preferences: Preferences, parent: QObject | None = None
+        self,
+        flight: FlightModel,
+        preferences: Preferences,
+        keys: KeyMap,
+        parent: QObject | None = None,
     ) -> None:
         super().__init__(parent)
         self._flight, self._preferences = flight, preferences
-        self.keyboard, self.pads = KeyboardSticks(), GamePads(self.mapping)
+        self.keyboard, self.pads = KeyboardSticks(keys, self), GamePads(self.mapping)
         self.pads_waiting, self.hand_over = 0, ""
         self._mappings: dict[str, PadMapping] = {}
-        self.sticks, self.wish, self.barred = NEUTRAL, NOTHING, ""
-        self.device, self.pad_name, self.limits = Device.NONE, "", FlightLimits()
-        self.handling = self.key_handling = read_handling(preferences)
+        self.sticks, self.wish, self.barred = CENTRED_STICKS, ZERO_STICK_COMMAND, ""
+        self.device, self.pad_name, self.limits = StickDevice.NONE, "", FlightLimits()
+        self.handling = self.gentle_handling = read_handling(preferences)
         self.clearance = math.inf
-        self._mouse: dict[str, Stick] = {}
-        self._gate, self._courier = Gate(), Courier(self._send, time.monotonic)
+        self._mouse: dict[str, StickPosition] = {}
+        self._gate, self._courier = CentringGate(), CommandSender(self._send, time.monotonic)
         self._listens_to_pads = False
         self._looked = time.monotonic()
         self._timer = QTimer(self)
         self._timer.setTimerType(Qt.TimerType.PreciseTimer)
-        self._timer.setInterval(PERIOD)
+        self._timer.setInterval(STICK_POLL_MS)
         self._timer.timeout.connect(self.look)
+        self.keyboard.changed.connect(self.look)
         preferences.changed.connect(self._prefer)
         flight.streamed.connect(self._hear)
 
@@ -220,7 +244,7 @@ class Pilot(QObject):
         self._listens_to_pads = listens
         self.look()
 
-    def hold_stick(self, side: str, stick: Stick | None) -> None:
+    def hold_stick(self, side: str, stick: StickPosition | None) -> None:
         """Move the left or right stick with the mouse; None releases it."""
         if stick is None:
             self._mouse.pop(side, None)
@@ -245,15 +269,17 @@ class Pilot(QObject):
     def map_pad(self, guid: str, mapping: PadMapping) -> None:
         """Change and store the mapping of a pad's axes; sticks must then be centred."""
         self._mappings[guid] = mapping
-        keep_mapping(self._preferences.store, guid, mapping)
+        save_mapping(self._preferences.store, guid, mapping)
         self._gate.close()
 
     def hand_to(self, number: int) -> None:
         """Let another pad fly, if its sticks are centred."""
         for each in self.pads.readings:
             if each.number == number and number != self.pads.flying:
-                centred = each.sticks.are_neutral
-                self.hand_over = "" if centred else f"{each.name} cannot take over: {CENTRE_PAD}."
+                centred = not any(each.sticks)
+                self.hand_over = (
+                    "" if centred else f"{each.name} cannot take over: {CENTRE_PAD_TEXT}."
+                )
                 if centred:
                     self.pads.fly(number)
                     self._gate.close()
@@ -262,21 +288,21 @@ class Pilot(QObject):
     def give_back(self) -> None:
         """Allow clients to request control again."""
         self.release()
-        self._flight.order(lambda live: live.give_back())
+        self._flight.do(NetworkOrder.GIVE_BACK)
 
     def look(self) -> None:
         """Read the sticks, and send their command."""
         now = time.monotonic()
-        passed, self._looked = min(now - self._looked, LONGEST_STEP), now
+        passed, self._looked = min(now - self._looked, MAX_KEY_STEP_S), now
         sticks, device = self._read(passed)
         view = self._flight.view
         control = view.network.control
-        hand = control.hand if control else Hand.NOBODY
-        barred = self._gate.pass_on(barrier_of(self._flight), sticks.are_neutral, hand)
+        hand = control.hand if control else ControlOwner.NOBODY
+        barred = self._gate.pass_on(flight_denial_reason(self._flight), not any(sticks), hand)
         self._look_around(view)
-        handling = self.key_handling if device is Device.KEYBOARD else self.handling
-        wish = NOTHING if barred else handling.wish(sticks)
-        if wish == NOTHING or view.snapshot is None:
+        handling = self.gentle_handling if device in GENTLE_DEVICES else self.handling
+        wish = ZERO_STICK_COMMAND if barred else handling.wish(sticks)
+        if wish == ZERO_STICK_COMMAND or view.snapshot is None:
             self._courier.stop()
         else:
             yaw = view.snapshot.roll_pitch_yaw[2]
@@ -284,12 +310,12 @@ class Pilot(QObject):
         self._show(sticks, wish, barred, device)
 
     def _look_around(self, view: LiveView) -> None:
-        """Reduce the keys' sensitivity near an obstacle."""
+        """Reduce the sensitivity of keys and mouse near an obstacle."""
         found = view.snapshot.clearance if view.snapshot is not None else None
         self.clearance = found.distance if found is not None else math.inf
-        self.key_handling = self.handling.near(self.clearance)
+        self.gentle_handling = self.handling.near(self.clearance)
 
-    def _read(self, passed: float) -> tuple[Sticks, Device]:
+    def _read(self, passed: float) -> tuple[Sticks, StickDevice]:
         """Return the sticks after a time [s], and the device that moves them."""
         reading = self.pads.read()
         if self._listens_to_pads:
@@ -299,16 +325,16 @@ class Pilot(QObject):
         self._name_pads(reading)
         keys = self.keyboard.advance(passed)
         if self._mouse:
-            left, right = self._mouse.get("left", keys.left), self._mouse.get("right", keys.right)
-            return Sticks(left, right), Device.MOUSE
+            left, right = self._mouse.get("left", keys[:2]), self._mouse.get("right", keys[2:])
+            return Sticks(*left, *right), StickDevice.MOUSE
         if self.keyboard.is_held:
-            return keys, Device.KEYBOARD
+            return keys, StickDevice.KEYBOARD
         if reading and self._listens_to_pads:
             for button in reading.pressed:
                 self._request(button.request)
-            if not reading.sticks.are_neutral:
-                return reading.sticks, Device.PAD
-        return NEUTRAL, Device.NONE
+            if any(reading.sticks):
+                return reading.sticks, StickDevice.PAD
+        return CENTRED_STICKS, StickDevice.NONE
 
     def _name_pads(self, reading: PadReading | None) -> None:
         """Note which pad flies, and how many wait."""
@@ -319,13 +345,13 @@ class Pilot(QObject):
             self.changed.emit()
 
     def _request(self, what: str) -> None:
-        self._flight.order(lambda live: live.request(what))
+        self._flight.do(Action(request=what))
 
-    def _send(self, velocity: Velocity, yaw_rate: float) -> None:
+    def _send(self, velocity: CommandedVelocity, yaw_rate: float) -> None:
         if self._flight.live is not None:
-            self._flight.order(lambda live: live.command(velocity, yaw_rate))
+            self._flight.do(Action(velocity=[*velocity], yaw_rate=yaw_rate))
 
-    def _show(self, sticks: Sticks, wish: Wish, barred: str, device: Device) -> None:
+    def _show(self, sticks: Sticks, wish: StickCommand, barred: str, device: StickDevice) -> None:
         new = sticks, wish, barred, device
         if new != (self.sticks, self.wish, self.barred, self.device):
             self.sticks, self.wish, self.barred, self.device = new
@@ -347,12 +373,4 @@ class Pilot(QObject):
 
 def read_handling(preferences: Preferences) -> Handling:
     """Return the sticks' sensitivity."""
-    return Handling(
-        preferences.number("stick_speed"),
-        preferences.number("stick_yaw_rate"),
-        StickCurve(
-            preferences.number("stick_sensitivity"),
-            preferences.number("stick_expo"),
-            preferences.number("stick_dead_band"),
-        ),
-    )
+    return Handling(*map(preferences.number, HANDLING_PREFERENCES))

@@ -7,96 +7,63 @@ up climbs, right turns clockwise. Right stick: up is forward, right is to the ri
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
-LEAST_WAY = 0.5
-"""Least distance that limits the keys' speed near an obstacle [m]; see `WAY_TIME`."""
-WAY_TIME = 1.0
-"""Least time to reach an obstacle at the keys' speed [s]."""
+MIN_GENTLE_CLEARANCE_M = 0.5
+"""Least distance that limits the speed near an obstacle [m]; see `MIN_OBSTACLE_TIME_S`."""
+MIN_OBSTACLE_TIME_S = 1.0
+"""Least time to reach an obstacle at full stick by keys or mouse [s]."""
 
 
-@dataclass(frozen=True)
-class StickCurve:
-    """Curve with low sensitivity at the centre and full effect at the end.
+def shaped_deflection(raw: float, expo: float, dead_band: float) -> float:
+    """Return the effect of a stick's deflection, -1 .. 1: gentle at the centre, full at the end.
 
-    Attributes:
-        sensitivity: effect of full stick, 0 .. 1.
+    The travel beyond the dead band is rescaled, so that its edge has no jump and full stick stays
+    full.
+
+    Args:
+        raw: deflection along one axis, -1 .. 1; larger values are clipped.
         expo: share of the cubic part, 0 .. 1; 0 is a straight line.
         dead_band: share of the travel around the centre without effect, below 1.
     """
-
-    sensitivity: float = 1.0
-    expo: float = 0.0
-    dead_band: float = 0.0
-
-    def shaped(self, raw: float) -> float:
-        """Return a stick's command, -1 .. 1.
-
-        The travel beyond the dead band is rescaled, so that its edge has no jump and full stick
-        stays full.
-
-        Args:
-            raw: deflection along one axis, -1 .. 1; larger values are clipped.
-        """
-        way = min(abs(raw), 1.0)
-        if way <= self.dead_band:
-            return 0.0
-        way = (way - self.dead_band) / (1.0 - self.dead_band)
-        gentle = (1.0 - self.expo) * way + self.expo * way**3
-        return self.sensitivity * (gentle if raw > 0.0 else -gentle)
+    way = min(abs(raw), 1.0)
+    if way <= dead_band:
+        return 0.0
+    way = (way - dead_band) / (1.0 - dead_band)
+    return math.copysign((1.0 - expo) * way + expo * way**3, raw)
 
 
-@dataclass(frozen=True)
-class Stick:
-    """A stick's position within its circle of radius 1.
+class Sticks(NamedTuple):
+    """Deflections of a pilot's two sticks, -1 .. 1; each stick stays in its circle of radius 1.
 
     Attributes:
-        x: to the right.
-        y: away from the pilot, up on a screen.
+        turn: of the left stick to the right.
+        climb: of the left stick away from the pilot, up on a screen.
+        right: of the right stick to the right.
+        forward: of the right stick away from the pilot.
     """
 
-    x: float = 0.0
-    y: float = 0.0
-
-    @property
-    def is_neutral(self) -> bool:
-        """Whether it is centred."""
-        return self.x == 0.0 and self.y == 0.0
+    turn: float = 0.0
+    climb: float = 0.0
+    right: float = 0.0
+    forward: float = 0.0
 
 
-MIDDLE = Stick()
+CENTRED_STICKS = Sticks()
+StickPosition = tuple[float, float]
+"""Deflection of one stick to the right, and away from the pilot."""
 
 
-@dataclass(frozen=True)
-class Sticks:
-    """Both sticks of a pilot.
-
-    Attributes:
-        left: climb and yaw.
-        right: horizontal flight.
-    """
-
-    left: Stick = MIDDLE
-    right: Stick = MIDDLE
-
-    @property
-    def are_neutral(self) -> bool:
-        """Whether both are centred."""
-        return self.left.is_neutral and self.right.is_neutral
-
-
-NEUTRAL = Sticks()
-
-
-def within_circle(x: float, y: float) -> Stick:
-    """Return the stick at a position, limited to its circle."""
+def within_circle(x: float, y: float) -> StickPosition:
+    """Return the position of a stick, limited to its circle."""
     way = math.hypot(x, y)
     if not math.isfinite(way):
-        return MIDDLE
-    return Stick(x, y) if way <= 1.0 else Stick(x / way, y / way)
+        return 0.0, 0.0
+    return (x, y) if way <= 1.0 else (x / way, y / way)
 
 
 @dataclass(frozen=True)
-class Wish:
+class StickCommand:
     """Command to the drone.
 
     Attributes:
@@ -117,29 +84,7 @@ class Wish:
         return c * self.forward - s * self.left, s * self.forward + c * self.left, self.climb
 
 
-NOTHING = Wish()
-
-SLACK = 1.001
-"""Tolerance factor, so that a stick exactly at the limit does not count as beyond it."""
-
-
-@dataclass(frozen=True)
-class Bite:
-    """A limit that a command exceeds.
-
-    Attributes:
-        what: limited quantity, in words.
-        parameter: parameter with the limit.
-        asked: commanded value, in SI.
-        limit: limit, in SI.
-        unit: unit of both.
-    """
-
-    what: str
-    parameter: str
-    asked: float
-    limit: float
-    unit: str
+ZERO_STICK_COMMAND = StickCommand()
 
 
 @dataclass(frozen=True)
@@ -164,16 +109,6 @@ class FlightLimits:
             values.get("max_yaw_rate", self.turn),
         )
 
-    def bites(self, wish: Wish) -> tuple[Bite, ...]:
-        """Return the limits that a command exceeds."""
-        level = math.hypot(wish.forward, wish.left)
-        rows = (
-            Bite("level speed", "max_speed", level, self.level, "m/s"),
-            Bite("climb", "max_climb_rate", abs(wish.climb), self.climb, "m/s"),
-            Bite("turning", "max_yaw_rate", abs(wish.yaw_rate), self.turn, "rad/s"),
-        )
-        return tuple(row for row in rows if row.asked > SLACK * row.limit)
-
 
 @dataclass(frozen=True)
 class Handling:
@@ -182,31 +117,39 @@ class Handling:
     Attributes:
         speed: horizontal and vertical speed at full stick [m/s].
         yaw_rate: yaw rate at full stick [rad/s].
-        curve: curve of all four axes.
+        sensitivity: effect of full stick, 0 .. 1.
+        expo: share of the cubic part of all four axes, see `shaped_deflection`.
+        dead_band: share of the travel without effect, likewise.
     """
 
     speed: float = 8.0
     yaw_rate: float = 0.4
-    curve: StickCurve = StickCurve()
+    sensitivity: float = 1.0
+    expo: float = 0.0
+    dead_band: float = 0.0
+
+    def shaped(self, raw: float) -> float:
+        """Return the effect of a deflection along one axis, as a share of full speed, -1 .. 1."""
+        return self.sensitivity * shaped_deflection(raw, self.expo, self.dead_band)
 
     def near(self, clearance: float) -> "Handling":
-        """Return the keys' handling at a distance from an obstacle [m]: a tap is a smaller step.
+        """Return the handling of keys and mouse at a distance from an obstacle [m].
 
-        Full stick would take `WAY_TIME` to the obstacle, and partial deflections are reduced by the
-        same factor. Sticks that a hand can hold part-way are not reduced.
+        Full stick would take `MIN_OBSTACLE_TIME_S` to the obstacle, and partial deflections are
+        reduced by the same factor. The sticks of a game pad are not reduced.
         """
-        return replace(self, speed=min(self.speed, max(LEAST_WAY, clearance) / WAY_TIME))
+        return replace(
+            self,
+            speed=min(self.speed, max(MIN_GENTLE_CLEARANCE_M, clearance) / MIN_OBSTACLE_TIME_S),
+        )
 
-    def wish(self, sticks: Sticks) -> Wish:
+    def wish(self, sticks: Sticks) -> StickCommand:
         """Return the sticks' command."""
-        shaped = self.curve.shaped
-        if sticks.are_neutral:
-            return NOTHING
-        return Wish(
-            forward=self.speed * shaped(sticks.right.y),
-            left=self.speed * shaped(-sticks.right.x),
-            climb=self.speed * shaped(sticks.left.y),
-            yaw_rate=self.yaw_rate * shaped(-sticks.left.x),
+        return StickCommand(
+            forward=self.speed * self.shaped(sticks.forward),
+            left=self.speed * self.shaped(-sticks.right),
+            climb=self.speed * self.shaped(sticks.climb),
+            yaw_rate=self.yaw_rate * self.shaped(-sticks.turn),
         )
 
 

@@ -2,26 +2,32 @@
 
 from collections.abc import Mapping, Sequence
 
-from PyQt6.QtCore import QSignalBlocker
+from PyQt6.QtCore import QSignalBlocker, pyqtSignal
+from PyQt6.QtGui import QMouseEvent
 from PyQt6.QtWidgets import (
     QComboBox,
     QFrame,
     QGridLayout,
-    QSizePolicy,
+    QMenu,
     QWidget,
 )
 
 from workbench.common.plain_text import plain_name
-from workbench.gui.help import explain
-from workbench.gui.labels import ElidedLabel, Label
-from workbench.gui.layout import NO_MARGINS, buddy, grid, hbox, label, vbox
-from workbench.gui.style import dressed, set_class
+from workbench.gui.help import set_card_help
+from workbench.gui.labels import Label, WrappedLabel
+from workbench.gui.layout import NO_MARGINS, add_action, buddy, grid, hbox, label, menu_button, vbox
+from workbench.gui.style import set_class, with_class
 
-SPACING = 6
+CARD_SPACING_PX = 6
+CARD_FILL_SHORTCUT, CARD_WINDOW_SHORTCUT = "Shift+F11", "Ctrl+F11"
+"""Keys that let a card fill its column, and have a window of its own."""
 
 
-class Card(QFrame):
+class TuningCard(QFrame):
     """A framed part of a screen, with a heading.
+
+    A double click on the heading lets it fill its column; the menu there can also move it to a
+    window of its own.
 
     Args:
         title: heading and accessible name.
@@ -31,38 +37,63 @@ class Card(QFrame):
         head: line with the heading; buttons are at its end.
         said: sentence beside the heading.
         body: layout below the heading.
+        has_window: whether it has a window of its own.
     """
+
+    fill_wanted = pyqtSignal(object)
+    """This card shall fill its column, or no longer."""
+    window_wanted = pyqtSignal(object)
+    """This card shall have a window of its own, or go back from it."""
 
     def __init__(self, title: str, parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        dressed(self, "card")
+        with_class(self, "card")
         self.setAccessibleName(title)
-        explain(self, title)
-        self.said = Sentence()
-        self.head = hbox(label(title, "heading"), (self.said, 1), spacing=SPACING)
-        self.body = vbox(self.head, of=self, margins=(9, 8, 9, 8), spacing=SPACING)
+        set_card_help(self, title)
+        self.said = ToneLabel()
+        self._fills = self.has_window = False
+        places = menu_button("⤢", f"Larger: {title}", self._fill_place_menu)
+        with_class(places, "quiet small")
+        self.head = hbox(label(title, "heading"), (self.said, 1), spacing=CARD_SPACING_PX)
+        row = hbox((self.head, 1), places, spacing=CARD_SPACING_PX)
+        self.body = vbox(row, of=self, margins=(9, 5, 9, 8), spacing=CARD_SPACING_PX)
 
     def set_seen(self, seen: bool) -> None:
         """Ask and draw only while the card is visible."""
 
+    def set_filling(self, fills: bool) -> None:
+        """Show whether it fills its column."""
+        self._fills = fills
 
-class Sentence(ElidedLabel):
-    """A sentence in one line that is elided if necessary, coloured by its tone."""
+    def mouseDoubleClickEvent(self, event: QMouseEvent | None) -> None:
+        """Fill the column, or no longer, after a double click on the heading."""
+        if event is not None and event.position().y() <= self.head.geometry().bottom():
+            self.fill_wanted.emit(self)
+
+    def _fill_place_menu(self, menu: QMenu) -> None:
+        """Offer the column and the window."""
+        for text, wanted, on in (  # the keys are those of the screen's actions
+            (f"&Fill the column\t{CARD_FILL_SHORTCUT}", self.fill_wanted, self._fills),
+            (f"&Window of its own\t{CARD_WINDOW_SHORTCUT}", self.window_wanted, self.has_window),
+        ):
+            action = add_action(menu, text, lambda _, wanted=wanted: wanted.emit(self), on)
+            action.setEnabled(on or not self.has_window)
+
+
+class ToneLabel(WrappedLabel):
+    """A sentence, coloured by its tone, with room for two lines."""
 
     def __init__(self, tone: str = "muted") -> None:
-        super().__init__()
+        super().__init__(lines=2)
         self.setProperty("class", tone)
-        self.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
 
     def say(self, text: str, tone: str = "muted") -> None:
         """Show a sentence as muted, good, warning or bad."""
         set_class(self, tone)
-        if text != self.text():
-            self.setText(text)
-            self.setAccessibleName(text)
+        self.setText(text)
 
 
-def wrapped(tone: str = "muted") -> Label:
+def wrapped_label(tone: str = "muted") -> Label:
     """Return a label with wrapped text."""
     return label(kind=tone, wraps=True)
 
@@ -72,7 +103,7 @@ def fields_beside(
     widths: Sequence[int] | int = 78,
     *,
     of: QWidget | None = None,
-    gap: int = SPACING,
+    gap: int = CARD_SPACING_PX,
 ) -> QGridLayout:
     """Return fields side by side, each below its label.
 
@@ -90,12 +121,12 @@ def fields_beside(
         [field for _, field in fields],
         of=of,
         margins=NO_MARGINS,
-        spacing=(SPACING, gap),
+        spacing=(CARD_SPACING_PX, gap),
         stretches=shares,
     )
 
 
-def offer(box: QComboBox, texts: Mapping[str, str], first: str | None = None) -> bool:
+def set_items(box: QComboBox, texts: Mapping[str, str], first: str | None = None) -> bool:
     """Set the items of a box, without a signal; return whether they differ from the present ones.
 
     Args:

@@ -4,24 +4,25 @@ from dataclasses import dataclass, replace
 
 from PyQt6.QtCore import QSettings
 
-from workbench.common.errors import WorkbenchError, find_row
-from workbench.scenario.axes import AXIS_ROWS, Axis
+from workbench.common.errors import WorkbenchError, find_named_row
+from workbench.scenario.attitude_axes import ATTITUDE_ROWS, AttitudeAxis
+from workbench.scenario.axes import AXIS_ROWS, CommandAxis
 from workbench.scenario.excitation import Excitation, Shape
 from workbench.scenario.loads import GUST_ROWS, PUSH_ROWS, Load, find_excited
 
-GROUP = "tuning/excitation"
-KIND = f"{GROUP}/kind"
+EXCITATION_SETTINGS_GROUP = "tuning/excitation"
+EXCITATION_KIND_KEY = f"{EXCITATION_SETTINGS_GROUP}/kind"
 """Settings key of the last kind."""
-PERIODS = (0.2, 30.0)
+PERIOD_LIMITS_S = (0.2, 30.0)
 """Limits of a period [s]."""
-SHORTEST_PUSH = 0.1
+MIN_PUSH_DURATION_S = 0.1
 """Shortest duration of a push [s]."""
-LEAST = 0.01
+MIN_AMPLITUDE = 0.01
 """Smallest useful amplitude, in the axis' unit."""
 
 
 @dataclass(frozen=True)
-class Kind:
+class ExcitationKind:
     """A kind of excitation.
 
     Attributes:
@@ -38,7 +39,7 @@ class Kind:
     """
 
     name: str
-    rows: tuple[Axis | Load, ...]
+    rows: tuple[CommandAxis | AttitudeAxis | Load, ...]
     shapes: tuple[Shape, ...]
     period: float
     shortest: float
@@ -48,8 +49,10 @@ class Kind:
     help: str
     time: str = "&Period"
 
-    def label(self, row: Axis | Load) -> str:
+    def label(self, row: CommandAxis | AttitudeAxis | Load) -> str:
         """Return the short name of a row for this kind."""
+        if isinstance(row, AttitudeAxis):
+            return row.label
         return row.name.rpartition("_")[2]
 
     def find(self, name: str) -> int:
@@ -57,48 +60,59 @@ class Kind:
         return [row.name for row in self.rows].index(name)
 
 
-STEPS = (Shape.STEP, Shape.DOUBLET, Shape.SQUARE)
-KINDS = (
-    Kind(
+STEP_SHAPES = (Shape.STEP, Shape.DOUBLET, Shape.SQUARE)
+EXCITATION_KINDS = (
+    ExcitationKind(
         "Setpoint",
         AXIS_ROWS,
-        (*STEPS, Shape.CHIRP),
+        (*STEP_SHAPES, Shape.CHIRP),
         2.0,
-        PERIODS[0],
+        PERIOD_LIMITS_S[0],
         "Start",
         1.0,
         True,
         "A step of the commanded velocity or yaw rate",
     ),
-    Kind(
+    ExcitationKind(
+        "Attitude",
+        ATTITUDE_ROWS,
+        (*STEP_SHAPES, Shape.CHIRP),
+        1.0,
+        PERIOD_LIMITS_S[0],
+        "Start",
+        1.0,
+        True,
+        "A step of the setpoint of roll, pitch or a rate of them; the loops outside are open",
+    ),
+    ExcitationKind(
         "Load",
         PUSH_ROWS,
-        STEPS,
+        STEP_SHAPES,
         4.0,
-        PERIODS[0],
+        PERIOD_LIMITS_S[0],
         "Start",
         1.0,
         True,
         "A force at the centre of mass or a torque that comes and stays for the period",
     ),
-    Kind(
+    ExcitationKind(
         "Push",
         PUSH_ROWS,
         (Shape.PULSE,),
         0.2,
-        SHORTEST_PUSH,
+        MIN_PUSH_DURATION_S,
         "Push now",
         5.0,
         False,
         "A force at the centre of mass or a torque for a moment",
         "&Duration",
     ),
-    Kind(
+    ExcitationKind(
         "Gust",
         GUST_ROWS,
         (Shape.PULSE,),
         1.0,
-        PERIODS[0],
+        PERIOD_LIMITS_S[0],
         "Gust now",
         1.0,
         False,
@@ -108,13 +122,13 @@ KINDS = (
 )
 
 
-def find_kind(name: str) -> Kind:
+def find_kind(name: str) -> ExcitationKind:
     """Return the kind with a name.
 
     Raises:
         WorkbenchError: if there is none.
     """
-    return find_row("kind of excitation", name, KINDS)
+    return find_named_row("kind of excitation", name, EXCITATION_KINDS)
 
 
 @dataclass(frozen=True)
@@ -135,7 +149,7 @@ class ExcitationChoice:
     amplitudes: tuple[float, ...] = tuple(axis.amplitude for axis in AXIS_ROWS)
     period: float = 2.0
     repeats: bool = True
-    kind: Kind = KINDS[0]
+    kind: ExcitationKind = EXCITATION_KINDS[0]
 
     @property
     def amplitude(self) -> float:
@@ -154,7 +168,7 @@ class ExcitationChoice:
         return replace(self, amplitudes=values)
 
 
-def first_choice(kind: Kind) -> ExcitationChoice:
+def first_choice(kind: ExcitationKind) -> ExcitationChoice:
     """Return the defaults of a kind."""
     sizes = tuple(kind.stronger * row.amplitude for row in kind.rows)
     return ExcitationChoice(
@@ -167,24 +181,24 @@ def reach_text(excitation: Excitation) -> str:
     axis = find_excited(excitation.axis)
     if isinstance(axis, Load):
         return ""
-    if axis.place is None or excitation.shape is Shape.CHIRP:
+    if isinstance(axis, AttitudeAxis) or axis.place is None or excitation.shape is Shape.CHIRP:
         return ""
     share = 1.0 if excitation.shape is Shape.STEP else 0.5
     way = excitation.amplitude * excitation.period * share
     return f"{way:.1f} m along {axis.name}, and back".replace("-", "−")
 
 
-def load_kind(store: QSettings) -> Kind:
+def load_kind(store: QSettings) -> ExcitationKind:
     """Return the stored kind; setpoints without a valid one."""
     try:
-        return find_kind(str(store.value(KIND, KINDS[0].name)))
+        return find_kind(str(store.value(EXCITATION_KIND_KEY, EXCITATION_KINDS[0].name)))
     except WorkbenchError:  # written by another version or an editor
-        return KINDS[0]
+        return EXCITATION_KINDS[0]
 
 
-def load_choice(store: QSettings, kind: Kind = KINDS[0]) -> ExcitationChoice:
+def load_choice(store: QSettings, kind: ExcitationKind = EXCITATION_KINDS[0]) -> ExcitationChoice:
     """Return the stored choice of a kind; the default without a valid one."""
-    default, group = first_choice(kind), _group(kind)
+    default, group = first_choice(kind), _kind_settings_group(kind)
     try:
         axis = str(store.value(f"{group}/axis", default.axis))
         kind.find(axis)
@@ -197,17 +211,17 @@ def load_choice(store: QSettings, kind: Kind = KINDS[0]) -> ExcitationChoice:
     except (ValueError, WorkbenchError):  # written by another version or an editor
         return default
     repeats = str(store.value(f"{group}/repeats", default.repeats)).lower() == "true"
-    if not kind.shortest <= period <= PERIODS[1] or any(size == 0.0 for size in sizes):
+    if not kind.shortest <= period <= PERIOD_LIMITS_S[1] or any(size == 0.0 for size in sizes):
         return default
     if shape not in kind.shapes:
         return default
     return ExcitationChoice(axis, shape, sizes, period, repeats, kind)
 
 
-def keep_choice(store: QSettings, choice: ExcitationChoice) -> None:
+def save_choice(store: QSettings, choice: ExcitationChoice) -> None:
     """Store a choice, and its kind, for the next start."""
-    group = _group(choice.kind)
-    store.setValue(KIND, choice.kind.name)
+    group = _kind_settings_group(choice.kind)
+    store.setValue(EXCITATION_KIND_KEY, choice.kind.name)
     store.setValue(f"{group}/axis", choice.axis)
     store.setValue(f"{group}/shape", choice.shape.value)
     store.setValue(f"{group}/period", choice.period)
@@ -216,6 +230,10 @@ def keep_choice(store: QSettings, choice: ExcitationChoice) -> None:
         store.setValue(f"{group}/amplitude_{row.name}", amplitude)
 
 
-def _group(kind: Kind) -> str:
+def _kind_settings_group(kind: ExcitationKind) -> str:
     """Return the settings group of a kind; that of setpoints has its original name."""
-    return GROUP if kind is KINDS[0] else f"{GROUP}/{kind.name.lower()}"
+    return (
+        EXCITATION_SETTINGS_GROUP
+        if kind is EXCITATION_KINDS[0]
+        else f"{EXCITATION_SETTINGS_GROUP}/{kind.name.lower()}"
+    )

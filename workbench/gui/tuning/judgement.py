@@ -4,22 +4,20 @@ from collections.abc import Mapping
 
 from PyQt6.QtCore import QObject, pyqtSignal
 
-from workbench.analysis.questions import Judge, JudgePlantInput, Question
+from workbench.analysis.queries import Judge, JudgePlantInput
 from workbench.analysis.replies import Judged
-from workbench.gui.analysis import Analysis, Follower
+from workbench.gui.analysis import SETTLING_MS, Analysis, QueryStream
 from workbench.gui.errands import single_shot
 from workbench.gui.gains.gain_rows import controller_gains
 
-LATE = 500
+STALE_RESULT_DELAY_MS = 500
 """Delay after which the screen says that a result is of earlier gains [ms]."""
-REST = 300
-"""Gains have settled if they have not changed for this time [ms]."""
-Gains = Mapping[str, float]
-Margins = tuple[float, float]
+JudgedGains = Mapping[str, float]
+InputMargins = tuple[float, float]
 """Disk margins at the plant's input, while the pilot steers and while the place is held."""
 
 
-class Judgement(QObject):
+class StabilityFollower(QObject):
     """Follows the stability of two sets of gains, one question at a time.
 
     The margin at the plant's input, which takes longer, is requested once they have settled.
@@ -42,15 +40,15 @@ class Judgement(QObject):
     def __init__(self, analysis: Analysis, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._analysis = analysis
-        self._follower = Follower(analysis, Judge, self)
-        self._follower.refused.connect(self._hear_refusal)
-        analysis.answered.connect(self._hear)
-        self._input_follower = Follower(analysis, JudgePlantInput, self)
-        self._input_follower.answered.connect(lambda *_: self._say_input(""))
-        self._input_follower.refused.connect(self._say_input)
-        self._rest = single_shot(self._ask_input, self, REST)
-        self._gains: tuple[Gains, Gains] = ({}, {})
-        self._wait = single_shot(self._tell_late, self, LATE)
+        self._queries = QueryStream(analysis, self)
+        self._queries.answered.connect(self._take)
+        self._queries.refused.connect(self._show_refusal)
+        self._input_queries = QueryStream(analysis, self)
+        self._input_queries.answered.connect(self._take_input)
+        self._input_queries.refused.connect(self._say_input)
+        self._rest = single_shot(self._ask_input, self, SETTLING_MS)
+        self._gains: tuple[JudgedGains, JudgedGains] = ({}, {})
+        self._wait = single_shot(self._tell_late, self, STALE_RESULT_DELAY_MS)
         self.clear()
 
     @property
@@ -61,7 +59,7 @@ class Judgement(QObject):
         return f"Of earlier gains: {self.said or 'the analyst is busy.'}"
 
     @property
-    def inputs(self) -> tuple[Margins | None, Margins | None]:
+    def inputs(self) -> tuple[InputMargins | None, InputMargins | None]:
         """Margins of the proposed and the flown gains at the plant's input; None while unknown."""
         proposed, flown = (self._analysis.known(JudgePlantInput(gains)) for gains in self._gains)
         return proposed, flown
@@ -73,21 +71,21 @@ class Judgement(QObject):
     def clear(self) -> None:
         """Clear all: another flight begins."""
         self.proposed: Judged | None = None
-        self.gains: Gains = {}
+        self.gains: JudgedGains = {}
         self.flown: Judged | None = None
         self.said = self.input_said = ""
         self._is_late = False
         self._wait.stop()
         self._rest.stop()
-        self._follower.forget()
-        self._input_follower.forget()
+        self._queries.forget()
+        self._input_queries.forget()
         self.changed.emit()
 
-    def follow(self, proposed: Gains, flown: Gains) -> None:
+    def follow(self, proposed: JudgedGains, flown: JudgedGains) -> None:
         """Evaluate these gains from now on."""
         before, shown = self._gains, self.inputs
         self._gains = controller_gains(proposed), controller_gains(flown)
-        self._follower.ask(*(Judge(gains) for gains in self._gains if gains))
+        self._queries.ask(*(Judge(gains) for gains in self._gains if gains))
         self._show()
         if shown != self.inputs:
             self.changed.emit()
@@ -100,24 +98,25 @@ class Judgement(QObject):
 
     def set_seen(self, seen: bool) -> None:
         """Ask only while the card is visible."""
-        self._follower.set_seen(seen)
-        self._input_follower.set_seen(seen)
+        self._queries.set_seen(seen)
+        self._input_queries.set_seen(seen)
 
     def _ask_input(self) -> None:
-        self._input_follower.ask(*(JudgePlantInput(gains) for gains in self._gains if gains))
+        self._input_queries.ask(*(JudgePlantInput(gains) for gains in self._gains if gains))
+
+    def _take_input(self, question: JudgePlantInput, _: InputMargins) -> None:
+        self._say_input("" if question.gains == self._gains[0] else self.input_said)
 
     def _say_input(self, said: str) -> None:
         self.input_said = said
         self.changed.emit()
 
-    def _hear(self, question: Question, judged: Judged) -> None:
-        """Show any result, whoever asked."""
-        if not isinstance(question, Judge):
-            return
-        self.said = ""
-        gains = controller_gains(question.gains)
-        if not self._show() and gains != self._gains[1]:
-            self.proposed, self.gains = judged, gains  # while a slider moves: the newest so far
+    def _take(self, question: Judge, judged: Judged) -> None:
+        is_shown, (proposed, flown) = self._show(), self._gains
+        if question.gains == flown != proposed:
+            return  # it says nothing about the proposed ones
+        if not is_shown:  # while a slider moves: the newest so far
+            self.proposed, self.gains, self.said = judged, question.gains, ""
             self.changed.emit()
         self._come_in_time()
 
@@ -146,6 +145,6 @@ class Judgement(QObject):
         self._is_late = True
         self.changed.emit()
 
-    def _hear_refusal(self, said: str) -> None:
+    def _show_refusal(self, said: str) -> None:
         self.said = said
         self.changed.emit()

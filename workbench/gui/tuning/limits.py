@@ -7,51 +7,50 @@ from dataclasses import dataclass
 from PyQt6.QtCore import QObject, QSettings, pyqtSignal
 from PyQt6.QtWidgets import QWidget
 
-from workbench.common.errors import WorkbenchError, find_row
-from workbench.gui.charts.ticks import number_text
+from workbench.common.errors import WorkbenchError, find_named_row
+from workbench.common.quantity import DisplayUnit, Quantity, number_text
 from workbench.gui.labels import set_tip
 from workbench.gui.layout import NO_MARGINS, buddy, grid, named, tool_button
 from workbench.gui.number_field import NumberField
-from workbench.gui.units import Unit
+from workbench.gui.units import DEGREES_PER_RADIAN
 
-GROUP = "tuning/limits"
-BARE = "QAbstractSpinBox { padding-right: 5px; } QAbstractSpinBox:focus { padding-right: 4px; }"
+TUNING_LIMITS_GROUP = "tuning/limits"
+ARROWLESS_FIELD_STYLE = (
+    "QAbstractSpinBox { padding-right: 5px; } QAbstractSpinBox:focus { padding-right: 4px; }"
+)
 """A field without arrows needs no room for them; the arrow keys still work."""
-NARROWEST = 72
+MIN_LIMIT_FIELD_PX = 72
 """Least width of a field [px]."""
 
 
 @dataclass(frozen=True)
-class Limit:
-    """One number with a limit.
+class NumberLimit(Quantity):
+    """One number with a limit; its name is as in `StepMetrics` and `JudgedLoop`.
+
+    Unit and limits are as shown; dB and ms are always used as they are.
 
     Attributes:
-        name: name of the number, as in `StepNumbers` and `JudgedLoop`.
         label: name in words.
-        unit: shown unit; dB and ms are always used as they are.
-        factor: factor from the number to the shown value; -1 for decibels counted downwards.
         default: default, in the shown unit.
-        minimum: minimum, in the shown unit.
-        maximum: maximum, in the shown unit.
         decimals: number of shown decimals.
-        help: description of the number.
+        factor: factor from the number to the shown value; -1 for decibels counted downwards.
         heading: heading of a column, if different from the label.
         at_least: whether the limit is a lower one, else an upper one.
         number: its name in the results, if different.
     """
 
-    name: str
-    label: str
-    unit: str
-    factor: float
-    default: float
-    minimum: float
-    maximum: float
-    decimals: int
-    help: str
+    label: str = ""
+    default: float = 0.0
+    decimals: int = 1
+    factor: float = 1.0
     heading: str = ""
     at_least: bool = False
     number: str = ""
+
+    @property
+    def title(self) -> str:
+        """Name in words."""
+        return self.label
 
     @property
     def short(self) -> str:
@@ -59,8 +58,8 @@ class Limit:
         return self.heading or self.label
 
     def of(self, numbers: object) -> float:
-        """Return the number from a result."""
-        return float(getattr(numbers, self.number or self.name))
+        """Return the number from a result, NaN if the result has none."""
+        return float(getattr(numbers, self.number or self.name, math.nan))
 
     def shown(self, value: float) -> float:
         """Return a number in the shown unit."""
@@ -70,14 +69,20 @@ class Limit:
             return self.factor * (20.0 * math.log10(value) if value > 0.0 else -math.inf)
         return value * self.factor
 
-    def text(self, value: float) -> str:
+    def number_text(self, value: float) -> str:
         """Return a number as text without its unit; a dash if there is none."""
         return self.digits(self.shown(value))
 
+    def text(self, value: float) -> str:
+        """Return a number as text with its unit."""
+        return f"{self.number_text(value)}{DisplayUnit(self.unit).suffix}"
+
+    def relation(self, limit: float) -> str:
+        """Return a limit in the shown unit, with its sign and its unit."""
+        return f"{self.sign} {limit:g}{DisplayUnit(self.unit).suffix}"
+
     def digits(self, shown: float) -> str:
         """Return a shown value as text."""
-        if math.isnan(shown):
-            return "–"
         if math.isinf(shown):
             return "∞" if shown > 0.0 else "−∞"
         # A large margin needs no decimals, and the column no more width.
@@ -95,73 +100,128 @@ class Limit:
         return "≥" if self.at_least else "≤"
 
 
-DEGREES = 180.0 / math.pi
 STEP_LIMITS = (
-    Limit("rise_time", "Rise time", "s", 1.0, 0.5, 0.01, 60.0, 3, "from 10 % to 90 %"),
-    Limit("overshoot", "Overshoot", "%", 1.0, 10.0, 0.0, 1e3, 1, "above the steady state"),
-    Limit("settling_time", "Settling time", "s", 1.0, 1.5, 0.01, 60.0, 3, "until within 2 %"),
-    Limit("steady_state_error", "Steady error", "%", 1.0, 5.0, 0.0, 1e3, 1, "off the command"),
-    Limit("peak_rotor_use", "Rotor use", "%", 100.0, 95.0, 1.0, 100.0, 1, "of the speed limit"),
+    NumberLimit("rise_time", "s", "from 10 % to 90 %", 0.01, 60.0, "Rise time", 0.5, 3),
+    NumberLimit("overshoot", "%", "above the steady state", 0.0, 1e3, "Overshoot", 10.0, 1),
+    NumberLimit("settling_time", "s", "until within 2 %", 0.01, 60.0, "Settling time", 1.5, 3),
+    NumberLimit("steady_state_error", "%", "off the command", 0.0, 1e3, "Steady error", 5.0, 1),
+    NumberLimit(
+        "peak_rotor_use", "%", "of the speed limit", 1.0, 100.0, "Rotor use", 95.0, 1, factor=100.0
+    ),
 )
-FARTHEST = "farthest from where it was"
+PEAK_DEVIATION_HELP = "farthest from where it was"
 LOAD_PEAKS = {
-    "m": Limit("peak_position", "Peak", "m", 1.0, 0.5, 0.001, 100.0, 3, FARTHEST, number="peak"),
-    "rad": Limit("peak_angle", "Peak", "°", DEGREES, 5.0, 0.01, 180.0, 3, FARTHEST, number="peak"),
-    "rad/s": Limit(
-        "peak_rate", "Peak", "°/s", DEGREES, 20.0, 0.01, 1e3, 3, "fastest turn", number="peak"
+    "m": NumberLimit(
+        "peak_position", "m", PEAK_DEVIATION_HELP, 0.001, 100.0, "Peak", 0.5, 3, number="peak"
+    ),
+    "rad": NumberLimit(
+        "peak_angle",
+        "°",
+        PEAK_DEVIATION_HELP,
+        0.01,
+        180.0,
+        "Peak",
+        5.0,
+        3,
+        factor=DEGREES_PER_RADIAN,
+        number="peak",
+    ),
+    "rad/s": NumberLimit(
+        "peak_rate",
+        "°/s",
+        "fastest turn",
+        0.01,
+        1e3,
+        "Peak",
+        20.0,
+        3,
+        factor=DEGREES_PER_RADIAN,
+        number="peak",
     ),
 }
 """Peaks by the SI unit of the deviating quantity."""
 LOAD_LIMITS = (
-    Limit(
+    NumberLimit(
         "load_settling_time",
-        *("Settling time", "s", 1.0, 4.0, 0.01, 60.0, 3),
+        "s",
         "until within 5 % of the peak of its steady state",
+        0.01,
+        60.0,
+        "Settling time",
+        4.0,
+        3,
         number="settling_time",
     ),
-    Limit(
+    NumberLimit(
         "load_steady_state_error",
-        *("Steady error", "%", 1.0, 100.0, 0.0, 100.0, 1),
+        "%",
         "of the peak, what is left; a law with integral action leaves nothing",
+        0.0,
+        100.0,
+        "Steady error",
+        100.0,
+        1,
         number="steady_state_error",
     ),
     STEP_LIMITS[-1],
 )
 MARGIN_LIMITS = (
-    Limit(
-        *("gain_margin", "Gain margin", "dB", 1.0, 6.0, 0.0, 60.0, 1),
-        *("how far the gain may rise", "gain\N{NO-BREAK SPACE}+", True),
+    NumberLimit(
+        *("gain_margin", "dB", "how far the gain may rise", 0.0, 60.0, "Gain margin", 6.0, 1),
+        heading="gain\N{NO-BREAK SPACE}+",
+        at_least=True,
     ),
-    Limit(
-        *("gain_reduction_margin", "Gain reduction margin", "dB", -1.0, 6.0, 0.0, 60.0, 1),
-        *("how far the gain may fall", "gain\N{NO-BREAK SPACE}−", True),
+    NumberLimit(
+        "gain_reduction_margin",
+        "dB",
+        "how far the gain may fall",
+        0.0,
+        60.0,
+        "Gain reduction margin",
+        6.0,
+        1,
+        factor=-1.0,
+        heading="gain\N{NO-BREAK SPACE}−",
+        at_least=True,
     ),
-    Limit(
-        *("phase_margin", "Phase margin", "°", DEGREES, 45.0, 0.0, 180.0, 1),
-        *("phase to instability", "phase", True),
+    NumberLimit(
+        *("phase_margin", "°", "phase to instability", 0.0, 180.0, "Phase margin", 45.0, 1),
+        factor=DEGREES_PER_RADIAN,
+        heading="phase",
+        at_least=True,
     ),
-    Limit(
-        *("delay_margin", "Delay margin", "ms", 1e3, 10.0, 0.0, 1e4, 0),
-        *("delay to instability", "delay", True),
+    NumberLimit(
+        *("delay_margin", "ms", "delay to instability", 0.0, 1e4, "Delay margin", 10.0, 0),
+        factor=1e3,
+        heading="delay",
+        at_least=True,
     ),
-    Limit(
-        *("disk_margin", "Disk margin", "", 1.0, 0.6, 0.0, 2.0, 2),
-        *("gain and phase together: α, at most 2", "disk", True),
+    NumberLimit(
+        "disk_margin",
+        "",
+        "gain and phase together: α, at most 2",
+        0.0,
+        2.0,
+        "Disk margin",
+        0.6,
+        2,
+        heading="disk",
+        at_least=True,
     ),
 )
-LIMITS = (*STEP_LIMITS, *LOAD_PEAKS.values(), *LOAD_LIMITS[:-1], *MARGIN_LIMITS)
+NUMBER_LIMITS = (*STEP_LIMITS, *LOAD_PEAKS.values(), *LOAD_LIMITS[:-1], *MARGIN_LIMITS)
 
 
-def find_limit(name: str) -> Limit:
+def find_limit(name: str) -> NumberLimit:
     """Return the row with a name.
 
     Raises:
         WorkbenchError: if there is none.
     """
-    return find_row("limit", name, LIMITS)
+    return find_named_row("limit", name, NUMBER_LIMITS)
 
 
-class Limits(QObject):
+class LimitValues(QObject):
     """Values of the limits, in shown units.
 
     Args:
@@ -179,11 +239,11 @@ class Limits(QObject):
     def value(self, name: str) -> float:
         """Return a limit in the shown unit; its default without a valid stored value."""
         row = find_limit(name)
+        kept = self._store.value(f"{TUNING_LIMITS_GROUP}/{name}", row.default)
         try:
-            kept = float(str(self._store.value(f"{GROUP}/{name}", row.default)))
-        except ValueError:  # written by another version or an editor
+            return row.check(float(str(kept)))
+        except (ValueError, WorkbenchError):  # written by another version or an editor
             return row.default
-        return kept if row.minimum <= kept <= row.maximum else row.default
 
     def set(self, name: str, value: float) -> None:
         """Set a limit, in the shown unit.
@@ -191,14 +251,9 @@ class Limits(QObject):
         Raises:
             WorkbenchError: if the value is not valid.
         """
-        row = find_limit(name)
-        if not (math.isfinite(value) and row.minimum <= value <= row.maximum):
-            raise WorkbenchError(
-                f"{row.label} is {value:g} {row.unit}: keep it within "
-                f"{row.minimum:g} .. {row.maximum:g}"
-            )
+        value = find_limit(name).check(value)
         if value != self.value(name):
-            self._store.setValue(f"{GROUP}/{name}", value)
+            self._store.setValue(f"{TUNING_LIMITS_GROUP}/{name}", value)
             self.changed.emit(name)
 
 
@@ -215,20 +270,20 @@ class LimitsForm(QWidget):
         button: shows and hides the form.
     """
 
-    def __init__(self, rows: Sequence[Limit], limits: Limits, columns: int = 2) -> None:
+    def __init__(self, rows: Sequence[NumberLimit], limits: LimitValues, columns: int = 2) -> None:
         super().__init__()
         self.fields: dict[str, NumberField] = {}
         self._limits = limits
         parts: list[QWidget] = []
         for row in rows:
             field = NumberField(f"Limit of {row.label.lower()}", row.decimals, 10.0**-row.decimals)
-            field.set_range(Unit(row.unit), row.minimum, row.maximum)
+            field.set_range(DisplayUnit(row.unit), row.minimum, row.maximum)
             field.show_si(limits.value(row.name))
             field.edited.connect(lambda value, name=row.name: limits.set(name, value))
-            field.setMinimumWidth(NARROWEST)
+            field.setMinimumWidth(MIN_LIMIT_FIELD_PX)
             field.setButtonSymbols(NumberField.ButtonSymbols.NoButtons)
             field.setProperty("class", "bare")
-            field.setStyleSheet(BARE)
+            field.setStyleSheet(ARROWLESS_FIELD_STYLE)
             label = buddy(f"{row.short.capitalize()} {row.sign}", field)
             set_tip(label, f"{row.label}: {row.help}")
             parts += [label, field]

@@ -6,54 +6,60 @@ from PyQt6.QtCore import QObject, QSize, Qt, pyqtSignal
 from PyQt6.QtGui import QKeyEvent
 from PyQt6.QtWidgets import QWidget
 
-from workbench.analysis.questions import ShapeLoop
+from workbench.analysis.queries import ShapeLoop
 from workbench.analysis.replies import JudgedLoop, LoopShaped
 from workbench.common.parameter import Parameter
-from workbench.design.judge.margins import Robustness
-from workbench.gui.analysis import Follower
+from workbench.common.quantity import DisplayUnit
+from workbench.design.judge.margins import RobustnessMeasure
+from workbench.gui.analysis import SETTLING_MS, QueryStream
 from workbench.gui.errands import single_shot
-from workbench.gui.gains.gain_row import GainScale, GainSlider
+from workbench.gui.gains.gain_input import GainSlider
+from workbench.gui.gains.gain_scale import GainScale
 from workbench.gui.labels import Label, set_tip
 from workbench.gui.layout import NO_MARGINS, choice, grid
-from workbench.gui.style import dressed
+from workbench.gui.style import with_class
 from workbench.gui.theme import Look
-from workbench.gui.tuning.judgement import Judgement
+from workbench.gui.tuning.judgement import StabilityFollower
+from workbench.gui.tuning.limit_reach import LimitReach
+from workbench.gui.tuning.limits import LimitValues, find_limit
 from workbench.gui.tuning.margins_card import loop_label
-from workbench.gui.tuning.trial import Trial
-from workbench.gui.units import Unit
+from workbench.gui.tuning.trial import TuningTrial
+from workbench.gui.units import DEGREE_UNIT, frequency_text
 from workbench.gui.workspace import Workspace
 
-REST = 400
-"""Gains have settled if they have not changed for this time [ms]."""
-BANDWIDTH = Parameter("bandwidth", "", "rad/s", 0.1, 300.0, 10.0, "")
-PHASE = Parameter("phase margin", "", "rad", math.radians(5.0), math.radians(110.0), 1.0, "")
-DISK = Parameter("disk margin", "", "1", 0.05, 1.95, 0.7, "")
-FACTOR = Parameter("factor", "", "1", 0.1, 10.0, 1.0, "")
-DEGREES = Unit("°", 180.0 / math.pi)
-SLIDERS = (
+BANDWIDTH_PARAMETER = Parameter("bandwidth", "rad/s", "", 0.1, 300.0, default=10.0)
+PHASE_MARGIN_PARAMETER = Parameter(
+    "phase margin", "rad", "", math.radians(5.0), math.radians(110.0), default=1.0
+)
+DISK_MARGIN_PARAMETER = Parameter("disk margin", "1", "", 0.05, 1.95, default=0.7)
+GAIN_FACTOR_PARAMETER = Parameter("factor", "1", "", 0.1, 10.0, default=1.0)
+BANDS_TEXT = (
+    "the band is what it can reach, and in its dark and higher part all limits of all loops hold"
+)
+SHAPING_SLIDERS = (
     (
-        BANDWIDTH,
+        BANDWIDTH_PARAMETER,
         "Bandwidth",
-        Unit("rad/s"),
-        "Faster or slower, by all gains of the loop; the band is what it can reach",
+        DisplayUnit("rad/s"),
+        f"Faster or slower, by all gains of the loop; {BANDS_TEXT}",
     ),
     (
-        PHASE,
+        PHASE_MARGIN_PARAMETER,
         "Phase margin",
-        DEGREES,
-        "More or less robust, by all gains of the loop; the band is what it can reach",
+        DEGREE_UNIT,
+        f"More or less robust, by all gains of the loop; {BANDS_TEXT}",
     ),
     (
-        DISK,
+        DISK_MARGIN_PARAMETER,
         "Disk margin",
-        Unit(""),
+        DisplayUnit(""),
         "More or less robust to gain and phase at once, by all gains of the loop: α, at most 2; "
-        "the band is what it can reach",
+        f"{BANDS_TEXT}",
     ),
     (
-        FACTOR,
+        GAIN_FACTOR_PARAMETER,
         "Gains ×",
-        Unit(""),
+        DisplayUnit(""),
         "All gains of the loop times this; it comes back to 1 when it is released",
     ),
 )
@@ -70,14 +76,16 @@ class ShapeSlider(QObject):
         look: source of colours.
     """
 
-    def __init__(self, row: Parameter, label: str, unit: Unit, help: str, look: Look) -> None:
+    def __init__(
+        self, row: Parameter, label: str, unit: DisplayUnit, help: str, look: Look
+    ) -> None:
         super().__init__()
-        self._unit, self._help, self.decimals = unit, help, 1
+        self._unit, self._help = unit, help
         self.value = row.default
         self.name = Label(label)
         self.slider = GainSlider(GainScale(row, unit), look)
         self.name.setBuddy(self.slider)
-        self.number = dressed(Label(), "number")
+        self.number = with_class(Label(), "number")
         self.number.setMinimumSize(self._widest())
         for part in (self.slider, self.name, self.number):
             set_tip(part, help)
@@ -90,7 +98,7 @@ class ShapeSlider(QObject):
             self.value = value
             self.slider.show_value(value, value)
         set_tip(self.slider, self._help)
-        text = self._unit.text(value, 0 if self._unit is DEGREES else 2)
+        text = self._unit.text(value)
         self.number.setText(text)
         self.slider.setAccessibleDescription(text)
 
@@ -109,6 +117,7 @@ class LoopShaping(QWidget):
         workspace: colours and analysis.
         trial: the gains that are being tried.
         judgement: stability of all loops.
+        limits: limits of the margins of all loops.
 
     Attributes:
         bandwidth, phase, disk, factor: the sliders; of phase and disk margin one is shown.
@@ -120,12 +129,18 @@ class LoopShaping(QWidget):
     told = pyqtSignal()
     """The sentence about the loop's limits changed."""
 
-    def __init__(self, workspace: Workspace, trial: Trial, judgement: Judgement) -> None:
+    def __init__(
+        self,
+        workspace: Workspace,
+        trial: TuningTrial,
+        judgement: StabilityFollower,
+        limits: LimitValues,
+    ) -> None:
         super().__init__()
         self._trial, self._judgement = trial, judgement
         look, analysis = workspace.look, workspace.analysis
         self.bandwidth, self.phase, self.disk, self.factor = (
-            ShapeSlider(*each, look) for each in SLIDERS
+            ShapeSlider(*each, look) for each in SHAPING_SLIDERS
         )
         self.margin = choice(
             "Margin that the second slider sets",
@@ -134,10 +149,12 @@ class LoopShaping(QWidget):
             "phase together",
         )
         self.said = self.tone = ""
-        self._rest = single_shot(self._ask_at_rest, self, REST)
-        self._follower = Follower(analysis, ShapeLoop, self)
-        self._follower.answered.connect(self._hear)
-        self._follower.refused.connect(lambda said: self._say(said, "warning"))
+        self._rest = single_shot(self._ask_at_rest, self, SETTLING_MS)
+        self._queries = QueryStream(analysis, self)
+        self._queries.answered.connect(self._hear)
+        self._queries.refused.connect(lambda said: self._say(said, "warning"))
+        self._reach = LimitReach(analysis, limits, self)
+        self._reach.changed.connect(self._show_within_limits)
         self._lay_out()
         for each in (self.bandwidth, self.phase, self.disk, self.factor):
             self._connect(each)
@@ -152,12 +169,15 @@ class LoopShaping(QWidget):
         self._base: dict[str, float] | None = None
         self._held: ShapeSlider | None = None
         self._ends = False
-        self._follower.forget()
+        self._limited_by = ""
+        self._queries.forget()
+        self._reach.forget()
         self._show()
 
     def set_seen(self, seen: bool) -> None:
         """Ask only while the card is visible."""
-        self._follower.set_seen(seen)
+        self._queries.set_seen(seen)
+        self._reach.set_seen(seen)
         if seen:
             self._rest.start()
 
@@ -168,6 +188,7 @@ class LoopShaping(QWidget):
             self._let_go()
             for each in (self.bandwidth, self.phase, self.disk):
                 each.slider.show_stable(None, fresh=False)
+            self._reach.forget()
             self._say("")
             self._show()
             self._rest.start()
@@ -197,14 +218,17 @@ class LoopShaping(QWidget):
     @property
     def robust(self) -> ShapeSlider:
         """The slider of the selected margin."""
-        return self.disk if self._robustness is Robustness.DISK else self.phase
+        return self.disk if self._robustness is RobustnessMeasure.DISK else self.phase
 
     @property
-    def _robustness(self) -> Robustness:
-        return Robustness.DISK if self.margin.currentIndex() == 1 else Robustness.PHASE
+    def _robustness(self) -> RobustnessMeasure:
+        return (
+            RobustnessMeasure.DISK if self.margin.currentIndex() == 1 else RobustnessMeasure.PHASE
+        )
 
     def _choose_margin(self) -> None:
         """Select a margin."""
+        self._reach.forget()
         self._let_go()
         self._show_margin()
 
@@ -228,6 +252,7 @@ class LoopShaping(QWidget):
             self._trial.gains.begin_edit()
             self._base = dict(self._trial.judged)
         self._held, self._ends = each, False
+        self._show_within_limits()
 
     def _want(self, each: ShapeSlider, value: float) -> None:
         if not self._loop or self._base is None:
@@ -248,7 +273,7 @@ class LoopShaping(QWidget):
             self._trial.linked_with(self._loop),
             robustness=self._robustness,
         )
-        self._follower.ask(question)
+        self._queries.ask(question)
 
     def _multiply(self) -> None:
         """Propose the gains times the factor, within their limits."""
@@ -256,7 +281,7 @@ class LoopShaping(QWidget):
         editor, linked = self._trial.gains, self._trial.linked_with(self._loop)
         values: dict[str, float] = {}
         for name in self._trial.gains_of(self._loop):
-            row = editor.table.find(name)
+            row = editor.controller.table.find(name)
             value = min(max(self.factor.value * self._base[name], row.minimum), row.maximum)
             values[name] = value
             if name in linked:
@@ -275,29 +300,43 @@ class LoopShaping(QWidget):
             (low, high) if math.isfinite(low) and high > low else None, fresh=shaped.reached
         )
         if asked.rests:
+            self._limited_by = shaped.said
             self._say(shaped.said)
+            self._reach.ask(asked, shaped)
             return
         if self._base is None:
             return
         name = loop_label(self._loop)
         self._trial.gains.propose_all(shaped.gains, f"Gains of {name}")
         if not shaped.reached:
-            margin = f"{math.degrees(shaped.phase_margin):.0f}°"
-            if asked.robustness is Robustness.DISK:
-                margin = f"a disk margin of {shaped.disk_margin:.2f}"
-            reached = f"{shaped.bandwidth:.3g} rad/s and {margin}"
+            margin = find_limit("phase_margin").text(shaped.phase_margin)
+            if asked.robustness is RobustnessMeasure.DISK:
+                disk = find_limit("disk_margin").text(shaped.disk_margin)
+                margin = f"a disk margin of {disk}"
+            reached = f"{frequency_text(shaped.bandwidth)} and {margin}"
             self._say(f"The nearest possible: {reached}. {shaped.said}", "warning")
         else:
             self._say("")
-        if self._ends and not self._follower.is_waiting:
+        if self._ends and not self._queries.is_waiting:
             # the evaluation follows later: the next step starts from the proposed gains
             self._show_margins(shaped)
             self._let_go()
 
+    def _show_within_limits(self) -> None:
+        """Show where all limits of all loops hold; while a slider is held, only on that one."""
+        if self._held is None:
+            self._say(" ".join(filter(None, (self._reach.obstacle, self._limited_by))))
+        for each, found in (
+            (self.bandwidth, self._reach.bandwidths),
+            (self.robust, self._reach.margins),
+        ):
+            shows = self._held in (None, each)
+            each.slider.show_within_limits(found(each.value) if shows else None)
+
     def _release(self) -> None:
         """End the edit, after the last answer."""
         self._ends = True
-        if self._held is self.factor or not self._follower.is_waiting:
+        if self._held is self.factor or not self._queries.is_waiting:
             self._let_go()
 
     def _let_go(self) -> None:
@@ -324,7 +363,7 @@ class LoopShaping(QWidget):
                 rests=True,
                 robustness=self._robustness,
             )
-            self._follower.ask(question)
+            self._queries.ask(question)
 
     def _show(self) -> None:
         """Show the present loop; a held slider shows the requested value."""

@@ -7,20 +7,30 @@ from PyQt6.QtCore import Qt, pyqtSignal
 
 from workbench.analysis.replies import Judged, JudgedLoop
 from workbench.gui.layout import fill, named, tool_button
-from workbench.gui.tuning.card import Card
-from workbench.gui.tuning.judgement import Judgement, Margins
-from workbench.gui.tuning.limits import MARGIN_LIMITS, Limit, Limits, LimitsForm, find_limit
-from workbench.gui.tuning.number_table import Cell, NumberTable, Row, State
+from workbench.gui.tuning.card import TuningCard
+from workbench.gui.tuning.judgement import InputMargins, StabilityFollower
+from workbench.gui.tuning.limits import (
+    MARGIN_LIMITS,
+    LimitsForm,
+    LimitValues,
+    NumberLimit,
+    find_limit,
+)
+from workbench.gui.tuning.number_row import Cell, NumberRow, RowState
+from workbench.gui.tuning.number_table import NumberTable
+from workbench.gui.units import frequency_text
 from workbench.gui.workspace import Workspace
 
-LimitOf = Callable[[str], float]
-PLANT_INPUT = "plant input, all at once"
-DISK = find_limit("disk_margin")
-ROWS = 10
+LimitLookup = Callable[[str], float]
+PLANT_INPUT_ROW = "plant input, all at once"
+INPUT_DISK_LIMIT = find_limit("disk_margin")
+FOLD_TEXTS = "Fold the table of margins", "Fold the table, to leave its room to what is below"
+UNFOLD_TEXTS = "Open the table of margins", "Show the margins of every loop"
+EXPECTED_MARGIN_ROWS = 10
 """Number of rows to expect before they are known: loops, and the plant's input."""
 
 
-def margin_rows(now: Judged, before: Judged | None, limit_of: LimitOf) -> tuple[Row, ...]:
+def margin_rows(now: Judged, before: Judged | None, limit_of: LimitLookup) -> tuple[NumberRow, ...]:
     """Return a row for each loop.
 
     Args:
@@ -30,12 +40,12 @@ def margin_rows(now: Judged, before: Judged | None, limit_of: LimitOf) -> tuple[
     """
     old = {loop.name: loop for loop in before.loops} if before is not None else {}
     weakest = weakest_loop(now, limit_of) if now.stable else None  # else all are alike
-    return tuple(_row(loop, old.get(loop.name), weakest, limit_of) for loop in now.loops)
+    return tuple(_margin_row(loop, old.get(loop.name), weakest, limit_of) for loop in now.loops)
 
 
 def plant_input_row(
-    now: Margins | None, before: Margins | None, limit_of: LimitOf, said: str
-) -> Row:
+    now: InputMargins | None, before: InputMargins | None, limit_of: LimitLookup, said: str
+) -> NumberRow:
     """Return the row of simultaneous changes of force and moments, which has only a disk margin.
 
     Args:
@@ -46,35 +56,39 @@ def plant_input_row(
     """
     words = "at the plant's input, force and moments all at once"
     none = (Cell("", help=words),) * (len(MARGIN_LIMITS) - 1)
-    was = DISK.text(min(before)) if before is not None and min(before) > 0.0 else ""
+    was = (
+        INPUT_DISK_LIMIT.number_text(min(before))
+        if before is not None and min(before) > 0.0
+        else ""
+    )
     if now is None:
-        state = State.NONE if said else State.WAITING
-        return Row(
-            PLANT_INPUT, (*none, Cell("–", was, help=f"{words}: {said or 'computing'}")), state
+        state = RowState.NONE if said else RowState.WAITING
+        return NumberRow(
+            PLANT_INPUT_ROW, (*none, Cell("–", was, help=f"{words}: {said or 'computing'}")), state
         )
     margin, (steering, holding) = min(now), now
     if not margin:
-        return Row(PLANT_INPUT, (*none, Cell("–", help=f"{words}: unstable")))
-    text = DISK.text(margin)
-    over = not DISK.keeps(margin, limit_of(DISK.name))
+        return NumberRow(PLANT_INPUT_ROW, (*none, Cell("–", help=f"{words}: unstable")))
+    text = INPUT_DISK_LIMIT.number_text(margin)
+    over = not INPUT_DISK_LIMIT.keeps(margin, limit_of(INPUT_DISK_LIMIT.name))
     low = (2.0 - margin) / (2.0 + margin)
     gains = f"; gains within {low:.2f} .. {1.0 / low:.2f}" if low > 0.0 else ""
     help = (
-        f"{words}: α {DISK.text(steering)} while the pilot steers, "
-        f"{DISK.text(holding)} while the position is held{gains}"
+        f"{words}: α {INPUT_DISK_LIMIT.number_text(steering)} while the pilot steers, "
+        f"{INPUT_DISK_LIMIT.number_text(holding)} while the position is held{gains}"
     )
     cell = Cell(text, was if was != text else "", over, help)
-    return Row(PLANT_INPUT, (*none, cell), State.LOW if over else State.GOOD)
+    return NumberRow(PLANT_INPUT_ROW, (*none, cell), RowState.LOW if over else RowState.GOOD)
 
 
-def weakest_loop(judged: Judged, limit_of: LimitOf) -> JudgedLoop | None:
+def weakest_loop(judged: Judged, limit_of: LimitLookup) -> JudgedLoop | None:
     """Return the loop with the least reserve: an unstable one, or the one closest to a limit."""
     if not judged.loops:
         return None
-    return min(judged.loops, key=lambda loop: _spare(loop, limit_of))
+    return min(judged.loops, key=lambda loop: _loop_reserve(loop, limit_of))
 
 
-def margins_headline(judged: Judged, at_input: Margins | None, limit_of: LimitOf) -> str:
+def margins_headline(judged: Judged, at_input: InputMargins | None, limit_of: LimitLookup) -> str:
     """Return a sentence about the stability with gains.
 
     It names the plant's input if only its margin is low.
@@ -83,25 +97,23 @@ def margins_headline(judged: Judged, at_input: Margins | None, limit_of: LimitOf
     if not judged.stable:
         said = judged.said or "the closed loop is unstable with these gains."
         return said[0].upper() + said[1:]
-    low = [limit for limit in MARGIN_LIMITS if loop and not _keeps(loop, limit, limit_of)]
+    low = [limit for limit in MARGIN_LIMITS if loop and not _keeps_limit(loop, limit, limit_of)]
     margin = min(at_input) if at_input is not None else math.inf
-    if not low and not DISK.keeps(margin, limit_of(DISK.name)):
-        least = f"{DISK.sign} {limit_of(DISK.name):g}"
-        return f"Weakest: {PLANT_INPUT}, {DISK.label.lower()} {DISK.text(margin)} ({least})"
+    if not low and not INPUT_DISK_LIMIT.keeps(margin, limit_of(INPUT_DISK_LIMIT.name)):
+        least = INPUT_DISK_LIMIT.relation(limit_of(INPUT_DISK_LIMIT.name))
+        return (
+            f"Weakest: {PLANT_INPUT_ROW}, {INPUT_DISK_LIMIT.label.lower()} "
+            f"{INPUT_DISK_LIMIT.number_text(margin)} ({least})"
+        )
     if loop is None:
         return "No loop is closed."
     name = loop_label(loop.name)
-    limit = min(low or MARGIN_LIMITS, key=lambda each: _share(loop, each, limit_of))
-    value = _with_unit(limit.text(getattr(loop, limit.name)), limit)
+    limit = min(low or MARGIN_LIMITS, key=lambda each: _limit_share(loop, each, limit_of))
+    value = limit.text(getattr(loop, limit.name))
     said = f"Weakest: {name}, {limit.label.lower()} {value}"
     if low:
-        return f"{said} ({limit.sign} {_with_unit(f'{limit_of(limit.name):g}', limit)})"
+        return f"{said} ({limit.relation(limit_of(limit.name))})"
     return said
-
-
-def _with_unit(text: str, limit: Limit) -> str:
-    glue = "" if limit.unit in ("", "°") else " "
-    return f"{text}{glue}{limit.unit}"
 
 
 def loop_label(name: str) -> str:
@@ -114,29 +126,31 @@ def short_label(name: str) -> str:
     return loop_label(name).replace("velocity", "vel.").replace("position", "pos.")
 
 
-def _row(loop: JudgedLoop, old: JudgedLoop | None, weakest: JudgedLoop | None, of: LimitOf) -> Row:
+def _margin_row(
+    loop: JudgedLoop, old: JudgedLoop | None, weakest: JudgedLoop | None, of: LimitLookup
+) -> NumberRow:
     cells = []
     for limit in MARGIN_LIMITS:
         value = getattr(loop, limit.name)
-        text = limit.text(value) if loop.stable else "–"
+        text = limit.number_text(value) if loop.stable else "–"
         # An unstable loop has no numbers to compare.
         compared = old is not None and loop.stable
-        was = limit.text(getattr(old, limit.name)) if compared else text
+        was = limit.number_text(getattr(old, limit.name)) if compared else text
         was = was if was != text else ""  # compare only what changes
-        over = loop.stable and not _keeps(loop, limit, of)
-        cells.append(Cell(text, was, over, _help(loop, limit)))
+        over = loop.stable and not _keeps_limit(loop, limit, of)
+        cells.append(Cell(text, was, over, _margin_help(loop, limit)))
     if not loop.stable:  # then no loop has a margin, but only some are the cause
-        state = State.BROKEN if loop.growing else State.NONE
+        state = RowState.BROKEN if loop.growing else RowState.NONE
     else:
-        state = State.LOW if any(cell.over for cell in cells) else State.GOOD
-    return Row(short_label(loop.name), tuple(cells), state, loop is weakest)
+        state = RowState.LOW if any(cell.over for cell in cells) else RowState.GOOD
+    return NumberRow(short_label(loop.name), tuple(cells), state, loop is weakest)
 
 
-def _keeps(loop: JudgedLoop, limit: Limit, limit_of: LimitOf) -> bool:
+def _keeps_limit(loop: JudgedLoop, limit: NumberLimit, limit_of: LimitLookup) -> bool:
     return limit.keeps(getattr(loop, limit.name), limit_of(limit.name))
 
 
-def _share(loop: JudgedLoop, limit: Limit, limit_of: LimitOf) -> float:
+def _limit_share(loop: JudgedLoop, limit: NumberLimit, limit_of: LimitLookup) -> float:
     """Return a margin as a share of its limit."""
     wanted, value = limit_of(limit.name), limit.shown(getattr(loop, limit.name))
     if math.isnan(value):
@@ -144,23 +158,23 @@ def _share(loop: JudgedLoop, limit: Limit, limit_of: LimitOf) -> float:
     return value / wanted if wanted else math.inf
 
 
-def _spare(loop: JudgedLoop, limit_of: LimitOf) -> float:
+def _loop_reserve(loop: JudgedLoop, limit_of: LimitLookup) -> float:
     if not loop.stable:
         return -math.inf
-    return min(_share(loop, limit, limit_of) for limit in MARGIN_LIMITS)
+    return min(_limit_share(loop, limit, limit_of) for limit in MARGIN_LIMITS)
 
 
-def _help(loop: JudgedLoop, limit: Limit) -> str:
+def _margin_help(loop: JudgedLoop, limit: NumberLimit) -> str:
     value = getattr(loop, limit.name)
     text = f"{loop_label(loop.name)}: {limit.label.lower()}, {limit.help}"
     if limit.unit == "dB" and math.isfinite(value):
         return f"{text}: factor {value:.3g}"
     if limit.name == "phase_margin" and math.isfinite(loop.crossover):
-        return f"{text}, at {loop.crossover:.3g} rad/s"
+        return f"{text}, at {frequency_text(loop.crossover)}"
     return text
 
 
-class MarginsCard(Card):
+class MarginsCard(TuningCard):
     """Margins with the proposed gains, beside those with the flown gains.
 
     Args:
@@ -174,28 +188,47 @@ class MarginsCard(Card):
     """Name of the loop whose row was selected."""
 
     def __init__(
-        self, workspace: Workspace, judgement: Judgement, limits: Limits, title: str = "Margins"
+        self,
+        workspace: Workspace,
+        judgement: StabilityFollower,
+        limits: LimitValues,
+        title: str = "Margins",
     ) -> None:
         super().__init__(title)
         self._judgement = judgement
         self._limits = limits
         self.form = LimitsForm(MARGIN_LIMITS, limits, columns=3)
-        help = "Fold the table, to leave its room to what is below"
-        self.fold = named(tool_button("", kind="quiet small"), "Fold the table of margins", help)
-        self.fold.setCheckable(True)
-        self.fold.setArrowType(Qt.ArrowType.DownArrow)
-        self.fold.toggled.connect(self._fold)
+        self.fold = tool_button("", lambda: self.set_folded(not self.is_folded), "quiet small")
         fill(self.head, self.form.button, self.fold)
         head = [f"{row.short} {row.unit}".strip() for row in MARGIN_LIMITS]
         self.table = NumberTable(
             "Margins of every loop", head, workspace.look, paired=True, widest="yaw rate"
         )
-        self.table.expect(ROWS)
+        self.table.expect(EXPECTED_MARGIN_ROWS)
         self.table.row_chosen.connect(self._choose)
         fill(self.body, self.form, (self.table, 1))
         judgement.changed.connect(self._show)
         limits.changed.connect(lambda _: self._show())
+        self._was_folded = False
+        self.set_folded(False)
         self._show()
+
+    @property
+    def is_folded(self) -> bool:
+        """Whether only the sentence is shown."""
+        return self.table.isHidden()
+
+    def set_folded(self, folded: bool) -> None:
+        """Show only the sentence, or everything."""
+        self.fold.setArrowType(Qt.ArrowType.RightArrow if folded else Qt.ArrowType.DownArrow)
+        named(self.fold, *UNFOLD_TEXTS if folded else FOLD_TEXTS)
+        self.table.setVisible(not folded)
+
+    @property
+    def rows(self) -> tuple[NumberRow, ...]:
+        """Margins of the loops with the proposed gains; empty while unknown."""
+        now = self._judgement.proposed
+        return margin_rows(now, None, self._limits.value) if now is not None else ()
 
     def _show(self) -> None:
         now, before = self._judgement.proposed, self._judgement.flown
@@ -217,11 +250,13 @@ class MarginsCard(Card):
         else:
             self.said.say(margins_headline(now, at_input, self._limits.value), self._tone(now))
 
-    def _fold(self, folded: bool) -> None:
-        """Show only the sentence, or everything."""
-        arrow = Qt.ArrowType.RightArrow if folded else Qt.ArrowType.DownArrow
-        self.fold.setArrowType(arrow)
-        self.table.setVisible(not folded)
+    def set_filling(self, fills: bool) -> None:
+        """Show the whole table while it fills its column."""
+        super().set_filling(fills)
+        if fills:
+            self._was_folded = self.is_folded
+        self.set_folded(self._was_folded and not fills)
+        self.fold.setEnabled(not fills)
 
     def _choose(self, row: int) -> None:
         now = self._judgement.proposed

@@ -1,141 +1,47 @@
 """A table of numbers with the state of each row, as a word and a shape."""
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
-from enum import Enum
+from collections.abc import Iterable, Sequence
 
-from PyQt6.QtCore import QEvent, QRectF, QSize, Qt, pyqtSignal
-from PyQt6.QtGui import (
-    QColor,
-    QFont,
-    QFontMetricsF,
-    QHelpEvent,
-    QKeyEvent,
-    QMouseEvent,
-    QPainter,
-    QPaintEvent,
-    QRegion,
-    QResizeEvent,
-)
-from PyQt6.QtWidgets import QSizePolicy, QToolTip, QWidget
+from PyQt6.QtCore import QEvent, QSize, Qt, pyqtSignal
+from PyQt6.QtGui import QFocusEvent, QFont, QKeyEvent, QResizeEvent
+from PyQt6.QtWidgets import QHeaderView, QSizePolicy, QTableWidget
+from PyQt6.QtWidgets import QTableWidgetItem as Item
 
-from workbench.gui.icons import paint_picture
-from workbench.gui.labels import tip_text
+from workbench.common.plain_text import plain_text
+from workbench.gui.labels import set_tip
+from workbench.gui.style import with_class
+from workbench.gui.tables import table_heads, text_table
 from workbench.gui.theme import Look
+from workbench.gui.tuning.number_row import STATE_TONES, Cell, NumberRow, RowState, with_shape
 
-BEST = "best"
+BEST_CELL = "best"
 """Marks a cell that is better than all others of its row."""
-GAP = 8.0
-MARK = 13.0
-"""Space for the shape before a word [px]."""
-PAIR = 2.0
-"""Space to the right of a number [px]."""
-RIGHT = int(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter | Qt.TextFlag.TextDontClip)
-SMALLER = 0.8
-"""Size of the earlier number, relative to the present one."""
-WIDEST = 130.0
+CELL_PADDING_PX = 10
+"""Space that the style leaves around the text of a cell [px]."""
+HEADING_PADDING_PX = 14
+"""The same of a heading [px]."""
+MIN_LABEL_SHARE = 0.6
+"""Least width of the labels, as a share of their width in one line."""
+MIN_PAIRED_TABLE_PX = 240
+"""Least width of a table whose cells have an earlier number [px]."""
+MAX_CELL_WIDTH_PX = 130
 """Largest width of a cell, for legibility [px]."""
-FIRST = 0.54
-"""Share of a cell's width for the first of two numbers side by side."""
-LOWEST = 1.5
-"""Least height of a row with one number below another, in heights of a line."""
-ROOMIEST = 24.0
-"""Largest height of a row [px]."""
+MAX_ROW_HEIGHT_PX = 24
+MAX_WRAPPED_ROW_LINES = 2.2
+"""Largest height of a row with one line, and with more [heights of a line]."""
+NUMBER_ALIGNMENT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
 
 
-class State(Enum):
-    """State of a row: a word, and its shape."""
-
-    NONE = ""
-    GOOD = "ok"
-    OVER = "over"
-    LOW = "low"
-    MISSED = "missed"
-    BROKEN = "unstable"
-    WAITING = "…"
-
-
-@dataclass(frozen=True)
-class Cell:
-    """A number in a table.
-
-    Attributes:
-        text: the present number.
-        was: the earlier number to compare with, "" for none.
-        over: whether it violates its limit.
-        help: its tool tip.
-        marked: its rank in the row, as a word; it is shown in bold.
-    """
-
-    text: str
-    was: str = ""
-    over: bool = False
-    help: str = ""
-    marked: str = ""
-
-    @property
-    def spoken(self) -> str:
-        """The number in words, for screen readers."""
-        return f"{self.text} {self.marked}".rstrip()
-
-
-@dataclass(frozen=True)
-class Row:
-    """A row of a table: a name, numbers and a word.
-
-    Attributes:
-        label: its name.
-        cells: numbers of the row.
-        state: state of the row.
-        strong: whether the headline names it.
-    """
-
-    label: str
-    cells: tuple[Cell, ...]
-    state: State = State.NONE
-    strong: bool = False
-
-    @property
-    def blank(self) -> int:
-        """Number of empty cells before the first number, which its name may use."""
-        texts = [cell.text for cell in self.cells]
-        return next((index for index, text in enumerate(texts) if text), 0)
-
-    @property
-    def spoken(self) -> str:
-        """The row in words, for screen readers."""
-        numbers = ", ".join(cell.spoken for cell in self.cells[self.blank :])
-        return f"{self.label}: {numbers} {self.state.value}"
-
-
-TONES = {
-    State.GOOD: "good",
-    State.OVER: "warning",
-    State.LOW: "warning",
-    State.MISSED: "warning",
-    State.BROKEN: "bad",
-    State.WAITING: "muted",
-    State.NONE: "muted",
-}
-MARKS = {
-    State.GOOD: "tick",
-    State.OVER: "over",
-    State.LOW: "low",
-    State.MISSED: "cross",
-    State.BROKEN: "cross",
-}
-"""Picture beside the word of a state."""
-
-
-class NumberTable(QWidget):
+class NumberTable(QTableWidget):
     """Rows of numbers, most with a word at the end.
 
     Args:
         title: accessible name.
         head: headings of the columns of numbers.
         look: source of colours.
-        paired: whether each cell has a second, muted number: the earlier one.
+        paired: whether an earlier number stands before a cell's number if there is room for it;
+            else only the tool tip has it.
         widest: the longest expected label.
         worded: whether rows have a word at the end.
         head_help: tool tip of each column.
@@ -159,281 +65,208 @@ class NumberTable(QWidget):
         head_help: Sequence[str] = (),
     ) -> None:
         super().__init__()
-        self._head = tuple(head)
-        self._head_help = tuple(head_help)
-        self._look = look
-        self._paired = paired
-        self._widest = widest
-        self._worded = worded
-        self.rows: tuple[Row, ...] = ()
-        self._wide = False
-        self._chosen = -1
+        self._look, self._paired, self._widest, self._worded = look, paired, widest, worded
+        self.rows: tuple[NumberRow, ...] = ()
+        self._head: tuple[str, ...] = ()
         self._expected = 1
-        self._widths: tuple[float, float, float] | None = None
-        self._measure()
-        self.setAccessibleName(title)
-        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+        self._shape: tuple[object, ...] = ()
+        self._wraps = self._stacks = self._shows_earlier = False
+        text_table(with_class(self, "numbers"), title)
+        self.setTextElideMode(Qt.TextElideMode.ElideNone)
+        self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self.setVerticalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Minimum)
-        look.changed.connect(self.update)
+        self._heads, self._sides = table_heads(self)
+        self._heads.setSectionResizeMode(QHeaderView.ResizeMode.Fixed)
+        self._heads.setDefaultAlignment(NUMBER_ALIGNMENT)
+        self._heads.setMinimumSectionSize(0)
+        self._sides.setMinimumSectionSize(0)
+        self.cellClicked.connect(lambda row, _: self.row_chosen.emit(row))
+        self.cellActivated.connect(lambda row, _: self.row_chosen.emit(row))
+        look.changed.connect(self._write_all)
+        self.set_head(head, head_help)
 
-    def set_rows(self, rows: tuple[Row, ...]) -> None:
-        """Show rows; equal rows are not repainted."""
+    def set_rows(self, rows: tuple[NumberRow, ...]) -> None:
+        """Show rows; equal cells are not painted again."""
         if rows == self.rows:
             return
-        if len(rows) != len(self.rows):
-            self.updateGeometry()
-        before, wide = self.rows, self._wide
-        self.rows = rows
-        self._wide = any(row.state is State.MISSED for row in rows)
-        if wide is self._wide and [row.label for row in before] == [row.label for row in rows]:
-            changed = [number for number, row in enumerate(rows) if row != before[number]]
-        else:
-            changed = []  # other columns change everything
-            self._widths = None
-        self._chosen = min(self._chosen, len(rows) - 1)
+        before, self.rows = self.rows, rows
+        self.setRowCount(len(rows))
+        for number, row in enumerate(rows):
+            old = before[number] if number < len(before) else None
+            if row != old:
+                self._write(number, row, old)
         self.setAccessibleDescription("; ".join(row.spoken for row in rows))
-        for number in changed:
-            self.update(self._row_box(number).toAlignedRect())
-        if not changed:
-            self.update()
+        longest = max((len(each.text) for row in rows for each in row.cells), default=0)
+        shape = longest, [(row.label, row.blank, self._word(row)) for row in rows]
+        if shape != self._shape:  # the same columns show other numbers
+            self._shape = shape
+            self._fit()
+            self.updateGeometry()
 
     def set_head(self, head: Sequence[str], head_help: Sequence[str] = ()) -> None:
-        """Set other columns."""
-        self._head_help = tuple(head_help)
-        if self._head != tuple(head):
+        """Set the columns."""
+        if self._head != tuple(head) or not self.columnCount():
             self._head = tuple(head)
-            self._widths = None
-            self.update()
-
-    @property
-    def full_width(self) -> int:
-        """Width at which no label is elided [px]."""
-        labels = [self._widest, *(row.label for row in self.rows)]
-        label = max(map(self._metrics.horizontalAdvance, labels)) + GAP
-        return math.ceil(label + len(self._head) * self._columns()[1])
-
-    def column_at(self, x: float) -> int:
-        """Return the column of numbers at a position in the widget; -1 for the labels."""
-        label, cell, _ = self._columns()
-        column = int((x - label) // cell)
-        return column if 0 <= column < len(self._head) else -1
+            self.setColumnCount(1 + len(head) + self._worded)
+            self._write_all()
+            self._fit()
+            self.updateGeometry()
+        for column, help in enumerate(head_help[: len(head)], 1):
+            item = self.horizontalHeaderItem(column)
+            assert item is not None
+            set_tip(item, help)
 
     def expect(self, rows: int) -> None:
         """Reserve space for this many rows."""
-        self._expected = rows
-        self.updateGeometry()
+        if rows != self._expected:
+            self._expected = rows
+            self._fit()
+            self.updateGeometry()
 
     def sizeHint(self) -> QSize:
-        """Return the size of all rows."""
-        line = self.fontMetrics().height()
-        return QSize(320, (line + 5) * self._lines())
+        """Return the size of all rows, with labels in one line."""
+        return self._size_with(1.0, 5)
 
     def minimumSizeHint(self) -> QSize:
-        """Return the least size without clipping."""
-        line = self.fontMetrics().height()
-        return QSize(240, (line + 1) * self._lines())
-
-    def _lines(self) -> int:
-        return 1 + max(len(self.rows), self._expected)
-
-    def changeEvent(self, event: QEvent | None) -> None:
-        """Measure again after a change of the font."""
-        if event is not None and event.type() == QEvent.Type.FontChange:
-            self._measure()
-        super().changeEvent(event)
-
-    def _measure(self) -> None:
-        """Make the fonts, and measure text with them, once."""
-        self._metrics = QFontMetricsF(self.font())
-        self._small, self._strong = QFont(self.font()), QFont(self.font())
-        self._small.setPointSizeF(SMALLER * self.font().pointSizeF())
-        self._strong.setWeight(QFont.Weight.DemiBold)
-        self._widths = None
+        """Return the least size without clipping, with labels in two lines."""
+        return self._size_with(MIN_LABEL_SHARE, 1)
 
     def resizeEvent(self, event: QResizeEvent | None) -> None:
-        """Divide the new width."""
-        self._widths = None
+        """Divide the new size among columns and rows."""
         super().resizeEvent(event)
+        self._fit()
 
-    @property
-    def _head_font(self) -> QFont:
-        """Font of the head: small for many columns, for pairs, or without a word at the end."""
-        return self._small if self._paired or not self._worded else self.font()
+    def changeEvent(self, event: QEvent | None) -> None:
+        """Adapt to another font."""
+        super().changeEvent(event)
+        if event is not None and event.type() == QEvent.Type.FontChange and hasattr(self, "_sides"):
+            self._fit()
 
-    def _row_height(self) -> float:
-        roomiest = 2.2 * self._metrics.height() if self._is_stacked else ROOMIEST
-        return min(roomiest, self.height() / self._lines())
-
-    @property
-    def _is_stacked(self) -> bool:
-        """Whether the second number of a cell is below the first, for lack of width."""
-        _, cell, _ = self._columns()
-        return self._paired and FIRST * cell < self._metrics.horizontalAdvance("−00.0")
-
-    def _row_box(self, number: int) -> QRectF:
-        height = self._row_height()
-        return QRectF(0.0, (number + 1) * height, self.width(), height)
-
-    def _columns(self) -> tuple[float, float, float]:
-        """Return the widths of the labels, of a cell, and of the word; they are cached."""
-        if self._widths is None:
-            self._widths = self._measure_columns()
-        return self._widths
-
-    def _measure_columns(self) -> tuple[float, float, float]:
-        metrics = self._metrics
-        labels = [self._widest, *(row.label for row in self.rows if not row.blank)]
-        label = max(metrics.horizontalAdvance(each) for each in labels) + GAP
-        longest = State.MISSED.value if self._wide else State.OVER.value
-        word = metrics.horizontalAdvance(longest) + MARK + GAP if self._worded else 0.0
-        columns = max(1, len(self._head))
-        cell = min((self.width() - label - word) / columns, WIDEST)
-        if not self._paired:  # numbers keep their width, and a long label is elided
-            texts = [each.text for row in self.rows for each in row.cells]
-            small = QFontMetricsF(self._head_font)
-            widths = [*map(metrics.horizontalAdvance, texts)]
-            widths += map(small.horizontalAdvance, self._head)
-            cell = max(cell, max(widths, default=0.0) + GAP)
-            label = min(label, max(0.0, self.width() - word - columns * cell))
-        return label, cell, word
-
-    def paintEvent(self, event: QPaintEvent | None) -> None:
-        """Paint the head, and the rows that have changed."""
-        painter = QPainter(self)
-        seen = event.region() if event is not None else QRegion(self.rect())
-        label, cell, word = self._columns()
-        height = self._row_height()
-        colour = self._look.colour
-        left = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
-        painter.setPen(colour("muted"))
-        painter.setFont(self._head_font)
-        for index, text in enumerate(self._head if seen.boundingRect().top() <= height else ()):
-            words = text.replace(" ", "\n") if self._is_stacked else text
-            painter.drawText(QRectF(label + index * cell, 0.0, cell - PAIR, height), RIGHT, words)
-        painter.setFont(self.font())
-        painter.setPen(colour("line"))
-        painter.drawLine(0, round(height), self.width(), round(height))
-        for number, row in enumerate(self.rows):
-            if not seen.intersects(self._row_box(number).toAlignedRect()):
-                continue
-            top = (number + 1) * height
-            if number == self._chosen and self.hasFocus():
-                painter.fillRect(QRectF(0.0, top, self.width(), height), self._shade())
-            painter.setFont(self._strong if row.strong else self.font())
-            painter.setPen(colour("ink" if row.strong else "muted"))
-            room = label + row.blank * cell
-            name = self.fontMetrics().elidedText(
-                row.label, Qt.TextElideMode.ElideRight, round(room - 0.5 * GAP)
-            )
-            painter.drawText(QRectF(0.0, top, room, height), left, name)
-            painter.setFont(self.font())
-            end = label + len(self._head) * cell + word
-            for index, each in enumerate(row.cells):
-                box = QRectF(label + index * cell, top, cell, height)
-                if row.state is State.BROKEN and box.right() > end - self._state_width(row.state):
-                    break  # its word needs the space of the last cells
-                self._paint_cell(painter, box, each)
-            self._paint_state(painter, QRectF(0.0, top, end, height), row.state)
-
-    def _first_width(self, cell: float) -> float:
-        """Return the distance of the first number's end from a cell's left edge."""
-        return FIRST * cell if self._paired and not self._is_stacked else cell - PAIR
-
-    def _paint_cell(self, painter: QPainter, box: QRectF, cell: Cell) -> None:
-        number = QRectF(box.left(), box.top(), self._first_width(box.width()), box.height())
-        second = QRectF(
-            number.right(), box.top(), box.right() - number.right() - PAIR, box.height()
-        )
-        was = cell.was
-        if self._is_stacked and was and box.height() < LOWEST * self._metrics.height():
-            was = ""  # no room: the tool tip has it
-        elif self._is_stacked and was:
-            number.setHeight(0.55 * box.height())
-            second = number.translated(0.0, 0.47 * box.height())
-        tone = "good" if cell.marked == BEST else "ink"
-        painter.setPen(self._look.colour("warning" if cell.over else tone))
-        painter.setFont(self._strong if cell.marked else self.font())
-        painter.drawText(number, RIGHT, cell.text)
-        if cell.over:  # a line below marks a violated limit in any colour
-            width = self._metrics.horizontalAdvance(cell.text)
-            base = number.center().y() + self._metrics.ascent() / 2.0 + 1.5
-            painter.drawLine(
-                round(number.right() - width), round(base), round(number.right()), round(base)
-            )
-        if was:
-            painter.setPen(self._look.colour("muted"))
-            painter.setFont(self._small)
-            painter.drawText(second, RIGHT, was)
-            painter.setFont(self.font())
-
-    def _state_width(self, state: State) -> float:
-        return self._metrics.horizontalAdvance(state.value) + MARK
-
-    def _paint_state(self, painter: QPainter, box: QRectF, state: State) -> None:
-        if state is State.NONE:
-            return
-        colour = self._look.colour(TONES[state])
-        # A long word extends to the left over the last numbers, which an unstable row lacks.
-        left = box.right() - self._state_width(state)
-        _, _, word = self._columns()
-        left = min(left, box.right() - word + GAP)
-        size = 8.0
-        mark = QRectF(left, box.center().y() - size / 2.0, size, size)
-        if state in MARKS:
-            paint_picture(painter, mark, MARKS[state], colour)
-        painter.setPen(colour)
-        text = QRectF(left + MARK, box.top(), box.right() - left, box.height())
-        painter.drawText(
-            text, Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter, state.value
-        )
-
-    def _shade(self) -> QColor:
-        shade = self._look.colour("accent")
-        shade.setAlpha(40)
-        return shade
+    def focusOutEvent(self, event: QFocusEvent | None) -> None:
+        """Mark a row only while the arrow keys move the mark."""
+        super().focusOutEvent(event)
+        self.clearSelection()
 
     def keyPressEvent(self, event: QKeyEvent | None) -> None:
-        """Move from row to row, or select one."""
-        assert event is not None
-        if Qt.Key(event.key()) in (Qt.Key.Key_Return, Qt.Key.Key_Enter) and self._chosen >= 0:
-            self.row_chosen.emit(self._chosen)
-            return
-        move = {Qt.Key.Key_Up: -1, Qt.Key.Key_Down: 1}.get(Qt.Key(event.key()), 0)
-        if not move or not self.rows:
+        """Leave letters, for which a table of Qt would search, to the charts beside it."""
+        if event is not None and event.text().isprintable() and event.text():
+            event.ignore()
+        else:
             super().keyPressEvent(event)
-            return
-        self._chosen = min(max(self._chosen + move, 0), len(self.rows) - 1)
-        self.setAccessibleDescription(self.rows[self._chosen].spoken)
-        self.update()
 
-    def mousePressEvent(self, event: QMouseEvent | None) -> None:
-        """Select a row."""
-        assert event is not None
-        row = int(event.position().y() / self._row_height()) - 1
-        if event.button() == Qt.MouseButton.LeftButton and 0 <= row < len(self.rows):
-            self._chosen = row
-            self.setAccessibleDescription(self.rows[row].spoken)
-            self.row_chosen.emit(row)
-            self.update()
+    def _write_all(self) -> None:
+        for column, text in enumerate(("", *self._head, "")[: self.columnCount()]):
+            item = self.horizontalHeaderItem(column) or Item()
+            item.setText(text.replace(" ", "\n") if self._stacks else text)
+            self.setHorizontalHeaderItem(column, item)
+        for number, row in enumerate(self.rows):
+            self._write(number, row, None)
 
-    def event(self, event: QEvent | None) -> bool:
-        """Show a tool tip for the number under the pointer."""
-        if isinstance(event, QHelpEvent) and event.type() == QEvent.Type.ToolTip:
-            said = self.help_at(event.pos().x(), event.pos().y())
-            QToolTip.showText(event.globalPos(), tip_text(said))
-            return True
-        return super().event(event)
+    def _write(self, number: int, row: NumberRow, before: NumberRow | None) -> None:
+        """Write the cells of a row that differ from those before."""
+        state = RowState.NONE if row.is_judged_apart else row.state
+        broken = state is RowState.BROKEN and not self._worded
+        label = with_shape(state, row.label) if broken else row.label
+        tone = "bad" if broken else "ink" if row.strong else "muted"
+        self._put(number, 0, label, tone, row.label, bold=row.strong)
+        if self.columnSpan(number, 0) != 1 + row.blank:
+            self.setSpan(number, 0, 1, 1 + row.blank)
+        old = before.cells if before is not None else ()
+        for column, cell in enumerate(row.cells):
+            if column >= len(old) or old[column] != cell:
+                self._write_cell(number, 1 + column, cell)
+        if self._worded:
+            last = self.columnCount() - 1
+            self._put(number, last, with_shape(state, state.value), STATE_TONES[state], "")
 
-    def help_at(self, x: float, y: float) -> str:
-        """Return the tool tip of the number, the label or the head at a position in the widget."""
-        label, cell, _ = self._columns()
-        number = int(y / self._row_height()) - 1
-        column = int((x - label) // cell)
-        if 0 <= number < len(self.rows) and x < label:
-            return self.rows[number].label
-        if 0 <= number < len(self.rows) and 0 <= column < len(self.rows[number].cells):
-            said = self.rows[number].cells[column]
-            return f"{said.help} (flown: {said.was})" if said.was else said.help
-        if number < 0 <= column < len(self._head_help):
-            return self._head_help[column]
-        return ""
+    def _write_cell(self, row: int, column: int, cell: Cell) -> None:
+        tone = "good" if cell.marked == BEST_CELL else "ink"
+        text = f"{cell.was}→{cell.text}" if cell.was and self._shows_earlier else cell.text
+        self._put(
+            row,
+            column,
+            with_shape(cell.state, text),
+            "warning" if cell.over else tone,
+            f"{cell.help} (flown: {cell.was})" if cell.was else cell.help,
+            bold=bool(cell.marked),
+            underlined=cell.over,  # a violated limit is seen in any colour
+        )
+
+    def _put(
+        self,
+        row: int,
+        column: int,
+        text: str,
+        tone: str,
+        help: str,
+        *,
+        bold: bool = False,
+        underlined: bool = False,
+    ) -> None:
+        item = Item(plain_text(text))
+        item.setForeground(self._look.colour(tone))
+        if 0 < column <= len(self._head):
+            item.setTextAlignment(NUMBER_ALIGNMENT)
+        if bold or underlined:
+            font = QFont(self.font())
+            font.setWeight(QFont.Weight.DemiBold if bold else QFont.Weight.Normal)
+            font.setUnderline(underlined)
+            item.setFont(font)
+        set_tip(item, help)
+        self.setItem(row, column, item)
+
+    def _size_with(self, share: float, gap: int) -> QSize:
+        """Return the size with a share of the labels' width, and a gap in each line [px]."""
+        label, cell, word = self._widths()
+        width = MIN_PAIRED_TABLE_PX
+        if not self._paired:
+            width = math.ceil(share * label) + len(self._head) * cell + word
+        lines = (2 if self._wraps else 1) * max(len(self.rows), self._expected)
+        line = self.fontMetrics().height() + gap
+        return QSize(width, self._heads.sizeHint().height() + lines * line + 2 * self.frameWidth())
+
+    def _word(self, row: NumberRow) -> str:
+        hidden = row.is_judged_apart or not self._worded
+        return "" if hidden else with_shape(row.state, row.state.value)
+
+    def _width(self, texts: Iterable[str]) -> int:
+        """Return the width of a column that shows texts in one line [px]."""
+        return max(map(self.fontMetrics().horizontalAdvance, texts), default=0) + CELL_PADDING_PX
+
+    def _widths(self) -> tuple[int, int, int]:
+        """Return the least widths of labels in one line, of numbers, and of words [px]."""
+        label = self._width([self._widest, *(row.label for row in self.rows if not row.blank)])
+        cells = [each for row in self.rows for each in row.cells]
+        cell = self._width(with_shape(each.state, each.text) for each in cells)
+        head = map(self._heads.sectionSizeHint, range(1, 1 + len(self._head)))
+        over = with_shape(RowState.OVER, RowState.OVER.value)  # room for a word that often comes
+        word = self._width([over, *map(self._word, self.rows)]) if self._worded else 0
+        return label, max([cell, *head]), word
+
+    def _fit(self) -> None:
+        """Give the columns their widths and the rows their height; long labels wrap."""
+        label, cell, word = self._widths()
+        count, room = max(1, len(self._head)), self.contentsRect().width()
+        pair = 2 * cell + self.fontMetrics().horizontalAdvance("→")
+        heading = max(map(self._heads.fontMetrics().horizontalAdvance, self._head), default=0)
+        stacks = label + word + count * (heading + HEADING_PADDING_PX) > room
+        shows_earlier = self._paired and label + word + count * pair <= room
+        if (stacks, shows_earlier) != (self._stacks, self._shows_earlier):
+            self._stacks, self._shows_earlier = stacks, shows_earlier
+            self._write_all()
+            label, cell, word = self._widths()
+        cell = max(cell, min((room - label - word) // count, MAX_CELL_WIDTH_PX))
+        share = max(0, room - word - count * cell)
+        wide = (min(label, share), *(cell,) * len(self._head), word)
+        for column in range(self.columnCount()):
+            self.setColumnWidth(column, wide[column])
+        wraps = share < label
+        if wraps is not self._wraps:
+            self._wraps = wraps
+            self.updateGeometry()
+        line = self.fontMetrics().height()
+        high = round(MAX_WRAPPED_ROW_LINES * line) if wraps else MAX_ROW_HEIGHT_PX
+        below = self.contentsRect().height() - self._heads.sizeHint().height()
+        rows = max(1, len(self.rows), self._expected)
+        self._sides.setDefaultSectionSize(max(line, min(high, below // rows)))

@@ -9,36 +9,40 @@ from PyQt6.QtWidgets import (
     QLineEdit,
 )
 
-from workbench.analysis.questions import Pin, Question
+from workbench.analysis.queries import RegressionCase
+from workbench.common.resources import SPEC_SUFFIX
+from workbench.design.regress.spec_names import SPEC_SUFFIXES
+from workbench.gui.analysis import QueryStream
 from workbench.gui.file_dialogs import choose_folder, clipboard
 from workbench.gui.labels import set_tip
 from workbench.gui.layout import buddy, button, fill, grid, hbox, named, tool_button
 from workbench.gui.style import set_class
-from workbench.gui.tuning.card import SPACING, Card, Sentence, wrapped
-from workbench.gui.tuning.trial import Trial
+from workbench.gui.tuning.card import CARD_SPACING_PX, ToneLabel, TuningCard, wrapped_label
+from workbench.gui.tuning.trial import TuningTrial
 from workbench.gui.units import unit_for
 from workbench.gui.workspace import Workspace
 from workbench.scenario.loads import find_excited
 
-Pinned = tuple[Path, Path, str]
+PinnedPaths = tuple[Path, Path, str]
 """Paths of a spec and its baseline, and a sentence about their content."""
-SUFFIX = ".spec.yaml"
-_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9 ._-]*")
-FOLDER = "tuning/pin_folder"
+_SPEC_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9 ._-]*")
+PIN_FOLDER_KEY = "tuning/pin_folder"
 """Settings key of the last folder."""
 
 
 def spec_path(folder: str, name: str) -> Path:
     """Return the path of a spec with a name."""
-    stem = name.strip().removesuffix(SUFFIX).replace(" ", "-")
-    return Path(folder or ".").expanduser() / f"{stem}{SUFFIX}"
+    stem = name.strip().replace(" ", "-")
+    for suffix in SPEC_SUFFIXES:
+        stem = stem.removesuffix(suffix)
+    return Path(folder or ".").expanduser() / f"{stem}{SPEC_SUFFIX}"
 
 
 def name_fault(name: str) -> str:
     """Return what is wrong with a name, as a sentence; "" if it is valid."""
     if not name.strip():
         return "Give it a name."
-    if not _NAME.fullmatch(name.strip()):
+    if not _SPEC_NAME.fullmatch(name.strip()):
         return "Use letters, digits, spaces, dots, dashes and underscores."
     return ""
 
@@ -48,7 +52,7 @@ def regress_command(path: Path) -> str:
     return f"workbench regress {shlex.quote(str(path))}"
 
 
-class PinCard(Card):
+class PinCard(TuningCard):
     """Writes a spec and its baseline that `workbench regress` flies.
 
     Args:
@@ -56,22 +60,21 @@ class PinCard(Card):
         trial: the gains that are being tried; the flown ones are pinned.
     """
 
-    def __init__(self, workspace: Workspace, trial: Trial) -> None:
+    def __init__(self, workspace: Workspace, trial: TuningTrial) -> None:
         super().__init__("Pin as regression")
-        self._analysis, self._trial = workspace.analysis, trial
-        self._preferences = workspace.preferences
-        self._asked: Pin | None = None
+        self._trial, self._preferences = trial, workspace.preferences
+        self._cases = QueryStream(workspace.analysis, self, seen=True)
         self._sure: Path | None = None
         self.name = QLineEdit("my-step")
-        kept = str(workspace.preferences.store.value(FOLDER, "") or Path.cwd())
+        kept = str(workspace.preferences.store.value(PIN_FOLDER_KEY, "") or Path.cwd())
         self.folder = QLineEdit(kept)
         self.browse = named(tool_button("…", self._browse), "Choose a folder")
         self.margins = QCheckBox("Pin the &margins of all loops, too")
         self.margins.setChecked(True)
-        self.what = wrapped()
+        self.what = wrapped_label()
         self.button = button("Write", self.write)
-        self.fault = wrapped("bad")
-        self.paths = Sentence()
+        self.fault = wrapped_label("bad")
+        self.paths = ToneLabel()
         self.command = QLineEdit()
         self.command.setReadOnly(True)
         self.copy = button("&Copy", self._copy, help="Copy the command")
@@ -79,8 +82,8 @@ class PinCard(Card):
         self.name.textChanged.connect(self._show_state)
         self.folder.textChanged.connect(self._show_state)
         trial.changed.connect(self._show_state)
-        self._analysis.answered.connect(self._hear)
-        self._analysis.refused.connect(self._hear_refusal)
+        self._cases.answered.connect(self._show_written)
+        self._cases.refused.connect(self._show_refusal)
         self._show_state()
         self._show_result(None)
 
@@ -91,7 +94,7 @@ class PinCard(Card):
 
     def begin(self) -> None:
         """Clear the question about another vehicle."""
-        self._asked = None
+        self._cases.forget()
         self._show_state()
 
     def write(self) -> None:
@@ -106,28 +109,24 @@ class PinCard(Card):
             self._label_button()
             return
         self._sure = None
-        self._preferences.store.setValue(FOLDER, self.folder.text())
-        self._asked = Pin(path, self._trial.flown, step, self.margins.isChecked(), sure)
+        self._preferences.store.setValue(PIN_FOLDER_KEY, self.folder.text())
         self.said.say("Flying the baseline …")
         self._show_result(None)
-        self._analysis.ask(self._asked)
+        self._cases.ask(
+            RegressionCase(path, self._trial.flown, step, self.margins.isChecked(), sure)
+        )
         self._show_state()
 
-    def _hear(self, question: Question, pinned: Pinned) -> None:
-        if not isinstance(question, Pin):
-            return
-        self._asked = None
+    def _show_written(self, _: RegressionCase, pinned: PinnedPaths) -> None:
         self.said.say("Written.", "good")
         self._show_result(pinned)
         self._show_state()
 
-    def _hear_refusal(self, question: Question, said: str) -> None:
-        if isinstance(question, Pin) and self._asked is not None:
-            self._asked = None
-            self.said.say(said, "bad")
-            self._show_state()
+    def _show_refusal(self, said: str) -> None:
+        self.said.say(said, "bad")
+        self._show_state()
 
-    def _show_result(self, pinned: Pinned | None) -> None:
+    def _show_result(self, pinned: PinnedPaths | None) -> None:
         for widget in (self.paths, self.command, self.copy, self._command_label):
             widget.setVisible(pinned is not None)
         if pinned is not None:
@@ -145,6 +144,11 @@ class PinCard(Card):
         set_class(self.name, "bad" if fault else "")
         if step is None:
             fault = fault or "A chirp cannot be pinned: choose a step."
+        elif step.is_attitude:
+            fault = fault or (
+                "A step of attitude or rate cannot be pinned: choose one of velocity, yaw rate or "
+                "a load."
+            )
         self.fault.setText(f"✕ {fault}" if fault else "")
         self.fault.setVisible(bool(fault))
         if step is not None:
@@ -156,8 +160,8 @@ class PinCard(Card):
                 f"{step.duration:g} s, flown from hover with heading 0: its numbers as limits, "
                 "its curve as a band."
             )
-        busy = self._asked is not None
-        self.button.setEnabled(not fault and bool(self._trial.flown) and not busy)
+        free = not self._cases.is_waiting
+        self.button.setEnabled(not fault and bool(self._trial.flown) and free)
         self._label_button()
 
     def _label_button(self) -> None:
@@ -174,10 +178,13 @@ class PinCard(Card):
     def _lay_out(self) -> None:
         fields = grid(
             (buddy("&Name", self.name), self.name),
-            (buddy("&Folder", self.folder), hbox((self.folder, 1), self.browse, spacing=SPACING)),
-            spacing=(SPACING, SPACING),
+            (
+                buddy("F&older", self.folder),
+                hbox((self.folder, 1), self.browse, spacing=CARD_SPACING_PX),
+            ),
+            spacing=(CARD_SPACING_PX, CARD_SPACING_PX),
         )
-        self._command_label = buddy("Command that &runs it", self.command)
+        self._command_label = buddy("Command that r&uns it", self.command)
         fill(
             self.body,
             self.what,

@@ -2,12 +2,12 @@
 
 from PyQt6.QtCore import QObject, pyqtSignal
 
-from workbench.analysis.questions import Step
+from workbench.analysis.queries import RequestedStep
 from workbench.gui.gains.gain_editor import GainEditor
-from workbench.gui.gains.gain_rows import controller_gains, loop_gains, partner
+from workbench.gui.gains.gain_rows import controller_gains, linked_gain, loop_gains
 
 
-class Trial(QObject):
+class TuningTrial(QObject):
     """The gains and the step of all cards.
 
     Args:
@@ -24,7 +24,7 @@ class Trial(QObject):
     def __init__(self, gains: GainEditor, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self.gains = gains
-        self.excited: Step | None = None
+        self.excited: RequestedStep | None = None
         gains.proposed_changed.connect(lambda _: self.changed.emit())
         gains.flown_changed.connect(lambda _: self.changed.emit())
         gains.set_changed.connect(self.changed.emit)
@@ -61,7 +61,7 @@ class Trial(QObject):
 
     def gains_of(self, loop: str) -> list[str]:
         """Return the names of a loop's gains, in the shown set."""
-        law = self.gains.table.controller
+        law = self.gains.controller
         of_loop = {gain for each in law.loops if each.name == loop for gain in each.gains}
         return [name for name in self.judged if law.gain_of(name) in of_loop]
 
@@ -69,15 +69,26 @@ class Trial(QObject):
         """Return the gains linked with a loop's gains, by the latter."""
         if not self.gains.linked:
             return {}
-        found = {name: partner(name) for name in self.gains_of(loop)}
+        found = {name: linked_gain(name) for name in self.gains_of(loop)}
         return {name: other for name, other in found.items() if other in self.gains.proposed}
 
     @property
-    def step(self) -> Step | None:
-        """The step for evaluation; None unless a step of a command is excited."""
+    def step(self) -> RequestedStep | None:
+        """The step for evaluation; None unless a step of a velocity or yaw rate is excited."""
+        step = self.excited
+        return None if step is None or step.is_load or step.is_attitude else step
+
+    @property
+    def setpoint_step(self) -> RequestedStep | None:
+        """The step of a setpoint of any loop; None unless one is excited."""
         return None if self.excited is None or self.excited.is_load else self.excited
 
-    def set_step(self, step: Step | None) -> None:
+    def is_moved(self, loop: str) -> bool:
+        """Return whether a gain of a loop is proposed that is not the kept one."""
+        kept, proposed = self.judged_kept, self.judged
+        return any(proposed[name] != kept[name] for name in self.gains_of(loop))
+
+    def set_step(self, step: RequestedStep | None) -> None:
         """Set the step."""
         if step != self.excited:
             self.excited = step

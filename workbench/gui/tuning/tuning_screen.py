@@ -1,256 +1,51 @@
 """The tuning screen: gains, excitation, response, margins, and further aids."""
 
-from collections.abc import Callable, Sequence
+import time
+from collections.abc import Callable
 
-import numpy as np
-from PyQt6.QtCore import QObject, QSize, Qt, pyqtSignal
-from PyQt6.QtGui import QHideEvent, QResizeEvent, QShowEvent
-from PyQt6.QtWidgets import QLayout, QSplitter, QTabWidget, QVBoxLayout, QWidget
+from PyQt6.QtCore import Qt
+from PyQt6.QtGui import QHideEvent, QKeySequence, QResizeEvent, QShortcut, QShowEvent
+from PyQt6.QtWidgets import QApplication, QSizePolicy, QTabWidget, QWidget
 
-from workbench.analysis.questions import Fork, Predict, Question
-from workbench.analysis.replies import Predicted, StepNumbers
-from workbench.design.branches import Branch, FlownBranch
-from workbench.gui.analysis import Analysis, Follower
+from workbench.analysis.queries import Predict
+from workbench.analysis.replies import Predicted
+from workbench.common.plain_files import write_in_folder
+from workbench.gui.analysis import QueryStream
 from workbench.gui.errands import single_shot
-from workbench.gui.flight_model import FlightModel
 from workbench.gui.gains.gain_bar import GainBar, ask_to_save
 from workbench.gui.gains.gain_editor import GainEditor
-from workbench.gui.gains.gain_files import GainFileDiff, GainFiles
+from workbench.gui.gains.gain_file_diff import GainFileDiff
+from workbench.gui.gains.gain_files import GainFiles
+from workbench.gui.gains.gain_history import GainHistory
 from workbench.gui.gains.gain_panel import GainPanel
-from workbench.gui.help import explain
+from workbench.gui.help import set_card_help
 from workbench.gui.layout import NO_MARGINS, column, hbox, scrolled
+from workbench.gui.saved_files import save_beside_logs
 from workbench.gui.screens import Screen
+from workbench.gui.tuning.added_cards import added_cards
+from workbench.gui.tuning.ahead_prediction import AheadPrediction
+from workbench.gui.tuning.arrangement import LOW_SCREEN_PX, TUNING_GAP_PX, Arrangement
 from workbench.gui.tuning.autotune_card import AutoTuneCard
+from workbench.gui.tuning.card import CARD_FILL_SHORTCUT, CARD_WINDOW_SHORTCUT, TuningCard
 from workbench.gui.tuning.compare_card import CompareCard
 from workbench.gui.tuning.designs import Designs
 from workbench.gui.tuning.excitation_card import ExcitationCard
 from workbench.gui.tuning.excitation_form import ExcitationChoice
 from workbench.gui.tuning.fork_card import ForkCard
 from workbench.gui.tuning.frequency_card import FrequencyCard
-from workbench.gui.tuning.judgement import Judgement
-from workbench.gui.tuning.limits import Limits
+from workbench.gui.tuning.history_dialog import HistoryDialog
+from workbench.gui.tuning.judgement import StabilityFollower
+from workbench.gui.tuning.limits import LimitValues
 from workbench.gui.tuning.map_card import MapCard
 from workbench.gui.tuning.margins_card import MarginsCard
 from workbench.gui.tuning.pin_card import PinCard
 from workbench.gui.tuning.poles_card import PolesCard
 from workbench.gui.tuning.response_card import ResponseCard
-from workbench.gui.tuning.trial import Trial
+from workbench.gui.tuning.session_report import picture_of, session_report
+from workbench.gui.tuning.trial import TuningTrial
 from workbench.gui.tuning.weights_card import WeightsCard
-from workbench.gui.tuning.what_if_card import WhatIfCard
 from workbench.gui.workspace import Workspace
 from workbench.live.view import LiveView
-from workbench.session.checkpoint import Checkpoint
-
-WIDE = 1166
-"""Least width with three columns [px]."""
-GAP = 6
-GAINS = 448
-MIDDLE = 364
-"""Initial least widths of the first two columns [px]."""
-NARROWEST_GAINS = 399
-"""Least width of the gains in three columns; below it the sliders are too short [px]."""
-SHARES = (0.3, 0.3)
-"""Shares of a wide screen for gains and response; the rest is for margins and tabs."""
-TABS = (
-    (1400, "QTabBar::tab { padding: 6px 2px; margin-right: 0; } QTabBar { font-size: 11px; }"),
-    (2000, "QTabBar::tab { padding: 6px 8px; }"),
-)
-"""Widths [px] up to which tabs are closer together, so that all eleven, or nine, are visible."""
-LEAST = 372
-SHORTEST = 520
-"""Width of the tabs, and height of everything, without clipping [px]; their bar may scroll."""
-ALL_TABS = 450
-"""Width of the bar of eleven tabs [px]."""
-BOTH = NARROWEST_GAINS + ALL_TABS
-FUTURE_NAME = "next five seconds"
-AHEAD = 5.0
-"""Predicted time [s]."""
-
-
-class Arrangement(QWidget):
-    """Gains on the left, the response beside them, margins and tabs on the right or in tabs.
-
-    Args:
-        gains: left part.
-        response: excitation and response.
-        margins: margins of all loops.
-        tabs: all other parts, with their names.
-    """
-
-    def __init__(
-        self, gains: QWidget, response: QWidget, margins: QWidget, tabs: QTabWidget
-    ) -> None:
-        super().__init__()
-        self._gains, self._response = gains, response
-        self._margins, self._tabs = margins, tabs
-        self._columns = 0
-        tabs.setDocumentMode(True)
-        tabs.setUsesScrollButtons(True)
-        tabs.setElideMode(Qt.TextElideMode.ElideNone)
-        self._middle, self._right = column(spacing=GAP), column(spacing=GAP)
-        self.splitter = QSplitter(Qt.Orientation.Horizontal)
-        self.splitter.setHandleWidth(GAP)
-        self.splitter.setChildrenCollapsible(False)
-        for part in (gains, self._middle, self._right):
-            self.splitter.addWidget(part)
-        for index, share in enumerate((2, 3, 3)):
-            self.splitter.setStretchFactor(index, share)
-        box = hbox(self.splitter, of=self, margins=(GAP, GAP, GAP, GAP))
-        box.setSizeConstraint(QLayout.SizeConstraint.SetNoConstraint)
-
-    def minimumSizeHint(self) -> QSize:
-        """Return the smallest size, with all parts in tabs."""
-        return QSize(LEAST + 2 * GAP, SHORTEST)
-
-    def resizeEvent(self, event: QResizeEvent | None) -> None:
-        """Arrange the parts according to the width."""
-        super().resizeEvent(event)
-        both = self._gains.minimumSizeHint().width() + LEAST + 3 * GAP
-        self.arrange(3 if self.width() >= WIDE else 2 if self.width() >= both else 1)
-        style = next((each for width, each in TABS if self.width() < width), "")
-        if style != self._tabs.styleSheet():
-            self._tabs.setStyleSheet(style)
-
-    def arrange(self, columns: int) -> None:
-        """Arrange the parts side by side, or in tabs.
-
-        Args:
-            columns: 3 for gains, response, and margins with the tabs; 2 for gains, and tabs; 1 for
-                only tabs.
-        """
-        if columns == self._columns:
-            return
-        self._columns = columns
-        wide = columns == 3
-        self._gains.setMinimumWidth(NARROWEST_GAINS if wide else 0)
-        chosen = self._tabs.currentWidget()
-        middle, right = self._middle.layout(), self._right.layout()
-        assert isinstance(middle, QVBoxLayout) and isinstance(right, QVBoxLayout)
-        if wide:
-            for part in (self._gains, self._response, self._margins):
-                if self._tabs.indexOf(part) >= 0:
-                    self._tabs.removeTab(self._tabs.indexOf(part))
-            middle.addWidget(self._response)
-            right.addWidget(self._margins)
-            right.addWidget(self._tabs)
-            right.setStretch(1, 1)
-            self._right.show()
-            self.splitter.insertWidget(0, self._gains)
-            for part in (self._gains, self._response, self._margins):
-                part.show()
-            gains = max(GAINS, round(SHARES[0] * self.width()))
-            response = max(MIDDLE, round(SHARES[1] * self.width()))
-            rest = self.width() - gains - response - 4 * GAP
-            self.splitter.setSizes([gains, response, rest])
-        else:
-            middle.addWidget(self._tabs)
-            self._tabs.insertTab(0, self._response, "Step")
-            self._tabs.insertTab(1, self._margins, "Margins")
-            self._right.hide()
-            if columns == 2:
-                self._tabs.removeTab(self._tabs.indexOf(self._gains))
-                self.splitter.insertWidget(0, self._gains)
-                self._gains.show()
-                room = self.width() - 3 * GAP
-                gains = min(GAINS, room - (ALL_TABS if room >= BOTH else LEAST))
-                self.splitter.setSizes([gains, self.width() - gains - 3 * GAP, 0])
-            else:
-                self._tabs.insertTab(0, self._gains, "Gains")
-            self._tabs.setCurrentIndex(0)
-        self._tabs.show()  # a widget with a new parent stays hidden until the next event loop cycle
-        if chosen is not None and self._tabs.indexOf(chosen) >= 0 and wide:
-            self._tabs.setCurrentWidget(chosen)
-
-
-class Ghost(QObject):
-    """Predicts the future of the flight with proposed gains that do not fly yet.
-
-    It asks one question at a time, next about the newest gains. It asks nothing while the gains
-    already fly, while the screen is hidden, and during longer work.
-
-    Args:
-        flight: the flight to continue.
-        analysis: computes the prediction.
-        trial: the gains that are being tried.
-        may_ask: returns whether no longer work is in progress.
-        parent: the Qt parent; this object is deleted with it.
-    """
-
-    seen_ahead = pyqtSignal(object, object)
-    """Simulated times [s] and velocity or yaw rate along the trial's axis; both may be empty."""
-    foreseen = pyqtSignal(float, object)
-    """End of the predicted path [s], and its positions in W (N, 3) [m]; N may be 0."""
-
-    def __init__(
-        self,
-        flight: FlightModel,
-        analysis: Analysis,
-        trial: Trial,
-        may_ask: Callable[[], bool],
-        parent: QObject | None = None,
-    ) -> None:
-        super().__init__(parent)
-        self._flight, self._analysis, self._trial = flight, analysis, trial
-        self._may_ask = may_ask
-        self._seen = False
-        self._busy = False
-        self._again = False
-        self._asked: Fork | None = None
-        trial.changed.connect(self.follow)
-        analysis.answered.connect(self._hear)
-        analysis.refused.connect(self._hear_refusal)
-
-    def set_seen(self, seen: bool) -> None:
-        """Predict only while the screen is visible."""
-        self._seen = seen
-
-    def begin(self) -> None:
-        """Clear the last flight."""
-        self._busy = self._again = False
-        self._asked = None
-        self._clear()
-
-    def follow(self) -> None:
-        """Predict with the present proposed gains."""
-        if self._trial.proposed == self._trial.flown:
-            self._again = False
-            self._clear()
-        elif self._busy:
-            self._again = True
-        elif self._seen and self._trial.step is not None and self._may_ask():
-            self._busy, self._again = True, False
-            self._flight.order(lambda live: live.checkpoint(), self._ask, lambda said: self._rest())
-
-    def _ask(self, checkpoint: Checkpoint) -> None:
-        branch = Branch(FUTURE_NAME, self._trial.proposed)
-        self._asked = Fork(checkpoint, (branch,), AHEAD)
-        self._analysis.ask(self._asked)
-
-    def _hear(
-        self, question: Question, forked: Sequence[tuple[FlownBranch, StepNumbers | None]]
-    ) -> None:
-        if not isinstance(question, Fork) or self._asked is None:
-            return
-        branch, _ = forked[0]
-        step = self._trial.step
-        waited = self._trial.proposed != self._trial.flown
-        if branch.name == FUTURE_NAME and step is not None and waited:
-            self.seen_ahead.emit(branch.time, branch.response(step.axis))
-            self.foreseen.emit(branch.time[-1] if len(branch.time) else 0.0, branch.position)
-        self._rest()
-
-    def _hear_refusal(self, question: Question, said: str) -> None:
-        if isinstance(question, Fork):  # the card of forks reports the reason if it has asked
-            self._rest()
-
-    def _rest(self) -> None:
-        self._busy, self._asked = False, None
-        if self._again:
-            self.follow()
-
-    def _clear(self) -> None:
-        self.seen_ahead.emit(np.empty(0), np.empty(0))
-        self.foreseen.emit(0.0, np.empty((0, 3)))
 
 
 class TuningScreen(Screen):
@@ -265,7 +60,8 @@ class TuningScreen(Screen):
         trial: the gains that are being tried.
         designs: designs to compare.
         excitation, response, margins, frequency, poles, map, weights, compare: cards.
-        fork, autotune, pin, what_if: cards as well.
+        fork, autotune, pin: cards as well.
+        added: cards of other packages by their titles.
     """
 
     def __init__(self, workspace: Workspace) -> None:
@@ -275,10 +71,12 @@ class TuningScreen(Screen):
             workspace.flight, analysis, workspace.preferences, workspace.notices, self
         )
         self.gain_files = GainFiles(self.gains, workspace.notices, self)
-        self.trial = Trial(self.gains, self)
-        self.limits = Limits(workspace.preferences.store, self)
-        self.judgement = Judgement(analysis, self)
-        self._predictor = Follower(analysis, Predict, self)
+        self.history = GainHistory(self.gains, workspace.flight, self)
+        self.history.changed.connect(self._take_note)
+        self.trial = TuningTrial(self.gains, self)
+        self.limits = LimitValues(workspace.preferences.store, self)
+        self.judgement = StabilityFollower(analysis, self)
+        self._predictor = QueryStream(analysis, self)
         self.designs = Designs(workspace.flight, self.trial, self)
         self.excitation = ExcitationCard(workspace)
         self.response = ResponseCard(
@@ -293,8 +91,10 @@ class TuningScreen(Screen):
         self.fork = ForkCard(workspace, self.trial, self.designs)
         self.autotune = AutoTuneCard(workspace, self.trial)
         self.pin = PinCard(workspace, self.trial)
-        self.what_if = WhatIfCard(workspace, self.trial, self.designs)
-        self.ghost = Ghost(workspace.flight, analysis, self.trial, self._is_free, self)
+        self.added = {
+            row.title: row.make(workspace, self.trial, self.designs) for row in added_cards()
+        }
+        self.ghost = AheadPrediction(workspace.flight, analysis, self.trial, self._is_free, self)
         self._cards = {
             "Frequency": self.frequency,
             "Poles": self.poles,
@@ -304,24 +104,32 @@ class TuningScreen(Screen):
             "Fork": self.fork,
             "Tune": self.autotune,
             "Pin": self.pin,
-            "What if": self.what_if,
+            **self.added,
         }
         self.tabs = QTabWidget()
         for name, card in self._cards.items():
             self.tabs.addTab(card, name)
         self.panel = GainPanel(workspace, self.gains)
-        self.diff_judgement = Judgement(analysis, self)
+        self.diff_judgement = StabilityFollower(analysis, self)
         self.diff_margins = MarginsCard(
             workspace, self.diff_judgement, self.limits, "Margins with these"
         )
+        self.diff_margins.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Maximum)
         self.diff_margins.hide()
         self.gain_files.diff_changed.connect(self._judge_diff)
         bar = GainBar(workspace, self.gains, self.gain_files)
-        gains = column(bar, self.diff_margins, (self.panel, 1), spacing=GAP)
-        explain(gains, "Gains")
-        response = column(self.excitation, (self.response, 1), spacing=GAP)
-        self.arrangement = Arrangement(gains, scrolled(response), self.margins, self.tabs)
+        bar.history_wanted.connect(self._show_history)
+        bar.report_wanted.connect(self.write_report)
+        gains = column(bar, self.diff_margins, (self.panel, 1), 0, spacing=TUNING_GAP_PX)
+        set_card_help(gains, "Gains")
+        response = column(self.excitation, (self.response, 1), spacing=TUNING_GAP_PX)
+        self.arrangement = Arrangement(
+            gains, scrolled(response), self.margins, self.tabs, [*bar.actions_by_name.values()]
+        )
         hbox(self.arrangement, of=self, margins=NO_MARGINS)
+        everywhere = [self.excitation.excite, self.panel.search_action]
+        self.addActions(everywhere)  # also while another tab is shown
+        self.panel.search_action.triggered.connect(lambda: self._show_gains(gains))
         # Linked gains, or a whole gain file, change one by one: ask once.
         self._soon = single_shot(self._ask, self)
         self._connect()
@@ -329,11 +137,25 @@ class TuningScreen(Screen):
 
     def _judge_diff(self, diff: GainFileDiff | None) -> None:
         """Show the effect of a loaded gain file on the margins, while it waits for a choice."""
+        self._make_room_for_diff()
         self.diff_judgement.set_seen(diff is not None)
         self.diff_margins.setVisible(diff is not None)
         if diff is not None:
             flown = self.gains.flown
             self.diff_judgement.follow(diff.after(flown), diff.before(flown))
+
+    def _make_room_for_diff(self) -> None:
+        """Show the lines of a loaded gain file in place of the gains where the screen is low."""
+        low = self.height() < LOW_SCREEN_PX
+        if low == self.diff_margins.fold.isVisibleTo(self.diff_margins):
+            self.diff_margins.set_folded(low)
+            self.diff_margins.fold.setVisible(not low)
+        self.panel.setVisible(self.gain_files.diff is None or not low)
+
+    def resizeEvent(self, event: QResizeEvent | None) -> None:
+        """Make room for the lines of a loaded gain file."""
+        super().resizeEvent(event)
+        self._make_room_for_diff()
 
     def begin(self, view: LiveView) -> None:
         """Clear the last flight."""
@@ -354,6 +176,34 @@ class TuningScreen(Screen):
         self._predictor.forget()
         self.designs.take_over()
         self._begin_cards()
+
+    def show_card(self, title: str) -> None:
+        """Show a card of another package."""
+        self.arrangement.show_card(self.added[title])
+
+    def write_report(self) -> None:
+        """Write the report of the session to the folder for logs."""
+        pictures = {"Response": picture_of(self.response)}
+        if self.frequency.curves.shown:  # else it would be a picture of nothing
+            pictures["Frequency"] = picture_of(self.frequency)
+        view, margins = self.workspace.flight.view, self.margins.rows
+        page = session_report(view, self.gains, self.history, margins, pictures)
+        name = f"tuning_{time.strftime('%Y%m%d_%H%M%S')}.html"
+        save_beside_logs(self.workspace, name, lambda path: bool(write_in_folder(path, page)))
+
+    def _take_note(self) -> None:
+        """Let the note on the kept gains be saved with them."""
+        self.gain_files.note = self.history.note
+
+    def _show_history(self) -> None:
+        notices = self.workspace.notices
+        HistoryDialog(self.gains, self.history, self.gain_files, notices, self.window()).show()
+
+    def _show_gains(self, gains: QWidget) -> None:
+        """Show the gains if they are in a tab, and search them."""
+        if self.tabs.indexOf(gains) >= 0:
+            self.tabs.setCurrentWidget(gains)
+            self.panel.search.setFocus(Qt.FocusReason.ShortcutFocusReason)
 
     def _begin_cards(self) -> None:
         for card in self._cards.values():
@@ -381,7 +231,16 @@ class TuningScreen(Screen):
 
     def close_screen(self) -> None:
         """Wait for files that are being read or written."""
+        self.arrangement.close_windows()
         self.gain_files.close()
+
+    def focusNextPrevChild(self, forward: bool) -> bool:
+        """Let Tab go to the gains first."""
+        first = self.panel.first_stop if forward and self.hasFocus() else None
+        if first is None:
+            return super().focusNextPrevChild(forward)
+        first.setFocus(Qt.FocusReason.TabFocusReason)
+        return True
 
     def showEvent(self, event: QShowEvent | None) -> None:
         """Ask again: the screen is visible."""
@@ -404,8 +263,21 @@ class TuningScreen(Screen):
         self.ghost.seen_ahead.connect(self.response.show_ahead)
         self.ghost.foreseen.connect(self.workspace.scene.foreseen)
         self.margins.loop_chosen.connect(self.frequency.choose_loop)
-        self.margins.loop_chosen.connect(self.poles.choose_loop)
+        self.margins.loop_chosen.connect(self.poles.prefer_loop)
+        self.poles.loop_wanted.connect(self._show_loop)
         self.tabs.currentChanged.connect(lambda _: self._set_seen())
+        self.arrangement.windows_changed.connect(self._set_seen)
+        for keys, do in (
+            (CARD_FILL_SHORTCUT, self.arrangement.fill_column),
+            (CARD_WINDOW_SHORTCUT, self.arrangement.move_to_window),
+        ):
+            shortcut = QShortcut(QKeySequence(keys), self)
+            shortcut.activated.connect(lambda do=do: do(self._present_card()))
+
+    def _show_loop(self, name: str) -> None:
+        """Show the frequency response of a loop."""
+        self.frequency.choose_loop(name)
+        self.arrangement.show_card(self.frequency)
 
     def _plan(self, choice: ExcitationChoice) -> None:
         self.response.plan(choice)
@@ -453,11 +325,20 @@ class TuningScreen(Screen):
         """Whether no long work is in progress for the user."""
         return not (self.autotune.is_running or self.fork.is_busy)
 
+    def _present_card(self) -> TuningCard:
+        """Return the card with the keyboard, else that of the tab in front, else the response."""
+        part: QWidget | None = QApplication.focusWidget()
+        while part is not None and not isinstance(part, TuningCard):
+            part = part.parentWidget()
+        shown = self.tabs.currentWidget()
+        return part or (shown if isinstance(shown, TuningCard) else self.response)
+
     def _set_seen(self) -> None:
-        seen = self.isVisible()
+        windowed = self.arrangement.windowed
+        seen = self.isVisible() or bool(windowed)
         self.judgement.set_seen(seen)
         self._predictor.set_seen(seen)
         self.ghost.set_seen(seen)
-        shown = self.tabs.currentWidget()
+        shown = self.tabs.currentWidget() if self.isVisible() else None
         for card in self._cards.values():
-            card.set_seen(seen and shown is card)
+            card.set_seen(card is shown or card in windowed)

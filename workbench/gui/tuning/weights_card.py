@@ -3,116 +3,118 @@
 import math
 from collections.abc import Callable, Mapping
 
-from PyQt6.QtCore import QRectF, QSize, Qt
-from PyQt6.QtGui import QPainter, QPaintEvent
-from PyQt6.QtWidgets import QComboBox, QSizePolicy, QWidget
+import pyqtgraph as pg
+from PyQt6.QtCore import Qt
 
-from workbench.analysis.questions import Weigh
-from workbench.gui.analysis import Follower
+from workbench.analysis.queries import Sensitivities
+from workbench.gui.analysis import SETTLING_MS, QueryStream
 from workbench.gui.errands import single_shot
+from workbench.gui.instruments.plane_view import style_axis
 from workbench.gui.labels import set_tip
 from workbench.gui.layout import buddy, fill, hbox
 from workbench.gui.theme import Look
-from workbench.gui.tuning.card import Card, offer, wrapped
-from workbench.gui.tuning.limits import STEP_LIMITS, Limit, find_limit
-from workbench.gui.tuning.trial import Trial
+from workbench.gui.tuning.card import TuningCard, set_items, wrapped_label
+from workbench.gui.tuning.limits import STEP_LIMITS, NumberLimit, find_limit
+from workbench.gui.tuning.trial import TuningTrial
+from workbench.gui.wheel import ComboBox
 from workbench.gui.workspace import Workspace
 
-PERCENT = 10.0
+GAIN_CHANGE_PERCENT = 10.0
 """Change of a gain to which a bar refers [%]."""
-MOST = 8
-LEAST = 0.02
+MAX_WEIGHT_BARS = 8
+WEIGHT_BAR_SHARE = 0.44
+"""Height of a bar, as a share of its row."""
+MIN_BAR_SHARE = 0.02
 """Bars below this share of the longest are left out."""
-REST = 600
-"""Gains have settled if they have not changed for this time [ms]."""
 
 
-def weight_text(gain: str, slope: float, limit: Limit) -> str:
+def weight_text(gain: str, slope: float, limit: NumberLimit) -> str:
     """Return a gain's effect, in words."""
-    change = limit.factor * PERCENT * slope
-    decimals = limit.decimals + 1
+    what = f"{GAIN_CHANGE_PERCENT:g} % more {gain}: {limit.label.lower()}"
+    return f"{what} {change_text(slope, limit)}"
+
+
+def change_text(slope: float, limit: NumberLimit) -> str:
+    """Return the change of a number with a slope, with its sign and unit."""
+    change = limit.factor * GAIN_CHANGE_PERCENT * slope
     sign = "+" if change >= 0.0 else "−"
-    number = f"{sign}{abs(change):.{decimals}f} {limit.unit}".rstrip()
-    return f"{PERCENT:g} % more {gain}: {limit.label.lower()} {number}"
+    return f"{sign}{abs(change):.{limit.decimals + 1}f} {limit.unit}".rstrip()
 
 
-def strongest(slopes: Mapping[str, float]) -> dict[str, float]:
+def strongest_gains(slopes: Mapping[str, float]) -> dict[str, float]:
     """Return the gains that have an effect, the strongest first."""
     known = [(name, slope) for name, slope in slopes.items() if math.isfinite(slope) and slope]
     known.sort(key=lambda each: -abs(each[1]))
     most = abs(known[0][1]) if known else 0.0
-    return dict([each for each in known if abs(each[1]) >= LEAST * most][:MOST])
+    return dict([each for each in known if abs(each[1]) >= MIN_BAR_SHARE * most][:MAX_WEIGHT_BARS])
 
 
-class WeightBars(QWidget):
-    """Paints a bar for each gain: to the left if more of it reduces the number.
+class WeightBars(pg.PlotWidget):
+    """A bar for each gain: to the left if more of it reduces the number.
 
     Args:
         look: source of colours.
         words: returns a gain's name in words.
+
+    Attributes:
+        texts: the content in words.
     """
 
     def __init__(self, look: Look, words: Callable[[str], str]) -> None:
-        super().__init__()
+        super().__init__(enableMenu=False)
         self._look, self._words = look, words
-        self._slopes: dict[str, float] = {}
-        self._limit: Limit | None = None
+        self.texts: tuple[str, ...] = ()
+        self._bars = pg.BarGraphItem(x0=[], y=[], width=[], height=WEIGHT_BAR_SHARE, pen=None)
+        self._middle = pg.InfiniteLine(0.0)
+        self._none = pg.TextItem("Not known yet", anchor=(0.5, 0.5))
+        for item in (self._bars, self._middle, self._none):
+            self.addItem(item)
+        self.plotItem.hideButtons()
+        self.plotItem.setMouseEnabled(False, False)
+        self.plotItem.invertY()
+        for side in ("left", "right"):
+            self.getAxis(side).setStyle(tickLength=0)
         self.setMinimumHeight(120)
-        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
+        self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         self.setAccessibleName("Effect of each gain on the metric")
-        look.changed.connect(self.update)
+        look.changed.connect(self._apply_colours)
+        self._apply_colours()
 
-    @property
-    def texts(self) -> tuple[str, ...]:
-        """The content in words."""
-        if self._limit is None:
-            return ()
-        slopes = self._slopes.items()
-        return tuple(weight_text(self._words(name), each, self._limit) for name, each in slopes)
-
-    def show_slopes(self, slopes: Mapping[str, float], limit: Limit) -> None:
+    def show_slopes(self, slopes: Mapping[str, float], limit: NumberLimit) -> None:
         """Show the effects of gains on a number."""
-        self._slopes, self._limit = strongest(slopes), limit
+        shown = strongest_gains(slopes)
+        self.texts = tuple(weight_text(self._words(name), x, limit) for name, x in shown.items())
         self.setAccessibleDescription("; ".join(self.texts))
         set_tip(self, "\n".join(self.texts))
-        self.update()
+        rows, values = range(len(shown)), list(shown.values())
+        self._none.setVisible(not shown)
+        self._middle.setVisible(bool(shown))
+        both = (True, False, bool(shown), False)
+        self.plotItem.showAxes(both if shown else False, showValues=both)
+        self._bars.setOpts(x0=[0.0] * len(rows), y=rows, width=values)
+        self._colour_bars()
+        numbers = (change_text(slope, limit) for slope in values)
+        for side, texts in (("left", map(self._words, shown)), ("right", numbers)):
+            self.getAxis(side).setTicks([list(zip(rows, texts, strict=True))])
+        most = max(map(abs, values), default=1.0)
+        high = max(len(rows), MAX_WEIGHT_BARS // 2) if shown else 1
+        self.setRange(xRange=(-most, most), yRange=(-0.5, high - 0.5), padding=0.0)
 
-    def sizeHint(self) -> QSize:
-        """Return the size of all bars."""
-        return QSize(320, MOST * (self.fontMetrics().height() + 8))
+    def _apply_colours(self) -> None:
+        """Apply the colours of the look."""
+        self.setBackground(self._look.colour("card"))
+        self._colour_bars()
+        self._middle.setPen(self._look.colour("muted"))
+        self._none.setColor(self._look.colour("muted"))
+        for side in ("left", "right"):
+            style_axis(self.getAxis(side), self._look, self.font(), pen=None, text="ink")
 
-    def paintEvent(self, event: QPaintEvent | None) -> None:
-        """Paint the bars, their names and their numbers."""
-        painter = QPainter(self)
-        colour = self._look.colour
-        if not self._slopes or self._limit is None:
-            painter.setPen(colour("muted"))
-            painter.drawText(self.rect(), Qt.AlignmentFlag.AlignCenter, "Not known yet")
-            return
-        height = min(self.height() / len(self._slopes), self.fontMetrics().height() + 12.0)
-        names = [*map(self._words, self._slopes)]
-        label = max(self.fontMetrics().horizontalAdvance(name) for name in names) + 10.0
-        numbers = [text.rsplit(" ", 2 if self._limit.unit else 1) for text in self.texts]
-        shown = [" ".join(parts[1:]) for parts in numbers]
-        number = max(self.fontMetrics().horizontalAdvance(text) for text in shown) + 10.0
-        room = (self.width() - label - number) / 2.0
-        most = max(map(abs, self._slopes.values()))
-        middle = label + room
-        left = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
-        right = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
-        for index, slope in enumerate(self._slopes.values()):
-            top = index * height
-            painter.setPen(colour("ink"))
-            painter.drawText(QRectF(0.0, top, label, height), left, names[index])
-            painter.drawText(QRectF(0.0, top, self.width(), height), right, shown[index])
-            width = room * slope / most
-            bar = QRectF(middle, top + 0.28 * height, width, 0.44 * height).normalized()
-            painter.fillRect(bar, self._look.curve(0 if slope < 0.0 else 1))
-        painter.setPen(colour("muted"))
-        painter.drawLine(round(middle), 0, round(middle), round(len(self._slopes) * height))
+    def _colour_bars(self) -> None:
+        colours = [self._look.curve(0 if x < 0.0 else 1) for x in self._bars.opts["width"]]
+        self._bars.setOpts(brushes=colours)
 
 
-class WeightsCard(Card):
+class WeightsCard(TuningCard):
     """Asks for the effect of every gain once the proposed ones have settled.
 
     Args:
@@ -120,35 +122,35 @@ class WeightsCard(Card):
         trial: the gains that are being tried.
     """
 
-    def __init__(self, workspace: Workspace, trial: Trial) -> None:
+    def __init__(self, workspace: Workspace, trial: TuningTrial) -> None:
         super().__init__("Sensitivity")
         self._trial = trial
         self._weighed: Mapping[str, Mapping[str, float]] | None = None
-        self._asked: Weigh | None = None
-        self._follower = Follower(workspace.analysis, Weigh, self)
-        self.number = QComboBox()
-        offer(self.number, {row.name: row.label for row in STEP_LIMITS})
+        self._asked: Sensitivities | None = None
+        self._queries = QueryStream(workspace.analysis, self)
+        self.number = ComboBox()
+        set_items(self.number, {row.name: row.label for row in STEP_LIMITS})
         self.bars = WeightBars(workspace.look, trial.gains.words)
-        self.words = wrapped()
+        self.words = wrapped_label()
         line = hbox(buddy("Gains that change the &metric", self.number), (self.number, 1))
         fill(self.body, line, (self.bars, 1), self.words)
-        self._rest = single_shot(self._ask, self, REST)
+        self._rest = single_shot(self._ask, self, SETTLING_MS)
         self.number.currentIndexChanged.connect(self._show)
         trial.changed.connect(self._follow)
-        self._follower.answered.connect(self._take)
-        self._follower.refused.connect(lambda said: self.said.say(said, "warning"))
+        self._queries.answered.connect(self._take)
+        self._queries.refused.connect(lambda said: self.said.say(said, "warning"))
         self._show()
 
     def begin(self) -> None:
         """Clear another vehicle's results."""
-        self._follower.forget()
+        self._queries.forget()
         self._weighed = self._asked = None
         self._show()
         self._follow()
 
     def set_seen(self, seen: bool) -> None:
         """Ask only while the card is visible."""
-        self._follower.set_seen(seen)
+        self._queries.set_seen(seen)
         self._say_waiting()
 
     def _follow(self) -> None:
@@ -161,14 +163,14 @@ class WeightsCard(Card):
         if step is None:
             self.said.say("Choose a step of a setpoint, not a chirp or a load.")
         elif gains:
-            self._follower.ask(Weigh(gains, step))
+            self._queries.ask(Sensitivities(gains, step))
             self._say_waiting()
 
     def _say_waiting(self) -> None:
-        if self._follower.is_waiting:
+        if self._queries.is_waiting:
             self.said.say("Flying a few hundred steps …")
 
-    def _take(self, asked: Weigh, weighed: Mapping[str, Mapping[str, float]]) -> None:
+    def _take(self, asked: Sensitivities, weighed: Mapping[str, Mapping[str, float]]) -> None:
         self._asked, self._weighed = asked, weighed
         self.said.say("")
         self._show()

@@ -140,6 +140,7 @@ window.workbench = (() => {
     }
     const original = viewer.handle_command.bind(viewer);
     viewer.handle_command = told => command(original, told);
+    viewer.gui.hide(); // Meshcat's own controls cover the picture; a browser's page has them
     viewer.renderer.domElement.addEventListener("webglcontextlost", () => { fault = "lost"; });
     if (!software) return;
     viewer.renderer.setPixelRatio(SOFTWARE_RATIO);

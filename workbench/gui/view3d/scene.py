@@ -5,16 +5,16 @@ from dataclasses import dataclass
 import numpy as np
 from PyQt6.QtCore import QObject, pyqtSignal
 
-from workbench.gui.poses import turned
-from workbench.gui.visualization.log_messages import LogContents
+from workbench.common.flight import Flight
+from workbench.gui.poses import rotation_from_angles
 
-SOURCES = ("position_data", "estimate")
+LOG_POSE_TOPICS = ("position_data", "estimate")
 """Sources of the motion in W in a log: the true one, or else the flight computer's estimate."""
-FIELDS = ("x", "y", "z", "roll", "pitch", "yaw")
+LOG_POSE_FIELDS = ("x", "y", "z", "roll", "pitch", "yaw")
 
 
 @dataclass(frozen=True, eq=False)
-class Track:
+class LogTrack:
     """The motion in a log.
 
     Attributes:
@@ -33,34 +33,33 @@ class Track:
         """Return the pose X_WB at a time, beyond the ends the nearest one (4, 4) [m]."""
         pose = np.eye(4)
         angles = (float(np.interp(time, self.time, each)) for each in self.roll_pitch_yaw.T)
-        pose[:3, :3] = turned(*angles)
+        pose[:3, :3] = rotation_from_angles(*angles)
         pose[:3, 3] = [np.interp(time, self.time, each) for each in self.p_WB.T]
         return pose
 
 
-def track_of(contents: LogContents) -> Track | None:
+def log_track(flight: Flight) -> LogTrack | None:
     """Return the motion in a log, None without a position."""
-    for source in SOURCES:
-        names = [f"{source}.{each}" for each in FIELDS]
-        if any(name not in contents.values for name in names[:3]):
+    for source in LOG_POSE_TOPICS:
+        names = [f"{source}.{each}" for each in LOG_POSE_FIELDS]
+        if any(name not in flight for name in names[:3]):
             continue
-        time = contents.times[contents.topic_of[names[0]]]
-        columns = [_column(contents, name, time) for name in names]
+        time = flight[names[0]].time
+        columns = [_resampled_series(flight, name, time) for name in names]
         known = np.isfinite(columns[:3]).all(axis=0)
         if known.sum() > 1:
             motion = np.array(columns)[:, known].T
             angles = np.unwrap(np.nan_to_num(motion[:, 3:]), axis=0)
-            return Track(contents.path.name, time[known], motion[:, :3], angles)
+            return LogTrack(flight.source.name, time[known], motion[:, :3], angles)
     return None
 
 
-def _column(contents: LogContents, name: str, time: np.ndarray) -> np.ndarray:
+def _resampled_series(flight: Flight, name: str, time: np.ndarray) -> np.ndarray:
     """Return a series resampled at other times; zeros if the log lacks it."""
-    if name not in contents.values:
+    if name not in flight:
         return np.zeros(len(time))
-    own = contents.times[contents.topic_of[name]]
-    values = np.asarray(contents.values[name], dtype=float)
-    return values if own is time else np.interp(time, own, values)
+    own = flight[name]
+    return own.values if np.array_equal(own.time, time) else np.interp(time, own.time, own.values)
 
 
 class Scene(QObject):
@@ -82,12 +81,12 @@ class Scene(QObject):
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self.log, self.time = "", 0.0
-        self.track: Track | None = None
+        self.track: LogTrack | None = None
 
-    def show_log(self, contents: LogContents | None) -> None:
+    def show_log(self, flight: Flight | None) -> None:
         """Show a log, or none."""
-        self.log = contents.path.name if contents is not None else ""
-        self.track = track_of(contents) if contents is not None else None
+        self.log = flight.source.name if flight is not None else ""
+        self.track = log_track(flight) if flight is not None else None
         self.log_changed.emit()
 
     def replay(self, time: float) -> None:

@@ -1,33 +1,30 @@
 """The page of charts: a list of signals beside a board of charts, and controls above."""
 
-import re
-from collections.abc import Callable
+from contextlib import suppress
 from functools import partial
 from pathlib import Path
 
-from PyQt6.QtCore import QSettings, Qt, pyqtSignal
+from PyQt6.QtCore import QSettings, Qt
 from PyQt6.QtGui import QResizeEvent
 from PyQt6.QtWidgets import (
-    QDialog,
-    QDialogButtonBox,
     QFileDialog,
-    QFormLayout,
-    QLayout,
-    QLineEdit,
     QMenu,
     QSplitter,
     QWidget,
 )
 
 from workbench.common.errors import WorkbenchError
+from workbench.common.flight import Flight
+from workbench.common.plain_files import write_atomically
 from workbench.common.plain_text import plain_name
-from workbench.gui.charts.ticks import number_text
-from workbench.gui.errands import Answers
+from workbench.common.quantity import number_text
+from workbench.gui.errands import FutureCallbacks
 from workbench.gui.file_dialogs import open_file, show_file_dialog
-from workbench.gui.labels import LONGEST_PATH, Label, menu_text
+from workbench.gui.flow_layout import FlowLayout
+from workbench.gui.labels import MAX_MENU_PATH_CHARACTERS, Label, menu_text
 from workbench.gui.layout import (
     NO_MARGINS,
-    FlowLayout,
+    add_action,
     buddy,
     button,
     choice,
@@ -37,121 +34,44 @@ from workbench.gui.layout import (
     scrolled,
     vbox,
 )
-from workbench.gui.opener import FileKind, RecentFiles
 from workbench.gui.preferences import log_folder
-from workbench.gui.style import set_class
+from workbench.gui.recent_files import FileKind
 from workbench.gui.visualization.chart_board import ChartBoard
 from workbench.gui.visualization.derived_signals import (
-    DERIVED,
-    OWN_TOPIC,
-    Derived,
+    DERIVED_SIGNALS,
+    DerivedSignal,
     SeriesSource,
     WithDerived,
 )
 from workbench.gui.visualization.layouts import (
-    DEFAULT,
-    PRESETS,
+    DEFAULT_PRESET,
+    LAYOUT_PRESETS,
+    Board,
+    ChartLayout,
     ChartSpec,
-    Layout,
-    kept_text,
+    fitting_board,
     layout_text,
-    read_kept,
     read_layout,
+    read_stored_layout,
+    stored_layout_text,
 )
-from workbench.gui.visualization.log_messages import SpecContents
 from workbench.gui.visualization.overlays import Overlay, OverlayBar
 from workbench.gui.visualization.signal_catalog import make_catalog
+from workbench.gui.visualization.signal_dialog import SignalDialog
 from workbench.gui.visualization.signal_tree import SignalTree
+from workbench.gui.visualization.spec_limits import SpecContents
 from workbench.gui.workspace import Workspace
 from workbench.link.topics import Topic
-from workbench.logs.expressions import FUNCTIONS
 
-KEPT = "visualization/charts"
+CHARTS_SETTINGS_KEY = "visualization/charts"
 """Settings key of the charts."""
-OWN = "Own"
-WIDE_PAGE = 980
+OWN_LAYOUT_NAME = "Own"
+MIN_PAGE_WITH_LIST_PX = 980
 """Least width with the list of signals beside the charts [pixels]."""
-DIALOG_WIDTH = 520
-"""Width of the texts in a dialog [pixels]."""
-ENDING = ".layout.yaml"
+SOURCES_LIST_PX = 310
+"""Width of the list of signals that shows their names in the log of another program [pixels]."""
+LAYOUT_FILE_ENDING = ".layout.yaml"
 """Ending of layout files."""
-
-
-class SignalDialog(QDialog):
-    """Asks for a signal derived by an expression, and shows errors while it is typed.
-
-    Args:
-        signal: signal to change; empty for a new one.
-        check: raises a WorkbenchError if a signal is invalid.
-        parent: the Qt parent.
-    """
-
-    given = pyqtSignal(object)
-    """The requested `Derived`."""
-
-    def __init__(
-        self, signal: Derived, check: Callable[[Derived], object], parent: QWidget | None = None
-    ) -> None:
-        super().__init__(parent)
-        self.setWindowTitle("Derived signal")
-        self._check = check
-        self.name = QLineEdit(signal.name.partition(".")[2])
-        self.name.setPlaceholderText("ground_speed")
-        self.expression = QLineEdit(signal.expression)
-        self.expression.setPlaceholderText("sqrt(v_x**2 + v_y**2)")
-        self.unit = QLineEdit(signal.unit if signal.name else "")
-        self.unit.setPlaceholderText("m/s")
-        self.said = Label()
-        self.said.setWordWrap(True)
-        form = QFormLayout(self)
-        form.setSizeConstraint(QLayout.SizeConstraint.SetFixedSize)  # as high as the message
-        for label, field in (
-            ("&Name", self.name),
-            ("&Expression", self.expression),
-            ("&Unit, in SI", self.unit),
-        ):
-            field.textChanged.connect(self._look)
-            form.addRow(buddy(label, field, kind=""), field)
-        known = ", ".join(
-            f"{name} ({each.help})" if each.help.count(" ") > 2 else name
-            for name, each in FUNCTIONS.items()
-        )
-        help = Label(f"Signals by their names, + - * / // % **, comparisons, pi, {known}.")
-        help.setWordWrap(True)
-        help.setFixedWidth(DIALOG_WIDTH)
-        self.said.setFixedWidth(DIALOG_WIDTH)
-        set_class(help, "muted")
-        self.buttons = QDialogButtonBox(
-            QDialogButtonBox.StandardButton.Ok | QDialogButtonBox.StandardButton.Cancel
-        )
-        self.buttons.accepted.connect(self.accept)
-        self.buttons.rejected.connect(self.reject)
-        for widget in (self.said, help, self.buttons):
-            form.addRow(widget)
-        self.accepted.connect(lambda: self.given.emit(self.signal))
-        self.finished.connect(self.deleteLater)
-        self._look()
-
-    @property
-    def signal(self) -> Derived:
-        """The requested signal."""
-        name = f"{OWN_TOPIC}.{self.name.text().strip()}"
-        return Derived(name, self.unit.text().strip() or "1", self.expression.text().strip())
-
-    def _look(self) -> None:
-        """Show errors."""
-        why = ""
-        if not re.fullmatch(r"[A-Za-z_]\w*", self.name.text().strip()):
-            why = "Give it a name of letters, digits and _."
-        else:
-            try:
-                self._check(self.signal)
-            except WorkbenchError as error:
-                why = str(error)
-        self.said.setText(why)
-        button = self.buttons.button(QDialogButtonBox.StandardButton.Ok)
-        if button is not None:
-            button.setEnabled(not why)
 
 
 class ChartsPage(QWidget):
@@ -165,14 +85,15 @@ class ChartsPage(QWidget):
         super().__init__()
         self._workspace = workspace
         self._store: QSettings = workspace.preferences.store
-        self._answers = Answers(workspace.notices.warn, self)
-        self._recent = RecentFiles(workspace.preferences.store, self)
+        self._answers = FutureCallbacks(workspace.notices.warn, self)
+        self._recent = workspace.recent
         self._live: SeriesSource = workspace.signals
         self._base: SeriesSource = self._live
-        self._own: tuple[Derived, ...] = ()
+        self._own: tuple[DerivedSignal, ...] = ()
         self._source = WithDerived(self._live)
         self._topics: tuple[Topic, ...] = ()
         self._tree_chosen: bool | None = None
+        self._chosen_for_log: tuple[Board, Board] | None = None  # before, and in its place
         self.board = ChartBoard(workspace, self._source)
         self.tree = SignalTree()
         self.overlays = OverlayBar()
@@ -184,9 +105,9 @@ class ChartsPage(QWidget):
         self.new_signal = button(
             "Derived si&gnal…", self.ask_signal, help="Make a signal from others by an expression"
         )
-        self.presets = choice("Layout of the charts", (*PRESETS, OWN))
+        self.presets = choice("Layout of the charts", (*LAYOUT_PRESETS, OWN_LAYOUT_NAME))
         help = "Save the charts with their signals and axes, or open saved ones"
-        self.files = button("Layout &file", help=help)
+        self.files = button("Layou&t file", help=help)
         self.file_menu = QMenu(self)
         self.signals_shown = button("&Signals", help="Show the list of all signals")
         self.add = button("Add &chart", self.board.add_chart)
@@ -197,8 +118,10 @@ class ChartsPage(QWidget):
         self.clear_marks = button("Clear A, B", lambda: self.board.set_marks({}))
         self.line = FlowLayout()
         self._lay_out()
-        self.tree.chosen.connect(self.board.add_signal)
-        self.tree.chosen_apart.connect(lambda name: self.board.add_chart(ChartSpec(name, (name,))))
+        self.tree.chosen.connect(self.board.add_signals)
+        self.tree.chosen_apart.connect(
+            lambda names: self.board.add_chart(ChartSpec(names[0], tuple(names)))
+        )
         self.tree.edit_wanted.connect(self._edit)
         self.tree.removal_wanted.connect(self._remove)
         self.board.changed.connect(self._keep)
@@ -211,18 +134,18 @@ class ChartsPage(QWidget):
         self.signals_shown.clicked.connect(self._choose_tree)
         self.pause.clicked.connect(self.board.set_paused)
         self._fill_files()
-        kept = read_kept(str(self._store.value(KEPT, "")))
+        kept = read_stored_layout(str(self._store.value(CHARTS_SETTINGS_KEY, "")))
         self._own = kept.signals if kept else ()
         self._source = self._with_own(self._base)
-        self.board.show_board(kept.charts if kept else PRESETS[DEFAULT], self._source)
+        self.board.show_board(kept.charts if kept else LAYOUT_PRESETS[DEFAULT_PRESET], self._source)
         self._name_preset()
 
     @property
-    def layout_shown(self) -> Layout:
+    def layout_shown(self) -> ChartLayout:
         """Charts, the user's own signals, and cursors."""
-        return Layout(charts=self.board.board, signals=self._own, marks=self.board.marks)
+        return ChartLayout(charts=self.board.board, signals=self._own, marks=self.board.marks)
 
-    def show_layout(self, layout: Layout) -> None:
+    def show_layout(self, layout: ChartLayout) -> None:
         """Show the charts, signals and cursors of a layout."""
         self._change_own(layout.signals)
         self._source = self._with_own(self._base)
@@ -236,8 +159,16 @@ class ChartsPage(QWidget):
     def add_overlay(self, name: str, log: SeriesSource) -> None:
         """Draw a log over the charts."""
         overlay = Overlay(name, log)
-        overlay.derive((*DERIVED, *self._own))
+        overlay.derive((*DERIVED_SIGNALS, *self._own))
+        with suppress(WorkbenchError):  # nothing to align them by: it stays as it is
+            overlay.align(self._base)
         self.overlays.add(overlay)
+        self.overlays.show_shifts()
+        if not any(overlay.signal(each) for pane in self.board.panes for each in pane.spec.signals):
+            self._workspace.notices.warn(
+                f"the overlay {name} has none of the signals in these charts",
+                "Choose another layout, or add signals that both have.",
+            )
 
     def show_limits(self, limits: SpecContents | None) -> None:
         """Draw the limits of a spec on the signals that they apply to, None for none."""
@@ -249,7 +180,7 @@ class ChartsPage(QWidget):
     def open_layout(self, path: Path) -> None:
         """Read a layout file and show it; errors become notices."""
 
-        def show(layout: Layout) -> None:
+        def show(layout: ChartLayout) -> None:
             self.show_layout(layout)
             self._recent.add(FileKind.LAYOUT, str(path))
 
@@ -258,18 +189,18 @@ class ChartsPage(QWidget):
     def save_layout(self, path: Path) -> None:
         """Write the charts to a file."""
         if not path.name.endswith((".yaml", ".yml")):
-            path = path.with_name(path.name + ENDING)
+            path = path.with_name(path.name + LAYOUT_FILE_ENDING)
 
         def tell(_: object) -> None:
             self._workspace.notices.inform(f"Saved {path}")
             self._recent.add(FileKind.LAYOUT, str(path))
 
-        write = partial(_write_text, path, layout_text(self.layout_shown))
+        write = partial(write_atomically, path, layout_text(self.layout_shown))
         self._answers.expect(self._workspace.errands.run(write), tell)
 
-    def ask_signal(self, signal: Derived | None = None) -> SignalDialog:
+    def ask_signal(self, signal: DerivedSignal | None = None) -> SignalDialog:
         """Ask for a derived signal, or for another expression of one."""
-        dialog = SignalDialog(signal or Derived(), partial(self._check, signal), self)
+        dialog = SignalDialog(signal or DerivedSignal(), partial(self._check, signal), self)
         dialog.given.connect(lambda given: self._take(given, signal))
         dialog.show()
         return dialog
@@ -283,17 +214,28 @@ class ChartsPage(QWidget):
             self.pause.setChecked(False)
 
     def show_source(self, source: SeriesSource | None) -> None:
-        """Show the series of a log, None for those of the flight."""
+        """Show the series of a log, in charts that suit it; None for those of the flight."""
         self._base = source or self._live
         self._source = self._with_own(self._base)
         self.pause.setChecked(False)
         self._show_catalog()
         self.board.show_source(self._source, times_ago=source is None)
+        self._fit_board(source is not None)
+
+    def _fit_board(self, logged: bool) -> None:
+        """Show charts that suit a log; after it those before, unless the user changed them."""
+        present, chosen = self.board.board, self._chosen_for_log
+        before = chosen[0] if chosen and present == chosen[1] else present
+        wanted = fitting_board(before, self._source.units) if logged else before
+        self._chosen_for_log = (before, wanted) if logged and wanted != before else None
+        if wanted != present:
+            self.board.show_board(wanted, self._source)
+            self._name_preset()
 
     def _with_own(self, source: SeriesSource) -> WithDerived:
-        return WithDerived(source, (*DERIVED, *self._own))
+        return WithDerived(source, (*DERIVED_SIGNALS, *self._own))
 
-    def _check(self, old: Derived | None, signal: Derived) -> None:
+    def _check(self, old: DerivedSignal | None, signal: DerivedSignal) -> None:
         """Refuse a derived signal that cannot be made.
 
         Raises:
@@ -302,14 +244,14 @@ class ChartsPage(QWidget):
         if signal.name in (each.name for each in self._own if each is not old):
             raise WorkbenchError(f"{signal.name} exists already: give it another name")
         others = [each for each in self._own if each is not old]
-        source = WithDerived(self._base, (*DERIVED, *others, signal))
+        source = WithDerived(self._base, (*DERIVED_SIGNALS, *others, signal))
         if self._base.units:
             full = signal.parsed.find({name: 0 for name in source.units if name != signal.name})
             signal.parsed.series(source.series, full)
         else:
             signal.check()  # no flight yet: its names are resolved later
 
-    def _take(self, signal: Derived, old: Derived | None) -> None:
+    def _take(self, signal: DerivedSignal, old: DerivedSignal | None) -> None:
         """Add a derived signal, or replace an old one."""
         if old is None:
             self._change_own((*self._own, signal))
@@ -325,10 +267,10 @@ class ChartsPage(QWidget):
     def _remove(self, name: str) -> None:
         self._change_own(tuple(each for each in self._own if each.name != name))
 
-    def _change_own(self, own: tuple[Derived, ...]) -> None:
+    def _change_own(self, own: tuple[DerivedSignal, ...]) -> None:
         self._own = own
         for overlay in self.overlays.overlays:
-            overlay.derive((*DERIVED, *own))
+            overlay.derive((*DERIVED_SIGNALS, *own))
         self._source = self._with_own(self._base)
         self._show_catalog()
         self.board.change_source(self._source)
@@ -356,9 +298,7 @@ class ChartsPage(QWidget):
 
     def _fill_files(self) -> None:
         for text, do in (("&Open…", self._ask_open), ("&Save as…", self._ask_save)):
-            action = self.file_menu.addAction(text)
-            if action is not None:
-                action.triggered.connect(do)
+            add_action(self.file_menu, text, lambda _, do=do: do())
         self._recent_menu = QMenu("&Recent", self.file_menu)
         self.file_menu.addMenu(self._recent_menu)
         self.file_menu.aboutToShow.connect(self._fill_recent)
@@ -370,18 +310,17 @@ class ChartsPage(QWidget):
         paths = [path for kind, path in self._recent.files() if kind is FileKind.LAYOUT]
         self._recent_menu.setEnabled(bool(paths))
         for path in paths:
-            action = self._recent_menu.addAction(menu_text(path, LONGEST_PATH))
-            if action is not None:
-                action.triggered.connect(partial(self.open_layout, Path(path)))
+            text = menu_text(path, MAX_MENU_PATH_CHARACTERS)
+            add_action(self._recent_menu, text, lambda _, path=path: self.open_layout(Path(path)))
 
     def _ask_open(self) -> None:
         folder = str(log_folder(self._workspace.preferences))
-        kinds = f"Layouts (*{ENDING});;All files (*)"
+        kinds = f"Layouts (*{LAYOUT_FILE_ENDING});;All files (*)"
         open_file(self, "Open layout", self.open_layout, folder, kinds)
 
     def _ask_save(self) -> None:
         folder = str(log_folder(self._workspace.preferences))
-        dialog = QFileDialog(self, "Save layout", folder, f"Layouts (*{ENDING})")
+        dialog = QFileDialog(self, "Save layout", folder, f"Layouts (*{LAYOUT_FILE_ENDING})")
         dialog.setAcceptMode(QFileDialog.AcceptMode.AcceptSave)
         show_file_dialog(dialog, lambda name: self.save_layout(Path(name)))
 
@@ -394,7 +333,11 @@ class ChartsPage(QWidget):
         self._show_tree()
 
     def _show_catalog(self) -> None:
-        self.tree.show_groups(make_catalog(self._source.units, self._topics))
+        sources = self._base.sources if isinstance(self._base, Flight) else None
+        if sources:
+            rest = max(0, sum(self._split.sizes()) - SOURCES_LIST_PX)
+            self._split.setSizes([SOURCES_LIST_PX, rest])
+        self.tree.show_groups(make_catalog(self._source.units, self._topics, sources))
 
     def _choose_tree(self, shown: bool) -> None:
         self._tree_chosen = shown
@@ -403,24 +346,30 @@ class ChartsPage(QWidget):
             self.tree.search.setFocus()
 
     def _show_tree(self) -> None:
-        shown = self.width() >= WIDE_PAGE if self._tree_chosen is None else self._tree_chosen
+        shown = (
+            self.width() >= MIN_PAGE_WITH_LIST_PX
+            if self._tree_chosen is None
+            else self._tree_chosen
+        )
         self._side.setVisible(shown)
         self.signals_shown.setChecked(shown)
 
     def _show_preset(self, name: str) -> None:
-        if name in PRESETS:
-            self.board.show_board(PRESETS[name], self._source)
+        if name in LAYOUT_PRESETS:
+            self.board.show_board(LAYOUT_PRESETS[name], self._source)
             self.pause.setChecked(False)
             self._keep()
 
     def _keep(self) -> None:
-        self._store.setValue(KEPT, kept_text(self.layout_shown))
+        self._store.setValue(CHARTS_SETTINGS_KEY, stored_layout_text(self.layout_shown))
         self._name_preset()
 
     def _name_preset(self) -> None:
         """Show which preset the charts match, if any."""
         board = self.board.board
-        name = next((each for each, preset in PRESETS.items() if preset == board), OWN)
+        name = next(
+            (each for each, preset in LAYOUT_PRESETS.items() if preset == board), OWN_LAYOUT_NAME
+        )
         self.presets.setCurrentText(name)
 
     def _lay_out(self) -> None:
@@ -432,7 +381,7 @@ class ChartsPage(QWidget):
             self.line.addWidget(widget)
         self._show_view()
         side = column((self.tree, 1), self.new_signal)
-        split = QSplitter(Qt.Orientation.Horizontal)
+        self._split = split = QSplitter(Qt.Orientation.Horizontal)
         split.setChildrenCollapsible(False)
         split.addWidget(side)
         split.addWidget(scrolled(self.board))
@@ -444,15 +393,3 @@ class ChartsPage(QWidget):
         self.limits.hide()
         parts = (self.line, self.overlays, self.limits, (split, 1))
         vbox(*parts, of=self, margins=(0, 8, 0, 0), spacing=8)
-
-
-def _write_text(path: Path, text: str) -> None:
-    """Write a file.
-
-    Raises:
-        WorkbenchError: if it cannot be written.
-    """
-    try:
-        path.write_text(text, "utf-8")
-    except OSError as error:
-        raise WorkbenchError(f"{path}: cannot be written: {error.strerror}") from error

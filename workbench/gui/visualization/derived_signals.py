@@ -7,7 +7,8 @@ from typing import Protocol
 
 import numpy as np
 
-from workbench.logs.expressions import Expression, Samples, parse_expression
+from workbench.common.series import TimedValues
+from workbench.logs.expressions import Expression, parse_expression
 
 OWN_TOPIC = "own"
 """Prefix of the names of the user's derived signals."""
@@ -20,7 +21,7 @@ class SeriesSource(Protocol):
     def units(self) -> Mapping[str, str]:
         """SI unit of every series, by name."""
 
-    def series(self, name: str, since: float = ...) -> Samples:
+    def series(self, name: str, since: float = ...) -> TimedValues:
         """Return times [s] and values from a time on (N).
 
         Raises:
@@ -29,7 +30,7 @@ class SeriesSource(Protocol):
 
 
 @dataclass(frozen=True)
-class Derived:
+class DerivedSignal:
     """A signal made from others.
 
     Attributes:
@@ -62,42 +63,50 @@ class Derived:
         return parse_expression(self.expression)
 
 
-def _error(axis: str, unit: str, response: str) -> Derived:
+def true_signal(field: str) -> str:
+    """Return the signal of the true motion of an estimated state, by its field."""
+    return f"{'velocity_data' if field.startswith('v_') else 'position_data'}.{field}"
+
+
+def _error_signal(axis: str, unit: str, response: str) -> DerivedSignal:
     text = f"command_velocity.{axis} - velocity_data.{response}"
-    return Derived(f"error.{axis}", unit, text, "command minus response, in W")
+    return DerivedSignal(f"error.{axis}", unit, text, "command minus response, in W")
 
 
-def _bounds(field: str, unit: str) -> tuple[Derived, Derived]:
+def _estimate_bounds(field: str, unit: str) -> tuple[DerivedSignal, DerivedSignal]:
     """Return the estimate of a state minus, and plus, two standard deviations."""
     low, high = (f"estimate.{field} {sign} 2*estimate.sigma_{field}" for sign in "-+")
     return (
-        Derived(f"bound.{field}_low", unit, low, "less 2 sigma"),
-        Derived(f"bound.{field}_high", unit, high, "plus 2 sigma"),
+        DerivedSignal(f"bound.{field}_low", unit, low, "less 2 sigma"),
+        DerivedSignal(f"bound.{field}_high", unit, high, "plus 2 sigma"),
     )
 
 
-def _length(of: str) -> str:
+def _vector_length(of: str) -> str:
     return "sqrt(" + " + ".join(f"{of}_{axis}**2" for axis in "xyz") + ")"
 
 
-_ESTIMATED = (
+ESTIMATED_STATES = (
     *(("x", "m"), ("y", "m"), ("z", "m")),
     *(("roll", "rad"), ("pitch", "rad"), ("yaw", "rad")),
     *(("v_x", "m/s"), ("v_y", "m/s"), ("v_z", "m/s")),
 )
-DERIVED: tuple[Derived, ...] = (
-    _error("v_x", "m/s", "v_x"),
-    _error("v_y", "m/s", "v_y"),
-    _error("v_z", "m/s", "v_z"),
-    _error("yaw_rate", "rad/s", "w_z"),
-    Derived("derived.speed", "m/s", _length("velocity_data.v"), "length of the velocity"),
-    Derived(
+"""Fields and SI units of the states that an estimator gives."""
+DERIVED_SIGNALS: tuple[DerivedSignal, ...] = (
+    _error_signal("v_x", "m/s", "v_x"),
+    _error_signal("v_y", "m/s", "v_y"),
+    _error_signal("v_z", "m/s", "v_z"),
+    _error_signal("yaw_rate", "rad/s", "w_z"),
+    DerivedSignal(
+        "derived.speed", "m/s", _vector_length("velocity_data.v"), "length of the velocity"
+    ),
+    DerivedSignal(
         "derived.distance",
         "m",
-        _length("position_data.displacement"),
+        _vector_length("position_data.displacement"),
         "from where the flight began",
     ),
-    *(bound for field, unit in _ESTIMATED for bound in _bounds(field, unit)),
+    *(bound for field, unit in ESTIMATED_STATES for bound in _estimate_bounds(field, unit)),
 )
 """Signals that every flight and log has, if it has their parts."""
 
@@ -110,7 +119,9 @@ class WithDerived:
         derived: derived signals in order; later ones can use earlier ones.
     """
 
-    def __init__(self, source: SeriesSource, derived: Sequence[Derived] = DERIVED) -> None:
+    def __init__(
+        self, source: SeriesSource, derived: Sequence[DerivedSignal] = DERIVED_SIGNALS
+    ) -> None:
         self._source = source
         self._derived = {each.name: each for each in derived}
         self._full: dict[str, dict[str, str]] = {}
@@ -126,7 +137,7 @@ class WithDerived:
                 units[each.name] = each.unit
         return units
 
-    def series(self, name: str, since: float = -np.inf) -> Samples:
+    def series(self, name: str, since: float = -np.inf) -> TimedValues:
         """Return times [s] and values of a signal from a time on (N).
 
         Raises:

@@ -2,22 +2,26 @@
 
 import dataclasses
 import json
+from collections.abc import Container, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from workbench.common.errors import WorkbenchError, unknown_name
 from workbench.common.yaml_files import YamlFile, check_schema, dump_changes, read_yaml
-from workbench.gui.visualization.derived_signals import OWN_TOPIC, Derived
-from workbench.logs.spectrum import DETRENDS, WINDOWS, Welch
+from workbench.gui.charts.chart_kind import (
+    SPECTRUM_CHART,
+    STEP_CHART,
+    TIME_CHART,
+    XY_CHART,
+    chart_kinds,
+)
+from workbench.gui.visualization.derived_signals import OWN_TOPIC, DerivedSignal, true_signal
+from workbench.logs.spectrum import WELCH_DETRENDS, WELCH_WINDOWS, WelchSettings
 
-MOST_CHARTS = 8
-VERSION = 1
+MAX_BOARD_CHARTS = 8
+LAYOUT_VERSION = 1
 """Version of the files."""
-TIME, SPECTRUM, XY, STEPS = "time", "spectrum", "x-y", "steps"
-KINDS = (TIME, SPECTRUM, XY, STEPS)
-"""Horizontal quantities of charts: time, frequency, another signal, time after steps of a
-command."""
 
 
 @dataclass(frozen=True)
@@ -27,7 +31,7 @@ class ChartSpec:
     Attributes:
         title: title above it.
         signals: names of its signals; of an x-y chart the first is x, of steps the command.
-        kind: one of `KINDS`.
+        kind: name of one of `chart_kinds`.
         log_x: whether the horizontal axis is logarithmic; a time axis never is.
         log_y: whether the value axes are logarithmic.
         equal: whether the axes of an x-y chart have the same scale.
@@ -38,58 +42,60 @@ class ChartSpec:
 
     title: str = ""
     signals: tuple[str, ...] = ()
-    kind: str = TIME
+    kind: str = TIME_CHART
     log_x: bool = False
     log_y: bool = False
     equal: bool = False
-    window: str = Welch.window
-    averages: int = Welch.averages
-    detrend: str = Welch.detrend
+    window: str = WelchSettings.window
+    averages: int = WelchSettings.averages
+    detrend: str = WelchSettings.detrend
 
     def of_kind(self, kind: str) -> "ChartSpec":
         """Return it as a chart of another kind; a spectrum gets logarithmic axes at first."""
-        log = kind == SPECTRUM
+        log = kind == SPECTRUM_CHART
         return dataclasses.replace(self, kind=kind, log_x=log, log_y=log)
 
 
 Board = tuple[ChartSpec, ...]
 
 
-def _names(topic: str, fields: str) -> tuple[str, ...]:
+def _topic_signals(topic: str, fields: str) -> tuple[str, ...]:
     return tuple(f"{topic}.{field}" for field in fields.split())
 
 
-_VELOCITY = ChartSpec(
+_VELOCITY_CHART = ChartSpec(
     "Velocity and command",
-    _names("velocity_data", "v_x v_y v_z") + _names("command_velocity", "v_x v_y v_z"),
+    _topic_signals("velocity_data", "v_x v_y v_z")
+    + _topic_signals("command_velocity", "v_x v_y v_z"),
 )
-_ATTITUDE = ChartSpec("Attitude", _names("position_data", "roll pitch yaw"))
-_THRUSTS = ChartSpec("Rotor thrusts", _names("rotors", "thrust.0 thrust.1 thrust.2 thrust.3"))
-_VELOCITY_ERROR = ChartSpec("Velocity error", _names("error", "v_x v_y v_z"))
+_ATTITUDE_CHART = ChartSpec("Attitude", _topic_signals("position_data", "roll pitch yaw"))
+_THRUSTS_CHART = ChartSpec(
+    "Rotor thrusts", _topic_signals("rotors", "thrust.0 thrust.1 thrust.2 thrust.3")
+)
+_VELOCITY_ERROR_CHART = ChartSpec("Velocity error", _topic_signals("error", "v_x v_y v_z"))
 
 
-def _spectrum(title: str, topic: str, fields: str) -> ChartSpec:
-    return ChartSpec(title, _names(topic, fields)).of_kind(SPECTRUM)
+def _spectrum_chart(title: str, topic: str, fields: str) -> ChartSpec:
+    return ChartSpec(title, _topic_signals(topic, fields)).of_kind(SPECTRUM_CHART)
 
 
-def _estimated(title: str, field: str) -> ChartSpec:
-    bounds = _names("bound", f"{field}_low {field}_high")
-    truth = "velocity_data" if field.startswith("v_") else "position_data"
-    return ChartSpec(title, (f"{truth}.{field}", f"estimate.{field}", *bounds))
+def _estimate_chart(title: str, field: str) -> ChartSpec:
+    bounds = _topic_signals("bound", f"{field}_low {field}_high")
+    return ChartSpec(title, (true_signal(field), f"estimate.{field}", *bounds))
 
 
-PRESETS: dict[str, Board] = {
-    "Flight": (_VELOCITY, _ATTITUDE, _THRUSTS, _VELOCITY_ERROR),
+LAYOUT_PRESETS: dict[str, Board] = {
+    "Flight": (_VELOCITY_CHART, _ATTITUDE_CHART, _THRUSTS_CHART, _VELOCITY_ERROR_CHART),
     "Rotors": (
-        _THRUSTS,
-        ChartSpec("Rotor speeds", _names("rotors", "speed.0 speed.1 speed.2 speed.3")),
-        ChartSpec("Torque", _names("force_torque_data", "torque_x torque_y torque_z")),
-        ChartSpec("Turning rates", _names("velocity_data", "w_x w_y w_z")),
+        _THRUSTS_CHART,
+        ChartSpec("Rotor speeds", _topic_signals("rotors", "speed.0 speed.1 speed.2 speed.3")),
+        ChartSpec("Torque", _topic_signals("force_torque_data", "torque_x torque_y torque_z")),
+        ChartSpec("Turning rates", _topic_signals("velocity_data", "w_x w_y w_z")),
     ),
     "Errors": (
-        _VELOCITY_ERROR,
-        ChartSpec("Yaw rate error", _names("error", "yaw_rate")),
-        _VELOCITY,
+        _VELOCITY_ERROR_CHART,
+        ChartSpec("Yaw rate error", _topic_signals("error", "yaw_rate")),
+        _VELOCITY_CHART,
         ChartSpec(
             "Yaw rate and command",
             ("velocity_data.w_z", "command_velocity.yaw_rate"),
@@ -98,67 +104,119 @@ PRESETS: dict[str, Board] = {
     "Sensors": (
         ChartSpec(
             "Specific force",
-            _names("imu", "specific_force.0 specific_force.1 specific_force.2"),
+            _topic_signals("imu", "specific_force.0 specific_force.1 specific_force.2"),
         ),
         ChartSpec(
             "Gyroscope",
-            _names("imu", "angular_velocity.0 angular_velocity.1 angular_velocity.2"),
+            _topic_signals("imu", "angular_velocity.0 angular_velocity.1 angular_velocity.2"),
         ),
-        ChartSpec("GPS velocity", _names("gps", "velocity.0 velocity.1 velocity.2")),
-        ChartSpec("Nearest lidar return", _names("lidar", "nearest")),
+        ChartSpec("GPS velocity", _topic_signals("gps", "velocity.0 velocity.1 velocity.2")),
+        ChartSpec("Nearest lidar return", _topic_signals("lidar", "nearest")),
     ),
     "Spectra": (
-        _spectrum("Gyroscope", "imu", "angular_velocity.0 angular_velocity.1 angular_velocity.2"),
-        _spectrum("Specific force", "imu", "specific_force.0 specific_force.1 specific_force.2"),
-        _spectrum("Rotor speeds", "rotors", "speed.0 speed.1 speed.2 speed.3"),
-        _spectrum("Velocity error", "error", "v_x v_y v_z"),
+        _spectrum_chart(
+            "Gyroscope", "imu", "angular_velocity.0 angular_velocity.1 angular_velocity.2"
+        ),
+        _spectrum_chart(
+            "Specific force", "imu", "specific_force.0 specific_force.1 specific_force.2"
+        ),
+        _spectrum_chart("Rotor speeds", "rotors", "speed.0 speed.1 speed.2 speed.3"),
+        _spectrum_chart("Velocity error", "error", "v_x v_y v_z"),
     ),
     "Steps": (
         *(
             ChartSpec(
-                f"Steps of {axis}", (f"command_velocity.{axis}", f"velocity_data.{axis}"), STEPS
+                f"Steps of {axis}",
+                (f"command_velocity.{axis}", f"velocity_data.{axis}"),
+                STEP_CHART,
             )
             for axis in ("v_x", "v_y", "v_z")
         ),
         ChartSpec(
-            "Steps of the yaw rate", ("command_velocity.yaw_rate", "velocity_data.w_z"), STEPS
+            "Steps of the yaw rate", ("command_velocity.yaw_rate", "velocity_data.w_z"), STEP_CHART
         ),
     ),
     "Path": (
-        ChartSpec("From above", _names("position_data", "x y"), XY, equal=True),
-        ChartSpec("From the side", _names("position_data", "x z"), XY, equal=True),
+        ChartSpec("From above", _topic_signals("position_data", "x y"), XY_CHART, equal=True),
+        ChartSpec("From the side", _topic_signals("position_data", "x z"), XY_CHART, equal=True),
         ChartSpec("Speed", ("derived.speed",)),
         ChartSpec("Height", ("position_data.z",)),
     ),
     "Estimate": (
-        _estimated("East: truth, estimate, 2 sigma", "x"),
-        _estimated("North", "y"),
-        _estimated("Height", "z"),
-        _estimated("Roll", "roll"),
-        _estimated("Pitch", "pitch"),
-        _estimated("Yaw", "yaw"),
-        _estimated("Velocity east", "v_x"),
-        _estimated("Velocity north", "v_y"),
+        _estimate_chart("East: truth, estimate, 2 sigma", "x"),
+        _estimate_chart("North", "y"),
+        _estimate_chart("Height", "z"),
+        _estimate_chart("Roll", "roll"),
+        _estimate_chart("Pitch", "pitch"),
+        _estimate_chart("Yaw", "yaw"),
+        _estimate_chart("Velocity east", "v_x"),
+        _estimate_chart("Velocity north", "v_y"),
     ),
     "Autopilot's log": (
         ChartSpec(
             "Attitude and setpoint",
-            _names("estimate", "roll pitch yaw") + _names("attitude_setpoint", "roll pitch yaw"),
+            _topic_signals("estimate", "roll pitch yaw")
+            + _topic_signals("attitude_setpoint", "roll pitch yaw"),
         ),
         ChartSpec(
             "Gyroscope and setpoint",
-            _names("imu", "angular_velocity.0 angular_velocity.1 angular_velocity.2")
-            + _names("rate_setpoint", "w_x w_y w_z"),
+            _topic_signals("imu", "angular_velocity.0 angular_velocity.1 angular_velocity.2")
+            + _topic_signals("rate_setpoint", "w_x w_y w_z"),
         ),
-        ChartSpec("Motor commands", _names("motors", "command_1 command_2 command_3 command_4")),
-        ChartSpec("Place and setpoint", _names("estimate", "x y z") + _names("setpoint", "x y z")),
+        ChartSpec(
+            "Motor commands", _topic_signals("motors", "command_1 command_2 command_3 command_4")
+        ),
+        ChartSpec(
+            "Place and setpoint",
+            _topic_signals("estimate", "x y z") + _topic_signals("setpoint", "x y z"),
+        ),
     ),
 }
-DEFAULT = "Flight"
+DEFAULT_PRESET = "Flight"
+MIN_SHOWN_SHARE = 0.5
+"""Share of the signals of charts below which other charts suit a log better."""
+MAX_OWN_CHARTS = 4
+MAX_OWN_CHART_SIGNALS = 6
+DERIVED_TOPICS = ("derived", "error", "bound", OWN_TOPIC)
+"""Topics of signals that are made from others."""
+
+
+def fitting_board(board: Board, units: Mapping[str, str]) -> Board:
+    """Return charts that suit a log; if no layout has any of its signals, the first of these.
+
+    Args:
+        board: charts that are shown now; they stay if the log has half of their signals.
+        units: of the signals of the log, by name.
+    """
+    choices = (board, *LAYOUT_PRESETS.values())
+    shares = [_shown_share(each, units) for each in choices]
+    if shares[0] >= MIN_SHOWN_SHARE:
+        return board
+    return choices[shares.index(max(shares))] if any(shares) else _own_charts(units) or board
+
+
+def _own_charts(units: Mapping[str, str]) -> Board:
+    """Return charts of the first signals of a log, one for each topic and unit."""
+    charts: dict[tuple[str, str], list[str]] = {}
+    for name, unit in units.items():
+        topic = name.partition(".")[0]
+        if topic not in DERIVED_TOPICS:
+            charts.setdefault((topic, unit), []).append(name)
+    return tuple(
+        ChartSpec(f"{topic} [{unit or '1'}]", tuple(names[:MAX_OWN_CHART_SIGNALS]))
+        for (topic, unit), names in [*charts.items()][:MAX_OWN_CHARTS]
+    )
+
+
+def _shown_share(board: Board, names: Container[str]) -> float:
+    """Return the share of the signals of charts that exist, of those that are logged."""
+    every = [name for chart in board for name in chart.signals]
+    wanted = [name for name in every if name.partition(".")[0] not in DERIVED_TOPICS]
+    return sum(name in names for name in wanted) / max(1, len(wanted))
 
 
 @dataclass(frozen=True)
-class Layout:
+class ChartLayout:
     """Content of a layout file.
 
     Attributes:
@@ -170,16 +228,16 @@ class Layout:
 
     version: int = 0
     charts: Board = ()
-    signals: tuple[Derived, ...] = ()
+    signals: tuple[DerivedSignal, ...] = ()
     marks: dict[str, float] = field(default_factory=dict)
 
 
-def layout_text(layout: Layout) -> str:
+def layout_text(layout: ChartLayout) -> str:
     """Return a layout as a file's text."""
-    return dump_changes(dataclasses.replace(layout, version=VERSION))
+    return dump_changes(dataclasses.replace(layout, version=LAYOUT_VERSION))
 
 
-def read_layout(path: Path) -> Layout:
+def read_layout(path: Path) -> ChartLayout:
     """Read a layout.
 
     Raises:
@@ -188,52 +246,57 @@ def read_layout(path: Path) -> Layout:
     return _layout_from(read_yaml(path))
 
 
-def kept_text(layout: Layout) -> str:
+def stored_layout_text(layout: ChartLayout) -> str:
     """Return a layout in one line, for storage between starts."""
-    return json.dumps(dataclasses.asdict(dataclasses.replace(layout, version=VERSION)))
+    return json.dumps(dataclasses.asdict(dataclasses.replace(layout, version=LAYOUT_VERSION)))
 
 
-def read_kept(text: str) -> Layout | None:
+def read_stored_layout(text: str) -> ChartLayout | None:
     """Return the stored layout; None if the text is invalid."""
     try:
         data = json.loads(text)
         if isinstance(data, list):  # format of the app before it had layouts
-            data = {"version": VERSION, "charts": data}
+            data = {"version": LAYOUT_VERSION, "charts": data}
         layout = _layout_from(YamlFile(Path("kept layout"), text, data, {}))
     except (ValueError, WorkbenchError):  # written by another version or an editor
         return None
     return layout if layout.charts else None
 
 
-def _layout_from(file: YamlFile) -> Layout:
+def _layout_from(file: YamlFile) -> ChartLayout:
     """Return the layout from a file's content.
 
     Raises:
         WorkbenchError: if it is invalid.
     """
-    check_schema(file, Layout)
+    check_schema(file, ChartLayout)
     data = file.data
     version = data.get("version", 0)
-    if version != VERSION:
+    if version != LAYOUT_VERSION:
         raise WorkbenchError(
             f"{file.where('version')}this is version {version} of a layout, but the app reads "
-            f"{VERSION}: begin the file with 'version: 1', or update the workbench"
+            f"{LAYOUT_VERSION}: begin the file with 'version: 1', or update the workbench"
         )
-    charts = tuple(_made(ChartSpec, each) for each in data.get("charts", []))
-    if len(charts) > MOST_CHARTS:
+    charts = tuple(_layout_record(ChartSpec, each) for each in data.get("charts", []))
+    if len(charts) > MAX_BOARD_CHARTS:
         raise WorkbenchError(
-            f"{file.where('charts', MOST_CHARTS)}at most {MOST_CHARTS} charts are allowed: leave "
+            f"{file.where('charts', MAX_BOARD_CHARTS)}at most {MAX_BOARD_CHARTS} charts are "
+            "allowed: leave "
             "out the others"
         )
     for index, chart in enumerate(charts):
-        for key, known in (("kind", KINDS), ("window", WINDOWS), ("detrend", DETRENDS)):
+        for key, known in (
+            ("kind", tuple(chart_kinds())),
+            ("window", WELCH_WINDOWS),
+            ("detrend", WELCH_DETRENDS),
+        ):
             if getattr(chart, key) not in known:
                 where = file.where("charts", index, key)
                 raise WorkbenchError(f"{where}{unknown_name(key, getattr(chart, key), known)}")
         if chart.averages < 1:
             where = file.where("charts", index, "averages")
             raise WorkbenchError(f"{where}averages is {chart.averages}: average over 1 at least")
-    signals = tuple(_made(Derived, each) for each in data.get("signals", []))
+    signals = tuple(_layout_record(DerivedSignal, each) for each in data.get("signals", []))
     for index, signal in enumerate(signals):
         where = file.where("signals", index)
         if not signal.name.startswith(f"{OWN_TOPIC}."):
@@ -245,10 +308,10 @@ def _layout_from(file: YamlFile) -> Layout:
     for name in data.get("marks", {}):
         if name not in ("A", "B"):
             raise WorkbenchError(f"{file.where('marks', name)}{unknown_name('mark', name, 'AB')}")
-    return Layout(version, charts, signals, dict(data.get("marks", {})))
+    return ChartLayout(version, charts, signals, dict(data.get("marks", {})))
 
 
-def _made(kind: Any, data: dict[str, Any]) -> Any:
+def _layout_record(kind: Any, data: dict[str, Any]) -> Any:
     """Return a record from data that match its schema."""
     lists = {key: tuple(value) for key, value in data.items() if isinstance(value, list)}
     return kind(**(data | lists))

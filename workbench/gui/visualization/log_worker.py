@@ -7,6 +7,7 @@ import signal
 import sys
 import threading
 from collections.abc import Callable, Container
+from dataclasses import replace
 from itertools import chain, count
 from multiprocessing.connection import Connection
 from pathlib import Path
@@ -14,64 +15,56 @@ from pathlib import Path
 import numpy as np
 
 from workbench.common.errors import WorkbenchError
+from workbench.common.flight import Flight
 from workbench.common.plain_text import plain_name
-from workbench.gui.visualization.log_messages import (
+from workbench.common.series import Series
+from workbench.gui.visualization.signal_catalog import vector_components
+from workbench.gui.visualization.spec_limits import (
     CaseLimits,
-    LogContents,
     SpecContents,
 )
-from workbench.ipc.worker_process import Answer, Refusal, Request
+from workbench.ipc.worker_process import WorkerRefusal, WorkerRequest, WorkerResult
 from workbench.logs.flight_reader import open_log
 
-_AXES = {"x": 0, "y": 1, "z": 2}
-_QUATERNION = {"w": 0, "x": 1, "y": 2, "z": 3}
-_UNWANTED = re.compile(
+_LIVE_NAMES = {
+    "imu.linear_acceleration": "imu.specific_force",
+    "imu.orientation": "imu.q_WS",
+    "gps_velocity.twist.linear": "gps.velocity",
+}
+"""Fields of ROS 2 messages that have other names in the window."""
+_UNWANTED_SERIES = re.compile(
     r"covariance|^actions\.|^lidar_cloud\.|^tf|\.fields\.|^pose\.|^twist\.|^estimated_odometry\.|^gps\.status|"
     r"^command_velocity\.(lease|axes)$|twist\.angular"
 )
 
-SPECS = (".yaml", ".yml")
+SPEC_ENDINGS = (".yaml", ".yml")
 """Endings of spec files; all other files are logs."""
-LONGEST_SERIES = 200
+MAX_SERIES_CHARACTERS = 200
 """Largest number of characters in the name of a series."""
-READING = 0.7
-"""Share of the time for reading; the rest is for decoding."""
-STEP = 0.01
+LOG_PROGRESS_STEP = 0.01
 """Step of reported progress."""
 
 
 def live_name(name: str) -> str | None:
     """Return a flight's name for a series of a log; None if it is not worth a curve."""
-    if _UNWANTED.search(name):
+    if _UNWANTED_SERIES.search(name):
         return None
-    patterns = (
-        (r"^imu\.linear_acceleration\.([xyz])$", "imu.specific_force.{}", _AXES),
-        (r"^imu\.angular_velocity\.([xyz])$", "imu.angular_velocity.{}", _AXES),
-        (r"^imu\.orientation\.([wxyz])$", "imu.q_WS.{}", _QUATERNION),
-        (
-            r"^magnetometer\.magnetic_field\.([xyz])$",
-            "magnetometer.magnetic_field.{}",
-            _AXES,
-        ),
-        (r"^gps_velocity\.twist\.linear\.([xyz])$", "gps.velocity.{}", _AXES),
-    )
-    for pattern, wanted, places in patterns:
-        found = re.match(pattern, name)
-        if found:
-            return wanted.format(places[found.group(1)])
-    return name
+    of, _, part = name.rpartition(".")
+    wanted = _LIVE_NAMES.get(of, of)
+    components = [*vector_components().get(wanted, "")]
+    return f"{wanted}.{components.index(part)}" if part in components else name
 
 
-def short_name(name: str, taken: Container[str]) -> str:
+def short_series_name(name: str, taken: Container[str]) -> str:
     """Return the name of a series for the window, which searches all names many times.
 
     Args:
         name: the name in the log.
         taken: names of other series.
     """
-    if len(name) <= LONGEST_SERIES:
+    if len(name) <= MAX_SERIES_CHARACTERS:
         return name
-    short = plain_name(name, LONGEST_SERIES)
+    short = plain_name(name, MAX_SERIES_CHARACTERS)
     others = (f"{short} {number}" for number in count(2))
     return next(each for each in chain([short], others) if each not in taken)
 
@@ -83,8 +76,8 @@ def si_unit(unit: str) -> tuple[str, float]:
     return unit or "1", 1.0
 
 
-def contents_of(path: Path, progress: Callable[[float], None]) -> LogContents:
-    """Return the content of a log that can be drawn.
+def drawable_flight(path: Path, progress: Callable[[float], None]) -> Flight:
+    """Return the flight of a log with the numbers that can be drawn, by the app's names.
 
     Args:
         path: path of the log.
@@ -93,34 +86,22 @@ def contents_of(path: Path, progress: Callable[[float], None]) -> LogContents:
     Raises:
         WorkbenchError: if it cannot be read, or its format is unknown.
     """
-    record = open_log(path, progress=lambda share: progress(READING * share))
-    units: dict[str, str] = {}
-    times: dict[str, np.ndarray] = {}
-    values: dict[str, np.ndarray] = {}
-    topic_of: dict[str, str] = {}
-    for number, (topic, logged) in enumerate(record.topics.items()):
-        for series in logged.columns.values():
-            name = live_name(series.name)
-            if name is None or series.values.dtype.kind not in "fiub":
-                continue
-            name = short_name(name, units)
-            unit, factor = si_unit(series.unit)
-            flown = np.asarray(series.values, dtype=float)
-            units[name], values[name] = unit, flown * factor if factor != 1.0 else flown
-            # A topic of an imported log may contain streams of several rates.
-            shared = np.array_equal(times.get(topic, series.time), series.time)
-            whose = topic if shared else name
-            times.setdefault(whose, series.time)
-            topic_of[name] = whose
-        progress(READING + (1.0 - READING) * (number + 1) / len(record.topics))
-    begin = min((float(time[0]) for time in times.values() if len(time)), default=0.0)
-    end = max((float(time[-1]) for time in times.values() if len(time)), default=0.0)
-    return LogContents(
-        path, record.vehicle, begin, end, record.remark, units, times, values, topic_of
-    )
+    flight = open_log(path, progress=progress)
+    signals: dict[str, Series] = {}
+    for series in flight.signals.values():
+        name = live_name(series.name)
+        if name is None or series.values.dtype.kind not in "fiub":
+            continue
+        name = short_series_name(name, signals)
+        unit, factor = si_unit(series.unit)
+        values = np.asarray(series.values, dtype=float)
+        scaled = values * factor if factor != 1.0 else values
+        signals[name] = replace(series, name=name, unit=unit, values=scaled)
+    lasts = (float(each.time[-1]) for each in signals.values() if len(each.time))
+    return replace(flight, signals=signals, end=max(lasts, default=0.0))
 
 
-def limits_of(path: Path) -> SpecContents:
+def spec_limits(path: Path) -> SpecContents:
     """Return the limits in a spec.
 
     Raises:
@@ -155,26 +136,26 @@ def main(connection: Connection) -> None:
     with contextlib.suppress(EOFError, OSError, KeyboardInterrupt):
         asked = connection.recv()
         threading.Thread(target=_end_with_app, args=(connection,), daemon=True).start()
-        assert isinstance(asked, Request)
+        assert isinstance(asked, WorkerRequest)
         path, told = asked.what, 0.0
 
         def tell(share: float) -> None:
             """Send progress, at a limited rate."""
             nonlocal told
-            if share >= told + STEP:
+            if share >= told + LOG_PROGRESS_STEP:
                 told = share
                 with contextlib.suppress(OSError):  # the app is gone, and this process ends
                     connection.send(share)
 
         try:
-            is_spec = path.suffix in SPECS
-            found = limits_of(path) if is_spec else contents_of(path, tell)
-            connection.send(Answer(asked.number, found))
+            is_spec = path.suffix in SPEC_ENDINGS
+            found = spec_limits(path) if is_spec else drawable_flight(path, tell)
+            connection.send(WorkerResult(asked.number, found))
         except WorkbenchError as error:
-            connection.send(Refusal(asked.number, str(error)))
+            connection.send(WorkerRefusal(asked.number, str(error)))
         except MemoryError:
             said = f"{path}: there is not enough memory for this log"
-            connection.send(Refusal(asked.number, said))
+            connection.send(WorkerRefusal(asked.number, said))
 
 
 def _end_with_app(connection: Connection) -> None:

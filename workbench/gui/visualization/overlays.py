@@ -8,20 +8,32 @@ from PyQt6.QtWidgets import QWidget
 
 from workbench.common.errors import WorkbenchError
 from workbench.common.plain_text import plain_name
+from workbench.common.quantity import DisplayUnit
+from workbench.common.series import TimedValues
 from workbench.gui.labels import Label
 from workbench.gui.layout import NO_MARGINS, buddy, button, hbox, named, vbox
 from workbench.gui.number_field import NumberField
-from workbench.gui.units import Unit
-from workbench.gui.visualization.derived_signals import Derived, SeriesSource, WithDerived
-from workbench.logs.expressions import Samples
+from workbench.gui.visualization.derived_signals import (
+    ESTIMATED_STATES,
+    DerivedSignal,
+    SeriesSource,
+    WithDerived,
+    true_signal,
+)
 
-_COMMANDS = tuple(f"command_velocity.{name}" for name in ("v_x", "v_y", "v_z", "yaw_rate"))
-_HEIGHT = "position_data.z"
-_MOVED = 1e-3
+_COMMAND_SIGNALS = tuple(f"command_velocity.{name}" for name in ("v_x", "v_y", "v_z", "yaw_rate"))
+_HEIGHT_SIGNALS = ("position_data.z", "estimate.z")
+_MOTOR_SIGNAL = "motors.command_1"
+_MIN_MOTOR_COMMAND = 0.05
+"""Change of a motor's share of full command from which on it turns."""
+_MIN_COMMAND_CHANGE = 1e-3
 """Least change of a command that counts as a step [m/s or rad/s]."""
-_LIFTED = 0.1
+_TAKE_OFF_HEIGHT_M = 0.1
 """Height above its initial position at which a drone has taken off [m]."""
-FARTHEST = 1e5
+_ESTIMATES = {true_signal(field): f"estimate.{field}" for field, _ in ESTIMATED_STATES}
+COUNTERPARTS = _ESTIMATES | {estimate: name for name, estimate in _ESTIMATES.items()}
+"""Signals of true and of estimated motion, of which logs of real flights have only the latter."""
+MAX_LOG_SHIFT_S = 1e5
 """Largest shift of a log's time [s]."""
 
 
@@ -43,7 +55,7 @@ class Overlay:
         self._log = log
         self._source: SeriesSource = log
 
-    def derive(self, derived: Sequence[Derived]) -> None:
+    def derive(self, derived: Sequence[DerivedSignal]) -> None:
         """Add derived signals."""
         self._source = WithDerived(self._log, derived)
 
@@ -52,7 +64,12 @@ class Overlay:
         """SI unit of every series, by name."""
         return dict(self._source.units)
 
-    def series(self, name: str, since: float = -np.inf) -> Samples:
+    def signal(self, name: str) -> str:
+        """Return the signal to draw over another: the same, or its counterpart; "" for none."""
+        both = (name, COUNTERPARTS.get(name, ""))
+        return next((each for each in both if each in self._source.units), "")
+
+    def series(self, name: str, since: float = -np.inf) -> TimedValues:
         """Return shifted times [s] and values of a signal from a time on (N).
 
         Raises:
@@ -64,10 +81,12 @@ class Overlay:
     def align(self, to: SeriesSource) -> None:
         """Shift it so that its first step of a command, or its take-off, coincides with another's.
 
+        Without them, the first turn of the motors counts.
+
         Raises:
             WorkbenchError: if they share neither.
         """
-        for first in (_first_step, _first_take_off):
+        for first in (_first_step, _first_take_off, _first_motor_command):
             own, other = first(self._log), first(to)
             if np.isfinite(own) and np.isfinite(other):
                 self.shift = float(other - own)
@@ -79,14 +98,22 @@ class Overlay:
 
 def _first_step(source: SeriesSource) -> float:
     """Return the time of the first change of a command [s]; NaN without one."""
-    return min((_first_change(source, name, _MOVED) for name in _COMMANDS), key=_late)
+    return min(
+        (_first_change(source, name, _MIN_COMMAND_CHANGE) for name in _COMMAND_SIGNALS),
+        key=_finite_or_inf,
+    )
 
 
 def _first_take_off(source: SeriesSource) -> float:
-    return _first_change(source, _HEIGHT, _LIFTED)
+    times = (_first_change(source, name, _TAKE_OFF_HEIGHT_M) for name in _HEIGHT_SIGNALS)
+    return next((time for time in times if np.isfinite(time)), np.nan)
 
 
-def _late(time: float) -> float:
+def _first_motor_command(source: SeriesSource) -> float:
+    return _first_change(source, _MOTOR_SIGNAL, _MIN_MOTOR_COMMAND)
+
+
+def _finite_or_inf(time: float) -> float:
     return time if np.isfinite(time) else np.inf
 
 
@@ -95,6 +122,8 @@ def _first_change(source: SeriesSource, name: str, by: float) -> float:
     if name not in source.units:
         return np.nan
     time, values = source.series(name, -np.inf)
+    known = np.isfinite(values)
+    time, values = time[known], values[known]
     moved = np.flatnonzero(np.abs(values - values[:1]) > by)
     return float(time[moved[0]]) if len(moved) else np.nan
 
@@ -122,7 +151,7 @@ class OverlayBar(QWidget):
         """Add a log over the charts."""
         widget = QWidget()
         shift = NumberField(f"Shift of {overlay.name}", decimals=3, step=0.1)
-        shift.set_range(Unit("s"), -FARTHEST, FARTHEST)
+        shift.set_range(DisplayUnit("s"), -MAX_LOG_SHIFT_S, MAX_LOG_SHIFT_S)
         shift.show_decimals(3)
         align = button(
             "Align",
@@ -131,12 +160,11 @@ class OverlayBar(QWidget):
         )
         remove = button("Remove", lambda: self._remove(overlay))
         hbox(
-            Label(f"overlay  {plain_name(overlay.name)}"),
-            buddy("shifted by", shift, kind=""),
+            buddy("Overlay shifted by", shift, kind=""),
             shift,
             align,
             named(remove, f"Remove {overlay.name}"),
-            1,
+            (Label(plain_name(overlay.name)), 1),
             of=widget,
             margins=NO_MARGINS,
         )
