@@ -1,0 +1,1 @@
+"""Extras: packages beside the core, which never imports them; they are found by entry points."""

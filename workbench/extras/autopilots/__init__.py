@@ -1,0 +1,1 @@
+"""Autopilots: their laws, mixers and filters, files of gains, and firmware that flies."""

@@ -1,0 +1,1 @@
+"""From a flight's log to the vehicle that flew it, with an interval for each number."""

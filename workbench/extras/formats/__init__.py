@@ -1,0 +1,1 @@
+"""SDF, MJCF and Gazebo worlds, and rotors as gym-pybullet-drones and MuJoCo write them."""
