@@ -8,16 +8,23 @@ from contextlib import suppress
 from functools import partial
 from typing import Any
 
-from workbench.analysis.questions import ANSWERED_BY, LONG, QUICK, SLOW, Question, Stop
+from workbench.analysis.queries import (
+    LONG_PROCESS,
+    QUICK_PROCESS,
+    SLOW_PROCESS,
+    Query,
+    StopQueries,
+    place_of_answer,
+)
 from workbench.analysis.replies import Searched
 from workbench.common.errors import WorkbenchError
 from workbench.ipc.worker_process import WorkerProcess, unanswered_future
 from workbench.scenario.scenario import Scenario
 
-CLOSED = "the analyst is closed"
-MOST_DEATHS = 3
+ANALYST_CLOSED_TEXT = "the analyst is closed"
+MAX_ANALYST_DEATHS = 3
 """Number of successive processes that die without an answer after which no other is started."""
-NICENESS = {QUICK: 3, SLOW: 10, LONG: 10}
+NICENESS = {QUICK_PROCESS: 3, SLOW_PROCESS: 10, LONG_PROCESS: 10}
 """Niceness of each process: a flight beside them must keep its time."""
 
 
@@ -51,17 +58,14 @@ class AnalysisProcess:
     @property
     def has_given_up(self) -> bool:
         """Whether no further process is started because too many have died."""
-        return self._deaths >= MOST_DEATHS
+        return self._deaths >= MAX_ANALYST_DEATHS
 
-    def ask(self, question: Question, answer: "Future[Any]") -> None:
+    def ask(self, question: Query, answer: "Future[Any]") -> None:
         """Ask a question whose answer goes to a Future; start a process if there is none."""
         try:
-            self._living().ask(lambda: question, answer)
+            self._living().do(question, answer)
         except WorkbenchError as error:
             answer.set_exception(error)
-        except Exception as error:  # a user's object may fail in any way
-            said = f"the question cannot be sent to a process: {error}"
-            answer.set_exception(WorkbenchError(said))
 
     def warm_up(self) -> None:
         """Start the process, so that the first question does not wait for it."""
@@ -71,7 +75,7 @@ class AnalysisProcess:
     def stop(self) -> None:
         """End all earlier questions; a search keeps its best result."""
         if self._worker is not None:
-            self._worker.send(Stop(self._worker.requests))
+            self._worker.send(StopQueries(self._worker.requests))
 
     def close(self) -> None:
         """Kill the process, and start no further one."""
@@ -89,7 +93,7 @@ class AnalysisProcess:
         """
         with self._lock:
             if self._closed:
-                raise WorkbenchError(CLOSED)
+                raise WorkbenchError(ANALYST_CLOSED_TEXT)
             worker = self._worker
             if worker is not None and worker.ended:
                 self._deaths = 1 if worker.answered else self._deaths + 1
@@ -98,7 +102,7 @@ class AnalysisProcess:
                     self._last = worker.ended
             if self.has_given_up:
                 raise WorkbenchError(
-                    f"the analyst has failed {MOST_DEATHS} times: {self._last}: open the "
+                    f"the analyst has failed {MAX_ANALYST_DEATHS} times: {self._last}: open the "
                     "scenario again"
                 )
             if self._worker is None:
@@ -155,31 +159,32 @@ class Analyst:
         """Whether a process died so often that questions to it are now refused."""
         return any(each.has_given_up for each in self._processes.values())
 
-    def ask(self, question: Question) -> "Future[Any]":
+    def ask(self, question: Query) -> "Future[Any]":
         """Ask a question; the Future gets the reply, or a WorkbenchError with the reason for none.
 
-        Of each kind the newest question counts: an older one that still waits fails with a
-        `SupersededError`; one in progress is answered, so that a screen can follow a slider that
-        keeps moving.
+        Of an asker's questions of a kind the newest counts: an older one that still waits fails
+        with a `SupersededError`; one in progress is answered, so that a screen can follow a slider
+        that keeps moving.
         """
         answer = unanswered_future()
-        if type(question) not in ANSWERED_BY:
-            said = f"{question!r:.60} is not a question: ask one of workbench.analysis.questions"
+        place = place_of_answer(type(question))
+        if place is None:
+            said = f"{question!r:.60} is not a question: ask one of workbench.analysis.queries"
             answer.set_exception(WorkbenchError(said))
             return answer
-        process, _ = ANSWERED_BY[type(question)]
+        process, _ = place
         if not self._submit(partial(self._processes[process].ask, question, answer)):
-            answer.set_exception(WorkbenchError(CLOSED))
+            answer.set_exception(WorkbenchError(ANALYST_CLOSED_TEXT))
         return answer
 
     def warm_up(self) -> None:
         """Start the quick and the slow process, so that the first questions need not wait."""
-        for process in (QUICK, SLOW):
+        for process in (QUICK_PROCESS, SLOW_PROCESS):
             self._submit(self._processes[process].warm_up)
 
     def stop(self) -> None:
         """End a search soon, and keep its best result."""
-        self._submit(self._processes[LONG].stop)
+        self._submit(self._processes[LONG_PROCESS].stop)
 
     def close(self) -> None:
         """Kill the processes, and wait until they are gone; must be the last call."""

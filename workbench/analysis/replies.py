@@ -3,15 +3,14 @@
 None contains an object of Drake's, so a screen need not load Drake.
 """
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.analysis.questions import Gains
+from workbench.analysis.queries import Gains
 from workbench.design.judge.margins import LoopMargins
-from workbench.design.response_metrics import LoadMetrics, StepMetrics
+from workbench.design.load_metrics import ResponseMetrics
 
 
 @dataclass(frozen=True)
@@ -37,6 +36,8 @@ class Judged:
     Attributes:
         loops: loops in the order of the cascade.
         poles: poles of the closed loop in continuous terms, complex (k) [1/s].
+        pole_loops: name of the loop that each belongs to (k), "" for none.
+        pole_joints: name of the joint that moves most in each (k), "" for none.
         stable: whether everything is stable.
         said: what is unstable, as a sentence; "" if everything is stable.
     """
@@ -45,6 +46,8 @@ class Judged:
     poles: np.ndarray
     stable: bool
     said: str
+    pole_loops: tuple[str, ...] = ()
+    pole_joints: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -73,6 +76,26 @@ class LoopShaped:
     said: str
 
 
+MarginSample = tuple[float, tuple[LoopMargins, ...]]
+"""A bandwidth [rad/s], a phase margin [rad] or a disk margin of one loop, and the margins of all
+loops with gains for it."""
+
+
+@dataclass(frozen=True)
+class ReachSampled:
+    """The margins of all loops over the reach of one loop, in rising order.
+
+    Attributes:
+        loops: names of the loops.
+        bandwidths: over its bandwidth, with the present margin.
+        margins: over its margin, with the present bandwidth.
+    """
+
+    loops: tuple[str, ...] = ()
+    bandwidths: tuple[MarginSample, ...] = ()
+    margins: tuple[MarginSample, ...] = ()
+
+
 @dataclass(frozen=True)
 class PoleMoved:
     """Gains of a loop that move a pole, see `design.judge.pole_placing`.
@@ -91,36 +114,6 @@ class PoleMoved:
 
 
 @dataclass(frozen=True)
-class StepNumbers:
-    """Metrics of one flown step of a command or a load; NaN if it has none.
-
-    Times in s, overshoot and error in %, rotor use as a share, the peak in the response's unit.
-    `withheld` says why some are NaN, as for a step that has not settled; else "".
-    """
-
-    rise_time: float
-    settling_time: float
-    overshoot: float
-    steady_state_error: float
-    peak_rotor_use: float
-    withheld: str = ""
-    peak: float = math.nan
-
-
-def step_numbers(metrics: StepMetrics | LoadMetrics, peak_rotor_use: float) -> StepNumbers:
-    """Return the numbers of a step of a command or a load; a load has no rise and no overshoot."""
-    return StepNumbers(
-        rise_time=metrics.rise_time if isinstance(metrics, StepMetrics) else math.nan,
-        settling_time=metrics.settling_time,
-        overshoot=metrics.overshoot if isinstance(metrics, StepMetrics) else math.nan,
-        steady_state_error=metrics.steady_state_error,
-        peak_rotor_use=peak_rotor_use,
-        withheld=metrics.withheld,
-        peak=metrics.peak,
-    )
-
-
-@dataclass(frozen=True)
 class Predicted:
     """Response to a step of a command or a load.
 
@@ -134,7 +127,7 @@ class Predicted:
 
     time: np.ndarray
     response: np.ndarray
-    numbers: StepNumbers
+    numbers: ResponseMetrics
     lost: bool
     decay: float = 0.0
 
@@ -198,48 +191,3 @@ class Tuned:
     steps: Mapping[str, tuple[np.ndarray, np.ndarray, np.ndarray]]
     said: tuple[str, ...]
     widened: int = 0
-
-
-@dataclass(frozen=True)
-class FlownAgain:
-    """A logged flight, and the same flight with other gains, see `design.predict.what_if`.
-
-    Columns of six are x, y, z, v_x, v_y, v_z [m, m/s].
-
-    Attributes:
-        vehicle: vehicle whose model flew it again.
-        logged_vehicle: vehicle that the log names; "" without one.
-        doubt: why the result may be wrong, as a sentence; else "".
-        flown: the controller that flew the log.
-        flown_gains: its values, as far as the log has them.
-        time: time from the start of the log on (k) [s].
-        setpoint: position (k, 3) [m].
-        logged: motion of the log (k, 6).
-        other: motion with other gains (k, 6); NaN once the drone is lost.
-        low: lower edges of its band (k, 6).
-        high: upper edges of its band (k, 6).
-        off_setpoint: RMS distance of log and other flight from the setpoint (2, 3) [m].
-        difference: RMS difference between the two (6).
-        band: half of the band's width, mean over time (6).
-        stays: whether the nominal vehicle survives.
-        lost: number of lost vehicles.
-        drawn: number of flown vehicles: the nominal one, and uncertain ones.
-    """
-
-    vehicle: str
-    logged_vehicle: str
-    doubt: str
-    flown: str
-    flown_gains: Gains
-    time: np.ndarray
-    setpoint: np.ndarray
-    logged: np.ndarray
-    other: np.ndarray
-    low: np.ndarray
-    high: np.ndarray
-    off_setpoint: np.ndarray
-    difference: np.ndarray
-    band: np.ndarray
-    stays: bool
-    lost: int
-    drawn: int

@@ -5,13 +5,14 @@ from collections.abc import Mapping
 from concurrent.futures import Future
 from dataclasses import replace
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from workbench.common.errors import WorkbenchError
-from workbench.control.controller import load_controller
+from workbench.control.controller_file import load_controller
 from workbench.control.schedule import split_label
-from workbench.scenario.parameters import SIGNAL_PATH, parameter_table
-from workbench.scenario.scenario import Scenario, flown_controller
+from workbench.parameters.flight_parameters import SIGNAL_PATH
+from workbench.scenario.flown_controller import flown_controller
+from workbench.scenario.scenario import Scenario
 
 if TYPE_CHECKING:
     from workbench.design.fork import Forker
@@ -22,17 +23,16 @@ if TYPE_CHECKING:
     from workbench.design.linear.retuned import Models
     from workbench.design.linear.study import LinearStudy
     from workbench.design.linear_step import DecayTimes
-    from workbench.design.predict.what_if import Explained
     from workbench.design.rollout.engine import RolloutEngine
-    from workbench.logs.flight_record import FlightRecord
+    from workbench.setup import Setup
 
-OF_A_STEP = ("controller", "air", "payload", "rotors", *SIGNAL_PATH)
+STEP_SYSTEMS = ("controller", "air", "payload", "rotors", *SIGNAL_PATH)
 """Systems with parameters that affect a step from hover."""
-FIRST_STEP = 0.1
+WARM_UP_STEP_S = 0.1
 """Duration of the flight that loads the compiled code [s]."""
 
 
-class Subject:
+class AnalysedVehicle:
     """A scenario's vehicle; each part of it is made on first use.
 
     Args:
@@ -45,10 +45,11 @@ class Subject:
     Attributes:
         flown: the scenario's controller.
         judged: the scenario to evaluate: without the schedule of the controller's gains.
-        table: table of the controller's parameters.
+        controller: the judged one's.
+        table: of its parameters.
         law: names of the controller's own parameters, gains and limits.
         shaper: the last shaper of a loop, and its key.
-        log: the last log that was flown again: its key, the flight, and its explanation.
+        kept: what functions of other packages keep for their next question.
         placer: the last placer of a pole, and its key.
     """
 
@@ -61,15 +62,27 @@ class Subject:
             vehicle = replace(scenario.vehicle, gains="")
             controller, _ = split_label(scenario.controller)
             self.judged = replace(scenario, controller=controller, vehicle=vehicle, script=[])
-        self.table = parameter_table(flown_controller(self.judged))
-        self.law = tuple(row.name for row in self.table.controller.parameters)
+        self.controller = flown_controller(self.judged)
+        self.table = self.controller.table
+        self.law = tuple(row.name for row in self.controller.parameters)
         self._around = tuple(row.name for system in SIGNAL_PATH for row in self.table.of(system))
         self._models: tuple[dict[str, float], Models] | None = None
         self.shaper: tuple[object, LoopShaper] | None = None
-        self.log: tuple[object, FlightRecord, Explained] | None = None
+        self.kept: dict[str, Any] = {}
         self.placer: tuple[object, PolePlacer] | None = None
         self._loading: Future[RolloutEngine] | None = None
-        self._others: dict[str, Subject] = {}
+        self._others: dict[str, AnalysedVehicle] = {}
+
+    @cached_property
+    def setup(self) -> "Setup":
+        """What is judged, without the settings.
+
+        Raises:
+            WorkbenchError: if it cannot be read.
+        """
+        from workbench.setup import make_setup
+
+        return make_setup(self.judged, controller=self.controller)
 
     @cached_property
     def study(self) -> "LinearStudy":
@@ -80,14 +93,14 @@ class Subject:
         """
         from workbench.design.linear.study import LinearStudy
 
-        return LinearStudy(self.judged)
+        return LinearStudy(self.setup)
 
     @cached_property
     def decay_times(self) -> "DecayTimes":
         """The decay times of its steps."""
         from workbench.design.linear_step import DecayTimes
 
-        return DecayTimes(self.judged)
+        return DecayTimes(self.setup)
 
     @cached_property
     def own(self) -> dict[str, float]:
@@ -95,20 +108,20 @@ class Subject:
         acting = {
             name: value
             for name, value in self.settings.items()
-            if name in self.table and self.table.find(name).system in OF_A_STEP
+            if name in self.table and self.table.find(name).system in STEP_SYSTEMS
         }
         return {**self.study.gains, **acting}
 
     def model(self, gains: Mapping[str, float]) -> "LinearModel":
         """Return the sampled closed loop in hover while the position is held, see `gains`."""
-        from workbench.design.linear.operating_point import HOLDING
+        from workbench.design.linear.operating_point import HOLDING_POINT
         from workbench.design.linear.retuned import retuned_models
 
         around = {name: gains[name] for name in self._around if name in gains}
         if self._models is None or self._models[0] != around:
             # a change of gains takes a fraction of the time of a change of filters
             values = {**self.study.gains, **self.linear_gains(around)}
-            self._models = around, retuned_models(self.study, HOLDING, values)
+            self._models = around, retuned_models(self.study, HOLDING_POINT, values)
         return self._models[1](gains)
 
     @cached_property
@@ -129,7 +142,7 @@ class Subject:
 
         return Forker(self.scenario)
 
-    def other(self, controller: str) -> "Subject":
+    def other(self, controller: str) -> "AnalysedVehicle":
         """Return the same vehicle with another controller and that controller's own gains.
 
         Raises:
@@ -143,13 +156,13 @@ class Subject:
                 vehicle=replace(self.scenario.vehicle, gains=""),
                 script=[],
             )
-            present = parameter_table(self.flown)
+            present = self.flown.table
             around = {
                 name: value
                 for name, value in self.settings.items()
                 if present.find(name).system != "controller"
             }
-            self._others[law.digest] = Subject(scenario, around)
+            self._others[law.digest] = AnalysedVehicle(scenario, around)
         return self._others[law.digest]
 
     def gains(self, asked: Mapping[str, float]) -> dict[str, float]:
@@ -183,7 +196,7 @@ class Subject:
         """
         if self.flown.schedule is None:
             return self.gains(asked)
-        return parameter_table(self.flown).checked(asked)
+        return self.flown.table.checked(asked)
 
     def linear_gains(self, asked: Mapping[str, float]) -> dict[str, float]:
         """Return the parameters of linear models: the payload, and the gains, see `gains`."""
@@ -207,24 +220,15 @@ class Subject:
         """Make the engine, and fly once to load the compiled code."""
         try:
             from workbench.design.rollout.engine import RolloutEngine
-            from workbench.design.rollout.senses import make_senses, why_not
+            from workbench.design.rollout.senses import why_not_compiled
 
-            scenario = self.judged
-            vehicle = self.study.vehicle
+            setup = replace(self.setup, values=self.own)
             # an estimate that cannot be compiled is replaced by the truth
-            known = not why_not(vehicle, scenario, self.own)
-            engine = RolloutEngine(
-                vehicle,
-                scenario.rates,
-                scenario.vehicle.variation,
-                seed=scenario.sensors.seed,
-                threads=1,  # the other core is for the flight
-                own=self.own,
-                controller=self.table.controller,
-                senses=make_senses(vehicle, scenario) if known else None,
-            )
-            engine.fly([{}], "x", 1.0, duration=FIRST_STEP)
-            engine.measure([{}], "x", 1.0, duration=FIRST_STEP)
+            if why_not_compiled(setup):
+                setup = replace(setup, estimator=None)
+            engine = RolloutEngine.of(setup, threads=1)  # the other core is for the flight
+            engine.fly([{}], "x", 1.0, duration=WARM_UP_STEP_S)
+            engine.measure([{}], "x", 1.0, duration=WARM_UP_STEP_S)
         except BaseException as error:  # the caller gets the error
             loading.set_exception(error)
         else:

@@ -1,18 +1,17 @@
 """Finds gains for wishes, reports the search's progress, and pins the result as a regression."""
 
-from workbench.analysis.questions import Pin, Tune
+from workbench.analysis.queries import RegressionCase, Tune
 from workbench.analysis.replies import Searched, Tuned
-from workbench.analysis.subject import Subject
+from workbench.analysis.subject import AnalysedVehicle
 from workbench.analysis.work import Work, Working
-from workbench.design.metrics import shown
 from workbench.design.pin import pin_step
-from workbench.design.tune.case import NOMINAL
+from workbench.design.tune.case import NOMINAL_CASE
 from workbench.design.tune.tuner import Tuner
-from workbench.design.tune.tuning import Progress, Tuning
+from workbench.design.tune.tuning import Tuning, TuningProgress
 from workbench.design.tune.wish import wishes_for
 
 
-def pin(subject: Subject, question: Pin, work: Work) -> Working:
+def pin(subject: AnalysedVehicle, question: RegressionCase, work: Work) -> Working:
     """Write a spec and its baseline, and answer where they are; the regression passes."""
     step = question.step
     found = pin_step(
@@ -36,7 +35,7 @@ def pin(subject: Subject, question: Pin, work: Work) -> Working:
     yield found.spec, found.baseline, said
 
 
-def tune(subject: Subject, question: Tune, work: Work) -> Working:
+def tune(subject: AnalysedVehicle, question: Tune, work: Work) -> Working:
     """Answer which gains meet wishes, starting from given ones; a stop keeps the best so far."""
     tuner = Tuner(
         subject.scenario,
@@ -45,7 +44,7 @@ def tune(subject: Subject, question: Tune, work: Work) -> Working:
         velocity=question.velocity,
     )
     work.on_stop(tuner.stop)
-    found = tuner.run(lambda progress: work.tell(_searched(progress)))
+    found = tuner.run(lambda progress: work.tell(_search_progress(progress)))
     yield Tuned(
         before=found.before,
         gains=found.gains,
@@ -54,8 +53,8 @@ def tune(subject: Subject, question: Tune, work: Work) -> Working:
         wishes=tuple(
             (
                 str(result.required),
-                shown(result.required.wish.metric, result.before),
-                shown(result.required.wish.metric, result.after),
+                result.required.wish.metric.text(result.before),
+                result.required.wish.metric.text(result.after),
                 result.met,
             )
             for result in found.as_described
@@ -63,51 +62,51 @@ def tune(subject: Subject, question: Tune, work: Work) -> Working:
         steps={
             axis: (each.time, each.response[0], each.response[1])
             for (axis, case), each in found.responses.items()
-            if case == NOMINAL
+            if case == NOMINAL_CASE
         },
-        said=_said(found),
+        said=_unmet_text(found),
         widened=len(found.shortfalls),
     )
 
 
-def _searched(progress: Progress) -> Searched:
+def _search_progress(progress: TuningProgress) -> Searched:
     if progress.best is None or progress.worst is None:
         return Searched(progress.phase, progress.share, {}, "")
     metric = progress.worst.wish.metric
     reserve = 100.0 * progress.best.reserve
     spare = f"{reserve:.0f} % to spare" if reserve >= 0.0 else f"{-reserve:.0f} % short"
-    said = f"{progress.worst.wish.name} {shown(metric, progress.value)}, {spare}"
+    said = f"{progress.worst.wish.name} {metric.text(progress.value)}, {spare}"
     return Searched(progress.phase, progress.share, dict(progress.gains), said)
 
 
-def _said(found: Tuning) -> tuple[str, ...]:
+def _unmet_text(found: Tuning) -> tuple[str, ...]:
     """Return why wishes are not met, and further remarks."""
     said = [*map(str, found.conflicts), *found.shortfalls]
     if not found.met and not found.conflicts:
-        said.append(_shortest(found))
+        said.append(_most_missed_wish(found))
     if found.proof:
         said += [
             f"flown on the full diagram, {required} is missed with "
-            f"{shown(required.wish.metric, value)}"
+            f"{required.wish.metric.text(value)}"
             for required, value in found.proof.missed
         ]
     worst = found.worst_corner
     if worst is not None:
-        value = shown(worst.required.wish.metric, worst.after)
+        value = worst.required.wish.metric.text(worst.after)
         name = worst.required.wish.name
         said.append(f"the worst vehicle near it has {name} {value}: {worst.required.case}")
     for result in found.guarded:
         if result.after < result.before:
             metric = result.required.wish.metric
-            fell = f"{shown(metric, result.before)} to {shown(metric, result.after)}"
+            fell = f"{metric.text(result.before)} to {metric.text(result.after)}"
             said.append(f"{result.required.wish.name}, about which there is no wish, falls: {fell}")
     return (*said, *found.remarks)
 
 
-def _shortest(found: Tuning) -> str:
+def _most_missed_wish(found: Tuning) -> str:
     """Return the wish that is missed by most, if any."""
     short = min(found.results, key=lambda result: result.reserve)
-    value = shown(short.required.wish.metric, short.after)
+    value = short.required.wish.metric.text(short.after)
     if short.met:
         return "all wishes are met, but only in the quick flights"
     early = "stopped early; so far " if found.stopped else ""

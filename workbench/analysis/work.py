@@ -7,13 +7,13 @@ from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from typing import Any
 
-from workbench.analysis.questions import Stop
+from workbench.analysis.queries import StopQueries
 from workbench.analysis.replies import Searched
 from workbench.common.errors import WorkbenchError
 from workbench.ipc.send_queue import SendQueue
-from workbench.ipc.worker_process import Request, Superseded
+from workbench.ipc.worker_process import Superseded, WorkerRequest
 
-STOPPED = "it was stopped before it was done"
+WORK_STOPPED_TEXT = "it was stopped before it was done"
 Working = Iterator[Any]
 """Work on an answer: yields None where it can pause, and finally the reply."""
 
@@ -39,7 +39,7 @@ class RequestQueue:
         self._connection = connection
         self._send_queue = send_queue
         self._end = end
-        self._waiting: dict[type, Request] = {}
+        self._waiting: dict[tuple[type, int], WorkerRequest] = {}
         self._stopped = 0
         self._stopper: tuple[int, Callable[[], None]] | None = None
         self._change = threading.Condition()
@@ -50,8 +50,8 @@ class RequestQueue:
         """Largest number of a stopped question."""
         return self._stopped
 
-    def take(self, kinds: set[type], wait: bool) -> list[Request]:
-        """Take waiting questions.
+    def take(self, kinds: set[type], wait: bool) -> list[WorkerRequest]:
+        """Take the question of each kind that waits longest.
 
         Args:
             kinds: kinds that are not taken.
@@ -59,8 +59,12 @@ class RequestQueue:
         """
         with self._change:
             if wait:
-                self._change.wait_for(lambda: self._waiting.keys() - kinds)
-            return [self._waiting.pop(kind) for kind in self._waiting.keys() - kinds]
+                self._change.wait_for(lambda: {kind for kind, _ in self._waiting} - kinds)
+            first: dict[type, tuple[type, int]] = {}
+            for kind, asker in self._waiting:
+                if kind not in kinds:
+                    first.setdefault(kind, (kind, asker))
+            return [self._waiting.pop(stream) for stream in first.values()]
 
     def on_stop(self, number: int, act: Callable[[], None]) -> None:
         """Call a function in another thread when a question is stopped; the last one counts."""
@@ -80,13 +84,13 @@ class RequestQueue:
     def _hear(self, message: object) -> None:
         with self._change:
             match message:
-                case Request(_, question):
-                    older = self._waiting.pop(type(question), None)
+                case WorkerRequest(_, query):
+                    older = self._waiting.pop(query.stream, None)
                     if older is not None:
                         self._send_queue.post(Superseded(older.number))
-                    self._waiting[type(question)] = message
+                    self._waiting[query.stream] = message
                     self._change.notify()
-                case Stop(number):
+                case StopQueries(number):
                     self._stopped = max(self._stopped, number)
                     if self._stopper is not None and self._stopper[0] <= number:
                         self._stopper[1]()
@@ -118,7 +122,7 @@ class Work:
             WorkbenchError: if the answer is no longer wanted.
         """
         if self.stopped:
-            raise WorkbenchError(STOPPED)
+            raise WorkbenchError(WORK_STOPPED_TEXT)
 
     def on_stop(self, act: Callable[[], None]) -> None:
         """Call a function when the caller stops the question: at once, in another thread."""

@@ -12,17 +12,17 @@ from collections.abc import Callable
 from multiprocessing.connection import Connection
 from typing import Any
 
-from workbench.analysis.questions import ANSWERED_BY, AskOther
-from workbench.analysis.subject import Subject
+from workbench.analysis.queries import ANSWERED_BY, OtherControllerQuery, place_of_answer
+from workbench.analysis.subject import AnalysedVehicle
 from workbench.analysis.work import RequestQueue, Work, Working
 from workbench.common.cache import PROGRESS_LOGGER
 from workbench.common.errors import WorkbenchError
-from workbench.ipc.send_queue import LogPoster, SendQueue
-from workbench.ipc.worker_process import Answer, Refusal, Request
+from workbench.ipc.send_queue import LogSender, SendQueue
+from workbench.ipc.worker_process import WorkerRefusal, WorkerRequest, WorkerResult
 
-SLICE = 0.005
+WORK_SLICE_S = 0.005
 """Time after which work pauses, if it can, for the next kind of question [s]."""
-Answerer = Callable[[Subject, Any, Work], Working]
+Answerer = Callable[[AnalysedVehicle, Any, Work], Working]
 
 
 class Scheduler:
@@ -40,7 +40,7 @@ class Scheduler:
 
     def __init__(
         self,
-        subject: Subject,
+        subject: AnalysedVehicle,
         requests: RequestQueue,
         send_queue: SendQueue,
         find: Callable[[type], Answerer],
@@ -49,7 +49,7 @@ class Scheduler:
         self._requests = requests
         self._send_queue = send_queue
         self._find = find
-        self._begun: dict[type, tuple[Request, Working]] = {}
+        self._begun: dict[type, tuple[WorkerRequest, Working]] = {}
 
     def run(self) -> None:
         """Answer until the process ends."""
@@ -59,7 +59,7 @@ class Scheduler:
 
     def turn(self) -> None:
         """Give every kind one turn."""
-        for kind in ANSWERED_BY:
+        for kind in (*ANSWERED_BY, *(each for each in self._begun if each not in ANSWERED_BY)):
             self._take_in(wait=False)
             if kind in self._begun:
                 self._go_on(kind)
@@ -70,7 +70,7 @@ class Scheduler:
             work = Work(request.number, self._requests, self._send_queue)
             self._begun[type(request.what)] = request, self._work(request, work)
 
-    def _work(self, request: Request, work: Work) -> Working:
+    def _work(self, request: WorkerRequest, work: Work) -> Working:
         """Work on a question; its function is looked up here, because that may load a library."""
         work.check()
         yield from self._find(type(request.what))(self._subject, request.what, work)
@@ -78,21 +78,21 @@ class Scheduler:
     def _go_on(self, kind: type) -> None:
         """Work on a kind for one time slice."""
         request, working = self._begun[kind]
-        end = time.perf_counter() + SLICE
+        end = time.perf_counter() + WORK_SLICE_S
         reply = None
         try:
             while reply is None and time.perf_counter() < end:
                 reply = next(working)
         except WorkbenchError as error:
-            self._answer(kind, Refusal(request.number, str(error)))
+            self._answer(kind, WorkerRefusal(request.number, str(error)))
         except (Exception, SystemExit) as error:  # Drake's failed assertions are SystemExit
             said = f"the analyst failed: {type(error).__name__}: {' '.join(str(error).split())}"
-            self._answer(kind, Refusal(request.number, said))
+            self._answer(kind, WorkerRefusal(request.number, said))
         else:
             if reply is not None:
-                self._answer(kind, Answer(request.number, reply))
+                self._answer(kind, WorkerResult(request.number, reply))
 
-    def _answer(self, kind: type, answer: Answer | Refusal) -> None:
+    def _answer(self, kind: type, answer: WorkerResult | WorkerRefusal) -> None:
         del self._begun[kind]
         self._send_queue.post(answer)
 
@@ -109,23 +109,27 @@ def main(connection: Connection) -> int:
         return 0
     os.nice(niceness)
     send_queue = SendQueue(connection)
-    logging.getLogger(PROGRESS_LOGGER).addHandler(LogPoster(send_queue, str))
+    logging.getLogger(PROGRESS_LOGGER).addHandler(LogSender(send_queue, str))
     requests = RequestQueue(connection, send_queue)
-    subject = Subject(scenario, settings)
+    subject = AnalysedVehicle(scenario, settings)
     Scheduler(subject, requests, send_queue, find_answerer).run()
     return 0
 
 
 def find_answerer(kind: type) -> Answerer:
     """Return the function that answers a kind of question."""
-    if kind is AskOther:
-        return ask_other
-    file, name = ANSWERED_BY[kind][1].split(":")
-    found: Answerer = getattr(importlib.import_module(f"workbench.analysis.{file}"), name)
+    if kind is OtherControllerQuery:
+        return answer_with_other_law
+    place = place_of_answer(kind)
+    assert place is not None  # the caller asks nothing else
+    module, name = place[1].split(":")
+    found: Answerer = getattr(importlib.import_module(module), name)
     return found
 
 
-def ask_other(subject: Subject, question: AskOther, work: Work) -> Working:
+def answer_with_other_law(
+    subject: AnalysedVehicle, question: OtherControllerQuery, work: Work
+) -> Working:
     """Answer a question about another controller, on the same vehicle.
 
     The first question builds its models and the machine code of its flights.

@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 
 from workbench.common.parameter import State
-from workbench.control.controller import Loop
+from workbench.control.loop import Loop
 
 Names = tuple[str, ...]
 
@@ -53,3 +53,22 @@ def loops_about(
         Loop(name, f"{error}_{k}_error", output and f"{output}_{k}", axis=step, gains=own)
         for name, k, step, own in zip(names, "xyz", ("y", "x", "yaw"), gains, strict=False)
     )
+
+
+CASCADE_POINTS = points(
+    {
+        "position_{}_error": "m",
+        "velocity_{}_error": "m/s",
+        "acceleration_{}": "m/s^2",
+        "attitude_{}_error": "1",
+        "angular_acceleration_{}": "rad/s^2",
+    }
+) | {"roll_setpoint": "1", "pitch_setpoint": "1"}
+"""Loop points of a cascade to accelerations, with the specific force in W without gravity."""
+POSITION_POINT = 0
+VELOCITY_POINT = 3
+ACCELERATION_POINT = 6
+ATTITUDE_POINT = 9
+TURN_POINT = 12
+SETPOINT_POINT = 15
+"""Index of the first of its three points of each stage, or of its two setpoints."""

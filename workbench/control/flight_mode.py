@@ -5,40 +5,42 @@ Pure functions of plain numbers; `mode_manager` runs them as a Drake system.
 
 import math
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from workbench.common.jitable import register_jitable
-from workbench.control.guidance import BRAKE, Guidance, Reference
-from workbench.control.mode import FlightMode, Reason, Request
-from workbench.control.obstacle_brake import WALLS
+from workbench.common.vectors import Numbers
+from workbench.control.guidance import BRAKE_FIELD, Guidance, Reference
+from workbench.control.mode import FlightMode, ModeRequest, Reason
+from workbench.control.obstacle_brake import MAX_WALLS
 
-SPOOL_UP_TIME = 0.5
+SPOOL_UP_TIME_S = 0.5
 """Rotors idle this long before a take-off [s]."""
-SLOW = 0.2
+MAX_HOVERING_SPEED = 0.2
 """Below this speed a drone counts as hovering [m/s]."""
-STOPPING_TIME = 0.25
+STOPPING_TIME_S = 0.25
 """A drone that starts to hold uses the point that it reaches in this time [s]."""
-TOUCH_DOWN_SPEED = 0.05
-TOUCH_DOWN_TIME = 0.5
-TOUCH_DOWN_HEIGHT = 0.1
+MAX_TOUCH_DOWN_SPEED = 0.05
+MIN_TOUCH_DOWN_TIME_S = 0.5
+MAX_TOUCH_DOWN_HEIGHT_M = 0.1
 """A landing drone slower than this for this long, this near the ground, has landed [m/s, s, m]."""
 SINK_RATE = 0.5
-SLOW_HEIGHT = 2.0
-FASTEST_SINK = 2.0
-"""A landing descends at SINK_RATE [1/s] times the height above SLOW_HEIGHT [m], if faster."""
-STEEP = 0.7
+SLOW_DESCENT_HEIGHT_M = 2.0
+MAX_SINK_SPEED = 2.0
+"""A landing descends at SINK_RATE [1/s] times the height above
+SLOW_DESCENT_HEIGHT_M, up to MAX_SINK_SPEED [m/s], if that is faster than the landing speed."""
+MIN_DOWNWARD_COMPONENT = 0.7
 """A wall whose direction points down by this much or more is below the drone."""
-STANDING_TIME = 2.0
+MIN_STANDING_TIME_S = 2.0
 """On an estimate, whose height may be wrong, a drone slower for this long has landed [s]."""
-ARREST_TIME = 0.2
-ARREST_HEIGHT = 0.5
+MIN_ARREST_TIME_S = 0.2
+MAX_ARREST_HEIGHT_M = 0.5
 """With a lost position, a landing ends when the descent has stopped for this long below this
 height: on the ground the estimate still moves, so the usual test would not end it [s, m]."""
-GPS_LATE = 1.0
+MAX_GPS_AGE_S = 1.0
 """Without a GPS sample for longer, the position is dead reckoning [s]."""
-HEADING_LATE = 2.0
+MAX_HEADING_AGE_S = 2.0
 """Without a magnetometer sample for longer, the heading follows the gyro alone [s]."""
-TAKE_OFF_PATIENCE = 3.0
+TAKE_OFF_TIMEOUT_S = 3.0
 """A take-off that no longer climbs, for example under a ceiling, becomes a hover after this [s]."""
 
 
@@ -51,11 +53,11 @@ HOVERING, ASCENDING, DESCENDING, CRUISING = (
         FlightMode.CRUISING,
     )
 )
-HOLD_HERE = 0.01
+HOLD_HEIGHT_M = 0.01
 """Height that aborts a landing without a climb: no drone in the air is that low [m]."""
 
 
-class Settings(NamedTuple):
+class FlightModeSettings(NamedTuple):
     """Live parameters of the flight mode."""
 
     take_off_speed: float
@@ -68,7 +70,7 @@ class Settings(NamedTuple):
     imu_timeout: float = 0.1
 
 
-class Health(NamedTuple):
+class EstimateHealth(NamedTuple):
     """The state of health of an estimate.
 
     Attributes:
@@ -105,10 +107,10 @@ class ModeState(NamedTuple):
     reason: float = 0.0
 
 
-REASON = ModeState._fields.index("reason")
+REASON_INDEX = ModeState._fields.index("reason")
 
 
-class Situation(NamedTuple):
+class FlightModeInputs(NamedTuple):
     """The inputs of the flight mode at an update; frames and units as in `pd`.
 
     `health` is that of the estimate of position and velocity, None with the true state. The true
@@ -125,25 +127,25 @@ class Situation(NamedTuple):
     height: float
     charge: float
     standing_height: float
-    health: Health | None = None
+    health: EstimateHealth | None = None
     known_charge: float | None = None
     ended: bool = False
 
 
-def hears(mode: FlightMode, request: Request) -> bool:
+def accepts_request(mode: FlightMode, request: ModeRequest) -> bool:
     """Return whether a request has an effect in a mode, or is already fulfilled."""
-    if request is Request.ARM:
+    if request is ModeRequest.ARM:
         return mode is FlightMode.OFF
-    if request is Request.TAKE_OFF:
+    if request is ModeRequest.TAKE_OFF:
         return mode in (FlightMode.OFF, FlightMode.ARMED, FlightMode.TAKING_OFF)
-    if request is Request.ABORT_LANDING:
+    if request is ModeRequest.ABORT_LANDING:
         return mode is FlightMode.LANDING
     return True
 
 
 def in_the_air(height: float, standing_height: float) -> bool:
     """Return whether a drone is too high to stand on the ground [m]."""
-    return height > standing_height + TOUCH_DOWN_HEIGHT
+    return height > standing_height + MAX_TOUCH_DOWN_HEIGHT_M
 
 
 def initial_state(mode: FlightMode, p_WB: list[float]) -> ModeState:
@@ -152,12 +154,12 @@ def initial_state(mode: FlightMode, p_WB: list[float]) -> ModeState:
     return ModeState(float(mode), 0.0, 0.0, 0.0, 0.0, holding, *p_WB)
 
 
-def next_state(state: ModeState, now: Situation, settings: Settings) -> ModeState:
+def next_state(state: ModeState, now: FlightModeInputs, settings: FlightModeSettings) -> ModeState:
     """Return the state after one update."""
-    request = Request(now.request) if now.serial != state.serial else Request.NONE
+    request = ModeRequest(now.request) if now.serial != state.serial else ModeRequest.NONE
     state = state._replace(serial=now.serial)
     mode = FlightMode(int(state.mode))
-    if request is Request.STOP:
+    if request is ModeRequest.STOP:
         return _enter(FlightMode.OFF, state, now)
     if now.ended:  # without a controller, no other mode can be flown
         return state._replace(reason=float(Reason.AUTOPILOT_ENDED))
@@ -172,20 +174,20 @@ def next_state(state: ModeState, now: Situation, settings: Settings) -> ModeStat
         if lost and state.reason != Reason.POSITION_LOST:
             state = _losing_position(state, now)
         return _landing(request, state, now, settings)
-    if request is Request.LAND:
-        return _enter(FlightMode.LANDING, state, now, _shortcoming(now.health))
+    if request is ModeRequest.LAND:
+        return _enter(FlightMode.LANDING, state, now, _missing_aid(now.health))
     known = now.charge if now.known_charge is None else now.known_charge
     if known <= settings.battery_reserve:
         return _enter(FlightMode.LANDING, state, now, Reason.BATTERY_LOW)
     if lost:
         return _losing_position(_enter(FlightMode.LANDING, state, now), now)
-    state = state._replace(reason=float(_shortcoming(now.health)))
+    state = state._replace(reason=float(_missing_aid(now.health)))
     if mode is FlightMode.TAKING_OFF:
         return _taking_off(request, state, now)
     return _flying(state, now)
 
 
-def position_lost(health: Health | None, settings: Settings) -> bool:
+def position_lost(health: EstimateHealth | None, settings: FlightModeSettings) -> bool:
     """Return whether an estimate no longer knows the drone's position.
 
     The criterion is its standard deviation, as in PX4's COM_POS_FS_EPH and ArduPilot's
@@ -199,7 +201,7 @@ def position_lost(health: Health | None, settings: Settings) -> bool:
     return health.deviation > settings.position_deviation_limit
 
 
-def imu_failed(health: Health | None, settings: Settings) -> bool:
+def imu_failed(health: EstimateHealth | None, settings: FlightModeSettings) -> bool:
     """Return whether the IMU's readings no longer change; those of a working one always do.
 
     PX4's DataValidator uses repeated values as the sign of a stuck sensor, too.
@@ -207,7 +209,7 @@ def imu_failed(health: Health | None, settings: Settings) -> bool:
     return health is not None and health.imu_age > settings.imu_timeout
 
 
-def guidance(state: ModeState, p_WB: list[float], settings: Settings) -> Guidance:
+def guidance(state: ModeState, p_WB: list[float], settings: FlightModeSettings) -> Guidance:
     """Return the guidance of a state."""
     mode = FlightMode(int(state.mode))
     motors = float(mode is not FlightMode.OFF)
@@ -217,7 +219,7 @@ def guidance(state: ModeState, p_WB: list[float], settings: Settings) -> Guidanc
         climb = min(settings.take_off_speed, 1.5 * (state.target - p_WB[2]))
         return Guidance(motors, 1.0, 0.0, climb, 1.0, 0.0, state.x, state.y, state.z)
     if mode is FlightMode.LANDING:
-        fast = min(FASTEST_SINK, SINK_RATE * (p_WB[2] - SLOW_HEIGHT))
+        fast = min(MAX_SINK_SPEED, SINK_RATE * (p_WB[2] - SLOW_DESCENT_HEIGHT_M))
         sink = -state.holding * max(settings.landing_speed, fast)  # brake before sinking
         # an unknown position is not held
         hold_xy = 0.0 if state.reason == Reason.POSITION_LOST else state.holding
@@ -231,7 +233,7 @@ def with_walls(
     walls: Sequence[float],
     p_WB: Sequence[float],
     mode: FlightMode,
-    settings: Settings,
+    settings: FlightModeSettings,
 ) -> Guidance:
     """Return guidance that also limits the speed towards obstacles.
 
@@ -239,7 +241,7 @@ def with_walls(
 
     Args:
         guide: without walls.
-        walls: (4 `WALLS`) direction in W and clearance [m] of each, nearest first; an infinite
+        walls: (4 `MAX_WALLS`) direction in W and clearance [m] of each, nearest first; an infinite
             clearance means none.
         p_WB: position [m].
         mode: the present one.
@@ -247,19 +249,19 @@ def with_walls(
     """
     if settings.obstacle_brake <= 0.0:
         return guide
-    numbers = [settings.obstacle_brake] + [0.0] * (4 * WALLS)
-    for wall in range(WALLS):
+    numbers = [settings.obstacle_brake] + [0.0] * (4 * MAX_WALLS)
+    for wall in range(MAX_WALLS):
         *n_W, clearance = walls[4 * wall : 4 * wall + 4]
-        below = mode is FlightMode.LANDING and n_W[2] <= -STEEP
+        below = mode is FlightMode.LANDING and n_W[2] <= -MIN_DOWNWARD_COMPONENT
         if math.isfinite(clearance) and not below:
             along = sum(n * p for n, p in zip(n_W, p_WB, strict=True))
             place = along + clearance - settings.stop_distance
             numbers[1 + 4 * wall : 5 + 4 * wall] = [*n_W, place]
-    return Guidance(*guide[:BRAKE], *numbers)
+    return Guidance(*guide[:BRAKE_FIELD], *numbers)
 
 
 def _enter(
-    mode: FlightMode, state: ModeState, now: Situation, reason: Reason = Reason.NONE
+    mode: FlightMode, state: ModeState, now: FlightModeInputs, reason: Reason = Reason.NONE
 ) -> ModeState:
     """Begin a mode here and now."""
     x, y, z = now.p_WB
@@ -267,45 +269,45 @@ def _enter(
     return ModeState(float(mode), state.serial, begun, begun, 0.0, 0.0, x, y, z, float(reason))
 
 
-def _shortcoming(health: Health | None) -> Reason:
+def _missing_aid(health: EstimateHealth | None) -> Reason:
     """Return what a usable estimate lacks."""
     if health is None:
         return Reason.NONE
-    if health.gps_age > GPS_LATE:
+    if health.gps_age > MAX_GPS_AGE_S:
         return Reason.DEAD_RECKONING
-    if health.heading_age > HEADING_LATE:
+    if health.heading_age > MAX_HEADING_AGE_S:
         return Reason.HEADING_DRIFTS
     return Reason.NONE
 
 
 def _on_the_ground(
-    mode: FlightMode, request: Request, state: ModeState, now: Situation
+    mode: FlightMode, request: ModeRequest, state: ModeState, now: FlightModeInputs
 ) -> ModeState:
-    if request is Request.TAKE_OFF:
+    if request is ModeRequest.TAKE_OFF:
         armed = state if mode is FlightMode.ARMED else _enter(FlightMode.ARMED, state, now)
         return armed._replace(target=now.height)
-    if request is Request.ARM and mode is FlightMode.OFF:
+    if request is ModeRequest.ARM and mode is FlightMode.OFF:
         return _enter(FlightMode.ARMED, state, now)
-    if request is Request.LAND:
+    if request is ModeRequest.LAND:
         return _enter(FlightMode.OFF, state, now)
-    if request is Request.HOLD:
+    if request is ModeRequest.HOLD:
         return state._replace(target=0.0)
-    if state.target > 0.0 and now.time - state.since >= SPOOL_UP_TIME:
+    if state.target > 0.0 and now.time - state.since >= SPOOL_UP_TIME_S:
         return _enter(FlightMode.TAKING_OFF, state, now)._replace(target=state.target)
     return state
 
 
-def _taking_off(request: Request, state: ModeState, now: Situation) -> ModeState:
-    if request is Request.TAKE_OFF:
+def _taking_off(request: ModeRequest, state: ModeState, now: FlightModeInputs) -> ModeState:
+    if request is ModeRequest.TAKE_OFF:
         return state._replace(target=now.height)
     reason = Reason(int(state.reason))
-    if request is Request.HOLD:
+    if request is ModeRequest.HOLD:
         return _enter(FlightMode.HOVERING, state, now, reason)
     z = now.p_WB[2]
-    arrived = abs(z - state.target) < 0.05 and abs(now.v_WB[2]) < SLOW
-    if abs(now.v_WB[2]) > TOUCH_DOWN_SPEED:
+    arrived = abs(z - state.target) < 0.05 and abs(now.v_WB[2]) < MAX_HOVERING_SPEED
+    if abs(now.v_WB[2]) > MAX_TOUCH_DOWN_SPEED:
         state = state._replace(still_since=now.time)
-    stuck = now.time - state.still_since > TAKE_OFF_PATIENCE
+    stuck = now.time - state.still_since > TAKE_OFF_TIMEOUT_S
     if arrived or stuck:
         height = state.target if arrived else z
         return _enter(FlightMode.HOVERING, state, now, reason)._replace(
@@ -314,39 +316,45 @@ def _taking_off(request: Request, state: ModeState, now: Situation) -> ModeState
     return state
 
 
-def _losing_position(state: ModeState, now: Situation) -> ModeState:
+def _losing_position(state: ModeState, now: FlightModeInputs) -> ModeState:
     """Let a landing descend at once: without a position it cannot brake."""
     return state._replace(
         holding=1.0, since=now.time, still_since=now.time, reason=float(Reason.POSITION_LOST)
     )
 
 
-def _landing(request: Request, state: ModeState, now: Situation, settings: Settings) -> ModeState:
+def _landing(
+    request: ModeRequest, state: ModeState, now: FlightModeInputs, settings: FlightModeSettings
+) -> ModeState:
     z = now.p_WB[2]
-    if request is Request.ABORT_LANDING and in_the_air(z, now.standing_height):
+    if request is ModeRequest.ABORT_LANDING and in_the_air(z, now.standing_height):
         if now.height > z:
             return _enter(FlightMode.TAKING_OFF, state, now)._replace(target=now.height)
         return _enter(FlightMode.HOVERING, state, now)
     if not state.holding:
         v_x, v_y, _ = now.v_WB
-        if (v_x * v_x + v_y * v_y) ** 0.5 > SLOW:
+        if (v_x * v_x + v_y * v_y) ** 0.5 > MAX_HOVERING_SPEED:
             return state
-        x, y = (p + STOPPING_TIME * v for p, v in zip(now.p_WB[:2], now.v_WB[:2], strict=True))
+        x, y = (p + STOPPING_TIME_S * v for p, v in zip(now.p_WB[:2], now.v_WB[:2], strict=True))
         return state._replace(holding=1.0, since=now.time, still_since=now.time, x=x, y=y)
-    moving = abs(now.v_WB[2]) > TOUCH_DOWN_SPEED
+    moving = abs(now.v_WB[2]) > MAX_TOUCH_DOWN_SPEED
     high = in_the_air(z, now.standing_height)
-    enough = STANDING_TIME if high else TOUCH_DOWN_TIME
-    if state.reason == Reason.POSITION_LOST and z < now.standing_height + ARREST_HEIGHT:
+    enough = MIN_STANDING_TIME_S if high else MIN_TOUCH_DOWN_TIME_S
+    if state.reason == Reason.POSITION_LOST and z < now.standing_height + MAX_ARREST_HEIGHT_M:
         moving = now.v_WB[2] < -0.5 * settings.landing_speed
-        enough = ARREST_TIME
-    if moving or (high and now.health is None) or now.time - state.since < 2.0 * TOUCH_DOWN_TIME:
+        enough = MIN_ARREST_TIME_S
+    if (
+        moving
+        or (high and now.health is None)
+        or now.time - state.since < 2.0 * MIN_TOUCH_DOWN_TIME_S
+    ):
         return state._replace(still_since=now.time)
     if now.time - state.still_since >= enough:
         return _enter(FlightMode.OFF, state, now, Reason(int(state.reason)))
     return state
 
 
-def _flying(state: ModeState, now: Situation) -> ModeState:
+def _flying(state: ModeState, now: FlightModeInputs) -> ModeState:
     """Choose among the flying modes, and hold the position without a command."""
     mode, holding, x, y, z = flying(
         state.holding, (state.x, state.y, state.z), now.p_WB, now.v_WB, now.reference
@@ -357,7 +365,7 @@ def _flying(state: ModeState, now: Situation) -> ModeState:
 
 @register_jitable
 def flying(
-    holding: float, held: Any, p_WB: Any, v_WB: Any, reference: Any
+    holding: float, held: Numbers, p_WB: Numbers, v_WB: Numbers, reference: Numbers
 ) -> tuple[float, float, float, float, float]:
     """Return the flying mode, whether a position is held (0 or 1), and that position (3) [m].
 
@@ -374,16 +382,16 @@ def flying(
     x, y, z = held
     level = (v_x * v_x + v_y * v_y) ** 0.5
     mode = HOVERING
-    if level > SLOW and level >= abs(v_z):
+    if level > MAX_HOVERING_SPEED and level >= abs(v_z):
         mode = CRUISING
-    elif abs(v_z) > SLOW:
+    elif abs(v_z) > MAX_HOVERING_SPEED:
         mode = ASCENDING if v_z > 0.0 else DESCENDING
     ask_x, ask_y, ask_z, _, _, _, _, follow = reference
     if ask_x != 0.0 or ask_y != 0.0 or ask_z != 0.0 or follow != 0.0:
         holding = 0.0
     elif mode == HOVERING and holding == 0.0:
         holding = 1.0
-        x = p_WB[0] + STOPPING_TIME * v_x
-        y = p_WB[1] + STOPPING_TIME * v_y
-        z = p_WB[2] + STOPPING_TIME * v_z
+        x = p_WB[0] + STOPPING_TIME_S * v_x
+        y = p_WB[1] + STOPPING_TIME_S * v_y
+        z = p_WB[2] + STOPPING_TIME_S * v_z
     return mode, holding, x, y, z

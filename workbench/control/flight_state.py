@@ -1,13 +1,12 @@
 """Attitude, velocity of the centre of mass, and drag from the plant's state, for a law."""
 
-from workbench.common.jitable import Scalar, Vector, register_jitable
-
-STILL = 1e-12
-"""Added to a squared speed, so that its root has a derivative at rest [m²/s²]."""
+from workbench.common.jitable import register_jitable
+from workbench.common.vectors import Matrix3, Numbers, Quaternion, Vector3
+from workbench.dynamics.air.drag import SPEED_SQUARED_OFFSET
 
 
 @register_jitable
-def thrust_attitude(q_WB: Vector, q_BT: Vector) -> tuple[Scalar, Scalar, Scalar, Scalar]:
+def thrust_attitude(q_WB: Numbers, q_BT: Numbers) -> Quaternion:
     """Return the orientation q_WT of the frame in which the rotors lift along z."""
     w, x, y, z = q_WB
     t_w, t_x, t_y, t_z = q_BT
@@ -19,12 +18,12 @@ def thrust_attitude(q_WB: Vector, q_BT: Vector) -> tuple[Scalar, Scalar, Scalar,
     )
 
 
-VERTICAL = 1e-24
+VERTICAL_LENGTH_SQUARED = 1e-24
 """Squared level length of an axis below which it is vertical."""
 
 
 @register_jitable(forceinline=True)
-def attitude_matrix(q_WB: Vector) -> tuple[Scalar, ...]:
+def attitude_matrix(q_WB: Numbers) -> Matrix3:
     """Return R_WB row by row (9) of a quaternion, which need not have unit length."""
     w, x, y, z = q_WB
     s = 2.0 / (w * w + x * x + y * y + z * z)
@@ -42,7 +41,7 @@ def attitude_matrix(q_WB: Vector) -> tuple[Scalar, ...]:
 
 
 @register_jitable
-def mass_velocity(state: Vector, p_BoBcm_B: Vector) -> tuple[Scalar, Scalar, Scalar]:
+def mass_velocity(state: Numbers, p_BoBcm_B: Numbers) -> Vector3:
     """Return the velocity of the centre of mass in W [m/s].
 
     The rotors accelerate this point. An origin far from it first moves the wrong way when the drone
@@ -66,7 +65,7 @@ def mass_velocity(state: Vector, p_BoBcm_B: Vector) -> tuple[Scalar, Scalar, Sca
 
 
 @register_jitable
-def still_air_drag(q_WT: Vector, v_WB: Vector, drag: Vector) -> tuple[Scalar, Scalar, Scalar]:
+def still_air_drag(q_WT: Numbers, v_WB: Numbers, drag: Numbers) -> Vector3:
     """Return the deceleration by drag in still air, with the sign that compensates it, in W [m/s²].
 
     Rotors at hover speed have drag across their axis, the body has drag against its velocity. The
@@ -84,19 +83,19 @@ def still_air_drag(q_WT: Vector, v_WB: Vector, drag: Vector) -> tuple[Scalar, Sc
     n_z = 1.0 - s * (x * x + y * y)
     v_x, v_y, v_z = v_WB
     across, squared, _ = drag
-    pull = across + squared * (v_x * v_x + v_y * v_y + v_z * v_z + STILL) ** 0.5
+    pull = across + squared * (v_x * v_x + v_y * v_y + v_z * v_z + SPEED_SQUARED_OFFSET) ** 0.5
     along = across * (v_x * n_x + v_y * n_y + v_z * n_z)
     return pull * v_x - along * n_x, pull * v_y - along * n_y, pull * v_z - along * n_z
 
 
 @register_jitable(forceinline=True)
-def level_heading(R: Vector) -> tuple[Scalar, Scalar, Scalar]:
+def level_heading(R: Numbers) -> tuple[float, float, float]:
     """Return cosine and sine of the yaw of R row by row, and the level length of its x axis.
 
     Where x is vertical, yaw is 0, as firmware has it by atan2(0, 0).
     """
     squared = R[0] * R[0] + R[3] * R[3]
-    if squared < VERTICAL:
+    if squared < VERTICAL_LENGTH_SQUARED:
         return 1.0 + 0.0 * squared, 0.0 * squared, 0.0 * squared
     level = squared**0.5
     return R[0] / level, R[3] / level, level

@@ -4,15 +4,16 @@ It gives the position error while a point is held or approached, and the command
 rate within limits. Pure functions, like the control laws, see `controllers.pd`.
 """
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
-from workbench.common.jitable import Scalar, Vector, register_jitable
+from workbench.common.jitable import register_jitable
+from workbench.common.vectors import Numbers, Quaternion, Vector3, Wrench
 from workbench.control.obstacle_brake import braked
 from workbench.plant.gravity import GRAVITY
 
 CEILING_RATE = 1.0
 """The climb rate is limited to this times the distance to the largest height [1/s]."""
-STEERING = 1e-12
+MIN_STEERING_SPEED_SQUARED = 1e-12
 """A pilot steers while the commanded velocity squared exceeds this: after a low-pass it decays, but
 never to exactly zero [m²/s²]."""
 BRAKING_SHARE = 0.5
@@ -22,14 +23,14 @@ BRAKING_SHARE = 0.5
 class Reference(NamedTuple):
     """The command of the pilot or a path, in W [m/s, rad/s, m]; `follow` 1 means go to p."""
 
-    v_x: Scalar
-    v_y: Scalar
-    v_z: Scalar
-    yaw_rate: Scalar
-    p_x: Scalar
-    p_y: Scalar
-    p_z: Scalar
-    follow: Scalar
+    v_x: float
+    v_y: float
+    v_z: float
+    yaw_rate: float
+    p_x: float
+    p_y: float
+    p_z: float
+    follow: float
 
 
 class Guidance(NamedTuple):
@@ -43,31 +44,31 @@ class Guidance(NamedTuple):
     brake of 0 sets no limit.
     """
 
-    motors: Scalar
-    lift: Scalar
-    authority: Scalar
-    climb: Scalar
-    hold_xy: Scalar
-    hold_z: Scalar
-    p_x: Scalar
-    p_y: Scalar
-    p_z: Scalar
-    brake: Scalar = 0.0
-    first_x: Scalar = 0.0
-    first_y: Scalar = 0.0
-    first_z: Scalar = 0.0
-    first_place: Scalar = 0.0
-    second_x: Scalar = 0.0
-    second_y: Scalar = 0.0
-    second_z: Scalar = 0.0
-    second_place: Scalar = 0.0
-    third_x: Scalar = 0.0
-    third_y: Scalar = 0.0
-    third_z: Scalar = 0.0
-    third_place: Scalar = 0.0
+    motors: float
+    lift: float
+    authority: float
+    climb: float
+    hold_xy: float
+    hold_z: float
+    p_x: float
+    p_y: float
+    p_z: float
+    brake: float = 0.0
+    first_x: float = 0.0
+    first_y: float = 0.0
+    first_z: float = 0.0
+    first_place: float = 0.0
+    second_x: float = 0.0
+    second_y: float = 0.0
+    second_z: float = 0.0
+    second_place: float = 0.0
+    third_x: float = 0.0
+    third_y: float = 0.0
+    third_z: float = 0.0
+    third_place: float = 0.0
 
 
-class Measured(NamedTuple):
+class MeasuredMotion(NamedTuple):
     """The motion as a law gets it; T is the frame of upright hover, see `plant.thrust_frame`.
 
     Attributes:
@@ -83,20 +84,23 @@ class Measured(NamedTuple):
             battery.
         elapsed: for each part of the law that runs only in every n-th update, the time since it
             last ran [s], or 0 if it does not run in this update.
+        joints: positions of the joints whose servos the law commands, in its order, then their
+            velocities [rad, rad/s; m, m/s].
     """
 
-    p_WB: Vector
-    v_WBcm: Vector
-    a_WBcm: Vector
-    q_WT: Vector
-    w_WB: Vector
-    drag: Vector
-    wrench: Vector
-    voltage: Scalar = 1.0
-    elapsed: Vector = ()
+    p_WB: Vector3
+    v_WBcm: Vector3
+    a_WBcm: Vector3
+    q_WT: Quaternion
+    w_WB: Vector3
+    drag: Vector3
+    wrench: Wrench
+    voltage: float = 1.0
+    elapsed: tuple[float, ...] = ()
+    joints: tuple[float, ...] = ()
 
 
-class Body(NamedTuple):
+class KnownBody(NamedTuple):
     """The body as a law gets it.
 
     Attributes:
@@ -109,7 +113,7 @@ class Body(NamedTuple):
     """
 
     mass: float
-    inertia: Any
+    inertia: Numbers
     yaw_drag: float
     rotor_lag: float
     spin_up_time: float
@@ -135,10 +139,10 @@ class KnownRotor(NamedTuple):
 
 
 class KnownVehicle(NamedTuple):
-    """The vehicle as a law's `design` gets it: the fields of `Body`, and the rotors."""
+    """The vehicle as a law's `design` gets it: the fields of `KnownBody`, and the rotors."""
 
     mass: float
-    inertia: Any
+    inertia: Numbers
     yaw_drag: float
     rotor_lag: float
     spin_up_time: float
@@ -146,29 +150,51 @@ class KnownVehicle(NamedTuple):
     rotors: tuple[KnownRotor, ...]
 
 
-class Setpoint(NamedTuple):
+class LawSetpoint(NamedTuple):
     """The command: `Reference`, `Guidance`, and acceleration along a path in W (3) [m/s²]."""
 
-    reference: Vector
-    guidance: Vector
-    a_WBcm: Vector
+    reference: Numbers
+    guidance: Numbers
+    a_WBcm: Vector3
 
 
-MOTORS, LIFT = (Guidance._fields.index(name) for name in ("motors", "lift"))
-BRAKE = Guidance._fields.index("brake")
-FIRST_WALL = BRAKE + 1
+class Gains(tuple[float, ...]):
+    """The gains of a law: a named tuple of its own parameters, the common ones, and its designed
+    numbers. Its file names them, so this class has them for type checkers alone.
+    """
+
+    _fields: tuple[str, ...]
+
+    def __getattr__(self, name: str) -> float: ...
+    def _replace(self, **numbers: float) -> "Gains": ...
+
+
+class Memory(tuple[float, ...]):
+    """The memory of a law: a named tuple of its states, see `Gains`."""
+
+    def __getattr__(self, name: str) -> float: ...
+
+
+LawResult = tuple[Wrench, tuple[float, ...]]
+"""What a law returns: the wrench in T, followed by setpoints of servos if it commands any, and its
+next memory."""
+
+
+MOTORS_FIELD, LIFT_FIELD = (Guidance._fields.index(name) for name in ("motors", "lift"))
+BRAKE_FIELD = Guidance._fields.index("brake")
+FIRST_WALL_FIELD = BRAKE_FIELD + 1
 
 
 @register_jitable(forceinline=True)
-def place_weights(setpoint: Any) -> tuple[Scalar, Scalar, Scalar]:
+def place_weights(setpoint: LawSetpoint) -> tuple[float, float, float]:
     """Return weights, 0 or 1: going to a point, holding a horizontal position, holding a height.
 
     Args:
-        setpoint: see `Setpoint`.
+        setpoint: see `LawSetpoint`.
     """
     v_x, v_y, v_z, _, _, _, _, follow = setpoint.reference
     _, _, authority, _, hold_xy, hold_z = setpoint.guidance[0:6]
-    if authority * (v_x * v_x + v_y * v_y + v_z * v_z + follow) > STEERING:
+    if authority * (v_x * v_x + v_y * v_y + v_z * v_z + follow) > MIN_STEERING_SPEED_SQUARED:
         # no pull back to the held point until the flight mode notices that the pilot steers
         hold_xy = 0.0
         hold_z = 0.0
@@ -176,16 +202,16 @@ def place_weights(setpoint: Any) -> tuple[Scalar, Scalar, Scalar]:
 
 
 @register_jitable(forceinline=True)
-def position_error(measured: Any, setpoint: Any) -> tuple[Scalar, Scalar, Scalar]:
+def position_error(measured: MeasuredMotion, setpoint: LawSetpoint) -> Vector3:
     """Return the vector to the point that is held or approached, in W [m]; 0 without one.
 
     Args:
-        measured: see `Measured`.
-        setpoint: see `Setpoint`.
+        measured: see `MeasuredMotion`.
+        setpoint: see `LawSetpoint`.
     """
     x, y, z = measured.p_WB
     _, _, _, _, p_x, p_y, p_z, _ = setpoint.reference
-    hold_x, hold_y, hold_height = setpoint.guidance[6:BRAKE]
+    hold_x, hold_y, hold_height = setpoint.guidance[6:BRAKE_FIELD]
     follow, hold_xy, hold_z = place_weights(setpoint)
     return (
         follow * (p_x - x) + hold_xy * (hold_x - x),
@@ -196,14 +222,14 @@ def position_error(measured: Any, setpoint: Any) -> tuple[Scalar, Scalar, Scalar
 
 @register_jitable(forceinline=True)
 def velocity_setpoint(
-    correction: Vector, measured: Any, setpoint: Any, limits: Any
-) -> tuple[Scalar, Scalar, Scalar, Scalar]:
+    correction: Vector3, measured: MeasuredMotion, setpoint: LawSetpoint, limits: Gains
+) -> tuple[float, float, float, float]:
     """Return the commanded velocity (x, y, z) in W [m/s] and yaw rate [rad/s], within limits.
 
     Args:
         correction: velocity that the law adds for the position error, in W [m/s].
-        measured: see `Measured`.
-        setpoint: see `Setpoint`.
+        measured: see `MeasuredMotion`.
+        setpoint: see `LawSetpoint`.
         limits: a record with max_speed, max_climb_rate, max_height, max_tilt and max_yaw_rate.
     """
     reference, guidance, p_WB = setpoint.reference, setpoint.guidance, measured.p_WB
@@ -229,15 +255,15 @@ def velocity_setpoint(
         yaw_rate = limits.max_yaw_rate
     if yaw_rate < -limits.max_yaw_rate:
         yaw_rate = -limits.max_yaw_rate
-    if guidance[BRAKE] > 0.0:
+    if guidance[BRAKE_FIELD] > 0.0:
         slowing = BRAKING_SHARE * GRAVITY * tangent(limits.max_tilt)
-        walls = guidance[FIRST_WALL:]
-        v_x, v_y, v_z = braked(v_x, v_y, v_z, p_WB, guidance[BRAKE], walls, slowing)
+        walls = guidance[FIRST_WALL_FIELD:]
+        v_x, v_y, v_z = braked(v_x, v_y, v_z, p_WB, guidance[BRAKE_FIELD], walls, slowing)
     return v_x, v_y, v_z, yaw_rate
 
 
 @register_jitable(forceinline=True)
-def tangent(angle: Scalar) -> Scalar:
+def tangent(angle: float) -> float:
     """Return tan(angle) within 1e-8 for |angle| <= 1.2 rad, by Lambert's continued fraction."""
     s = angle * angle
     return angle / (1.0 - s / (3.0 - s / (5.0 - s / (7.0 - s / (9.0 - s / (11.0 - s / 13.0))))))

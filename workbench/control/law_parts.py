@@ -6,22 +6,22 @@ unchanged for Python, and lets numba call them). A vector is a sequence of three
 """
 
 import math
-from typing import Any
 
-from workbench.common.jitable import Scalar, Vector, register_jitable
-from workbench.control.guidance import tangent
+from workbench.common.jitable import register_jitable
+from workbench.common.vectors import Numbers, Vector3
+from workbench.control.guidance import Gains, tangent
 from workbench.plant.gravity import GRAVITY
 
 PI = math.pi
-LEAST_LIFT = 0.3 * GRAVITY
+MIN_LIFT_ACCELERATION = 0.3 * GRAVITY
 """Smallest upward part of the specific force [m/s²]: no inverted flight."""
 
 
 @register_jitable(forceinline=True)
-def tilted(f_x: Scalar, f_y: Scalar, f_z: Scalar, g: Any) -> tuple[Scalar, Scalar, Scalar]:
+def tilted(f_x: float, f_y: float, f_z: float, g: Gains) -> Vector3:
     """Return a specific force in W [m/s²] that points up, tilted by at most `g.max_tilt`."""
-    if f_z < LEAST_LIFT:
-        f_z = LEAST_LIFT
+    if f_z < MIN_LIFT_ACCELERATION:
+        f_z = MIN_LIFT_ACCELERATION
     level_squared = f_x * f_x + f_y * f_y
     level_max = tangent(g.max_tilt) * f_z
     if level_squared > level_max * level_max:
@@ -32,7 +32,7 @@ def tilted(f_x: Scalar, f_y: Scalar, f_z: Scalar, g: Any) -> tuple[Scalar, Scala
 
 
 @register_jitable(forceinline=True)
-def attitude_error(f: Vector, w: Vector, w_sp: Vector) -> tuple[Scalar, Scalar, Scalar]:
+def attitude_error(f: Vector3, w: Vector3, w_sp: Vector3) -> Vector3:
     """Return the errors of tilt [2 sin(angle / 2)] about x and y, and of the yaw rate [rad/s].
 
     The tilt error is the shortest rotation from z of T to f.
@@ -56,7 +56,7 @@ def attitude_error(f: Vector, w: Vector, w_sp: Vector) -> tuple[Scalar, Scalar, 
 
 
 @register_jitable(forceinline=True)
-def arctan2(y: Scalar, x: Scalar) -> Scalar:
+def arctan2(y: float, x: float) -> float:
     """Return the angle of the vector (x, y), -pi .. pi [rad]; 0 if both are 0.
 
     The angle is halved three times by tan(a / 2) = t / (1 + (1 + t²)^0.5). Twelve terms of the
@@ -80,7 +80,7 @@ def arctan2(y: Scalar, x: Scalar) -> Scalar:
 
 
 @register_jitable(forceinline=True)
-def cosine_sine(angle: Scalar) -> tuple[Scalar, Scalar]:
+def cosine_sine(angle: float) -> tuple[float, float]:
     """Return cosine and sine of an angle within ±2 pi [rad].
 
     Series at a sixteenth of the angle, then four doublings: exact to 1e-12.
@@ -96,7 +96,7 @@ def cosine_sine(angle: Scalar) -> tuple[Scalar, Scalar]:
 
 
 @register_jitable(forceinline=True)
-def clipped(x: Scalar, most: Scalar) -> Scalar:
+def clipped(x: float, most: float) -> float:
     """Return a number limited to -most .. most."""
     if x > most:
         return most
@@ -106,7 +106,7 @@ def clipped(x: Scalar, most: Scalar) -> Scalar:
 
 
 @register_jitable(forceinline=True)
-def between(x: Scalar, least: Scalar, most: Scalar) -> Scalar:
+def between(x: float, least: float, most: float) -> float:
     """Return a number limited to least .. most."""
     if x < least:
         return least + 0.0 * x
@@ -116,7 +116,7 @@ def between(x: Scalar, least: Scalar, most: Scalar) -> Scalar:
 
 
 @register_jitable(forceinline=True)
-def moment(alpha: Vector, w: Vector, inertia: Vector) -> tuple[Scalar, Scalar, Scalar]:
+def moment(alpha: Vector3, w: Vector3, inertia: Numbers) -> Vector3:
     """Return the moment I α + ω x I ω [N·m]."""
     xx, xy, xz, yy, yz, zz = inertia
     a_x, a_y, a_z = alpha
@@ -132,13 +132,13 @@ def moment(alpha: Vector, w: Vector, inertia: Vector) -> tuple[Scalar, Scalar, S
 
 
 @register_jitable(forceinline=True)
-def difference(a: Vector, b: Vector) -> tuple[Scalar, Scalar, Scalar]:
+def difference(a: Vector3, b: Vector3) -> Vector3:
     """Return a - b."""
     return a[0] - b[0], a[1] - b[1], a[2] - b[2]
 
 
 @register_jitable(forceinline=True)
-def integrated(integral: Any, slope: Any, missing: Any, tolerance: float, dt: float) -> Any:
+def integrated(integral: float, slope: float, missing: float, tolerance: float, dt: float) -> float:
     """Return an integral after an update; it stops where growth would increase saturation.
 
     This is conditional integration: Åström and Hägglund, Advanced PID Control, 2006, section 3.5.

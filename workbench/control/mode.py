@@ -42,10 +42,10 @@ class Reason(IntEnum):
     @property
     def label(self) -> str:
         """The reason in words, empty for NONE."""
-        return _REASONS[self]
+        return _REASON_TEXTS[self]
 
 
-_REASONS = (
+_REASON_TEXTS = (
     "",
     "battery low",
     "battery empty",
@@ -58,7 +58,7 @@ _REASONS = (
 """By their numbers."""
 
 
-class Request(IntEnum):
+class ModeRequest(IntEnum):
     """Requests of a pilot to the flight mode."""
 
     NONE = 0

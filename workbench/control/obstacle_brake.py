@@ -1,23 +1,24 @@
 """The obstacle brake: it limits the speed towards obstacles, as a pure function of scalars."""
 
-from workbench.common.jitable import Scalar, Vector, register_jitable
+from workbench.common.jitable import register_jitable
+from workbench.common.vectors import Numbers, Vector3
 
-WALLS = 3
+MAX_WALLS = 3
 """Number of walls considered: two and a ceiling meet in the corner of a room."""
-BACK_OFF = 0.5
+MAX_BACK_OFF_SPEED = 0.5
 """Largest speed away from a wall that is too near [m/s]."""
 
 
 @register_jitable
 def braked(
-    v_x: Scalar,
-    v_y: Scalar,
-    v_z: Scalar,
-    p_WB: Vector,
-    brake: Scalar,
-    walls: Vector,
-    slowing: Scalar,
-) -> tuple[Scalar, Scalar, Scalar]:
+    v_x: float,
+    v_y: float,
+    v_z: float,
+    p_WB: Numbers,
+    brake: float,
+    walls: Numbers,
+    slowing: float,
+) -> Vector3:
     """Return a velocity in W whose part towards each wall is limited; parts along walls stay.
 
     With the distance s left to the stopping point, the limit on the speed towards a wall is
@@ -34,21 +35,21 @@ def braked(
         v_z: see `v_x`.
         p_WB: position [m].
         brake: allowed speed per distance left, not 0 [1/s].
-        walls: (4 `WALLS`) for each, nearest first, the unit vector n in W towards it, and n · p of
-            the stopping point p [m]; all zero for none.
+        walls: (4 `MAX_WALLS`) for each, nearest first, the unit vector n in W towards it, and n · p
+            of the stopping point p [m]; all zero for none.
         slowing: largest deceleration [m/s²].
     """
     x, y, z = p_WB
     turn = slowing / brake
-    for wall in range(WALLS - 1, -1, -1):  # the nearest last, so that its limit always holds
+    for wall in range(MAX_WALLS - 1, -1, -1):  # the nearest last, so that its limit always holds
         at = 4 * wall
         n_x, n_y, n_z, place = walls[at], walls[at + 1], walls[at + 2], walls[at + 3]
         way = place - n_x * x - n_y * y - n_z * z
         most = brake * way
         if most > turn:
             most = (2.0 * slowing * way - turn * turn) ** 0.5
-        if most < -BACK_OFF:
-            most = -BACK_OFF
+        if most < -MAX_BACK_OFF_SPEED:
+            most = -MAX_BACK_OFF_SPEED
         excess = n_x * v_x + n_y * v_y + n_z * v_z - most
         if excess > 0.0:
             v_x = v_x - excess * n_x

@@ -1,18 +1,17 @@
 """Unit quaternions w, x, y, z, in the plain arithmetic of control laws."""
 
-from typing import Any
-
 from workbench.common.jitable import register_jitable
+from workbench.common.vectors import Quaternion, Vector3
 from workbench.control.law_parts import arctan2
 
-OPPOSITE = 1e-5
+OPPOSITE_COSINE = 1e-5
 """Two directions with a smaller cosine of half their angle count as opposite."""
-ALONG = 1e-16
+ALIGNED_SINE_SQUARED = 1e-16
 """A squared sine below this counts as no angle: no axis is needed."""
 
 
 @register_jitable(forceinline=True)
-def product(p: Any, q: Any) -> Any:
+def product(p: Quaternion, q: Quaternion) -> Quaternion:
     """Return the product of two quaternions, w first."""
     return (
         p[0] * q[0] - p[1] * q[1] - p[2] * q[2] - p[3] * q[3],
@@ -23,19 +22,19 @@ def product(p: Any, q: Any) -> Any:
 
 
 @register_jitable(forceinline=True)
-def inverse(q: Any) -> Any:
+def inverse(q: Quaternion) -> Quaternion:
     """Return the inverse of a unit quaternion."""
     return q[0], -q[1], -q[2], -q[3]
 
 
 @register_jitable(forceinline=True)
-def canonical(q: Any) -> Any:
+def canonical(q: Quaternion) -> Quaternion:
     """Return the quaternion of the same turn whose w is not negative."""
     return (-q[0], -q[1], -q[2], -q[3]) if q[0] < 0.0 else q
 
 
 @register_jitable(forceinline=True)
-def unit(q: Any) -> Any:
+def normalized(q: Quaternion) -> Quaternion:
     """Return a quaternion of any length but zero, normalised."""
     size = q[0] * q[0] + q[1] * q[1]
     size = size + q[2] * q[2] + q[3] * q[3]
@@ -44,11 +43,11 @@ def unit(q: Any) -> Any:
 
 
 @register_jitable(forceinline=True)
-def shortest(a: Any, b: Any) -> Any:
+def shortest_turn(a: Vector3, b: Vector3) -> Quaternion:
     """Return the quaternion of the shortest turn from one unit vector to another."""
     dot = a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
     squared = 0.5 * (1.0 + dot)  # by rounding, it may be negative
-    if squared < OPPOSITE * OPPOSITE:  # upside down, all turns are as short
+    if squared < OPPOSITE_COSINE * OPPOSITE_COSINE:  # upside down, all turns are as short
         return 0.0 * dot, 1.0 + 0.0 * dot, 0.0 * dot, 0.0 * dot
     w = squared**0.5
     return (
@@ -60,7 +59,7 @@ def shortest(a: Any, b: Any) -> Any:
 
 
 @register_jitable(forceinline=True)
-def upright(q: Any) -> Any:
+def upright(q: Quaternion) -> Vector3:
     """Return the z axis of a unit quaternion."""
     return (
         2.0 * (q[1] * q[3] + q[0] * q[2]),
@@ -70,14 +69,14 @@ def upright(q: Any) -> Any:
 
 
 @register_jitable(forceinline=True)
-def tilt_vector(n: Any) -> Any:
+def tilt_vector(n: Vector3) -> Vector3:
     """Return the turn from z to a unit vector: x and y of its axis times the angle, and the angle.
 
     Args:
         n: the vector.
     """
     squared = n[0] * n[0] + n[1] * n[1]
-    if squared < ALONG and n[2] > 0.0:
+    if squared < ALIGNED_SINE_SQUARED and n[2] > 0.0:
         return -n[1], 1.0 * n[0], 0.0 * squared
     sine = (squared + 1e-30) ** 0.5
     angle = arctan2(sine, n[2])
@@ -85,7 +84,7 @@ def tilt_vector(n: Any) -> Any:
 
 
 @register_jitable(forceinline=True)
-def small_turn(x: Any, y: Any, z: Any) -> Any:
+def small_turn(x: float, y: float, z: float) -> Quaternion:
     """Return the quaternion of a turn by a rotation vector of less than 1 rad."""
     s = 0.25 * (x * x + y * y + z * z)  # square of half the angle
     w = 1.0 - s / 2.0 * (1.0 - s / 12.0 * (1.0 - s / 30.0 * (1.0 - s / 56.0)))
@@ -94,7 +93,7 @@ def small_turn(x: Any, y: Any, z: Any) -> Any:
 
 
 @register_jitable(forceinline=True)
-def rotated(q: Any, v: Any) -> Any:
+def rotated(q: Quaternion, v: Vector3) -> Vector3:
     """Return a vector turned by a unit quaternion."""
     w, x, y, z = q
     t_x = 2.0 * (y * v[2] - z * v[1])

@@ -17,16 +17,31 @@ from dataclasses import dataclass
 from types import SimpleNamespace
 from typing import Any
 
-from workbench.common.errors import WorkbenchError, find_row
-from workbench.common.jitable import attributes, each_of, register_jitable, unique
+from workbench.common.errors import WorkbenchError, find_named_row
+from workbench.common.jitable import (
+    give_unique_name,
+    make_results_tuple,
+    make_tuple_reader,
+    register_jitable,
+)
+from workbench.common.vectors import Numbers
+from workbench.control.guidance import (
+    Gains,
+    KnownBody,
+    LawResult,
+    LawSetpoint,
+    MeasuredMotion,
+    Memory,
+)
+from workbench.control.loop_points import Probes
 
-MOST_SETS = 8
-_DIGITS = r"\d+(\.\d+)?"
-_LABEL = re.compile(r"(.+)@([a-z_]+)=([^@/]*)")
+MAX_GAIN_SETS = 8
+_SCHEDULE_NUMBER = r"\d+(\.\d+)?"
+_SCHEDULE_PATTERN = re.compile(r"(.+)@([a-z_]+)=([^@/]*)")
 
 
 @register_jitable(forceinline=True)
-def _speed(measured, vehicle):
+def _speed(measured: MeasuredMotion, vehicle: KnownBody) -> float:
     v_x, v_y, v_z = measured.v_WBcm
     square = v_x * v_x + v_y * v_y + v_z * v_z
     if square > 0.0:  # the root has no derivative at 0
@@ -35,22 +50,22 @@ def _speed(measured, vehicle):
 
 
 @register_jitable(forceinline=True)
-def _height(measured, vehicle):
+def _height(measured: MeasuredMotion, vehicle: KnownBody) -> float:
     return measured.p_WB[2]
 
 
 @register_jitable(forceinline=True)
-def _payload(measured, vehicle):
+def _payload(measured: MeasuredMotion, vehicle: KnownBody) -> float:
     return vehicle.payload
 
 
 @register_jitable(forceinline=True)
-def _voltage(measured, vehicle):
+def _voltage(measured: MeasuredMotion, vehicle: KnownBody) -> float:
     return measured.voltage
 
 
 @register_jitable(forceinline=True)
-def _share(quantity, low, high):
+def _share(quantity: float, low: float, high: float) -> float:
     """Return s_i, which is 0 at `low` and below, and 1 at `high` and above."""
     share = (quantity - low) / (high - low)
     if share < 0.0:
@@ -61,32 +76,30 @@ def _share(quantity, low, high):
 
 
 @dataclass(frozen=True)
-class Quantity:
+class ScheduleQuantity:
     """A quantity that gains may be scheduled over.
 
     Attributes:
         name: of the quantity.
         unit: SI.
-        words: its description.
-        read: returns it from `guidance.Measured` and `guidance.Body`.
+        read: returns it from `guidance.MeasuredMotion` and `guidance.KnownBody`.
     """
 
     name: str
     unit: str
-    words: str
-    read: Callable[[Any, Any], Any]
+    read: Callable[[MeasuredMotion, KnownBody], float]
 
 
-QUANTITIES = (
-    Quantity("speed", "m/s", "speed of the centre of mass over the ground", _speed),
-    Quantity("height", "m", "height above the world's origin", _height),
-    Quantity("payload", "kg", "mass of the payload that the law knows of", _payload),
-    Quantity("voltage", "1", "voltage under load over that of the full battery", _voltage),
+SCHEDULE_QUANTITIES = (
+    ScheduleQuantity("speed", "m/s", _speed),  # speed of the centre of mass over the ground
+    ScheduleQuantity("height", "m", _height),  # height above the world's origin
+    ScheduleQuantity("payload", "kg", _payload),  # mass of the payload that the law knows of
+    ScheduleQuantity("voltage", "1", _voltage),  # voltage under load over that of the full battery
 )
 
 
 @dataclass(frozen=True)
-class Schedule:
+class GainSchedule:
     """A quantity, and its values that have a set of gains.
 
     Attributes:
@@ -94,7 +107,7 @@ class Schedule:
         values: in its unit, ascending; 2 to 8 of them.
     """
 
-    quantity: Quantity
+    quantity: ScheduleQuantity
     values: tuple[float, ...]
 
     @property
@@ -139,10 +152,11 @@ class Schedule:
             height: above the world's origin.
             velocity: of the centre of mass in W (3).
             payload: known mass of the payload.
-            voltage: see `guidance.Measured`.
+            voltage: see `guidance.MeasuredMotion`.
         """
-        measured = SimpleNamespace(p_WB=(0.0, 0.0, height), v_WBcm=velocity, voltage=voltage)
-        return float(self.quantity.read(measured, SimpleNamespace(payload=payload)))
+        measured: Any = SimpleNamespace(p_WB=(0.0, 0.0, height), v_WBcm=velocity, voltage=voltage)
+        body: Any = SimpleNamespace(payload=payload)
+        return float(self.quantity.read(measured, body))
 
     def between(self, sets: Sequence[float], quantity: float) -> float:
         """Return a gain at a value, interpolated between its sets (n); see the module."""
@@ -153,21 +167,21 @@ class Schedule:
         return found
 
     def update(
-        self, law: Callable[..., Any], gains: Any, scheduled: Sequence[str], key: str
-    ) -> Callable[..., Any]:
+        self, law: Callable[..., LawResult], gains: Any, scheduled: Sequence[str], key: str
+    ) -> Callable[..., LawResult]:
         """Return the update of a controller with scheduled gains, which compiles if its law does.
 
         Args:
             law: `update` without a schedule.
             gains: type of its `g`.
             scheduled: names of the gains that have sets.
-            key: see `jitable.unique`.
+            key: see `give_unique_name`.
         """
         read, values = self.quantity.read, self.values
-        shares = each_of(
+        shares = make_results_tuple(
             [_step_share(*ends, key) for ends in zip(values[:-1], values[1:], strict=True)], key
         )
-        parts = each_of(
+        parts = make_results_tuple(
             [
                 _blended(self.names(name), key) if name in scheduled else _unscheduled(name)
                 for name in gains._fields
@@ -176,51 +190,59 @@ class Schedule:
         )
 
         @register_jitable(forceinline=True)
-        def update(measured, setpoint, g, vehicle, memory, dt, loops):
+        def update(
+            measured: MeasuredMotion,
+            setpoint: LawSetpoint,
+            g: Gains,
+            vehicle: KnownBody,
+            memory: Memory,
+            dt: float,
+            loops: Probes,
+        ) -> LawResult:
             now = gains(*parts(g, shares(read(measured, vehicle))))
             return law(measured, setpoint, now, vehicle, memory, dt, loops)
 
-        return unique(update, key)
+        return give_unique_name(update, key)
 
 
-def _step_share(low: float, high: float, key: str) -> Callable[..., Any]:
+def _step_share(low: float, high: float, key: str) -> Callable[[float], float]:
     """Return the share of the way from one value of the quantity to the next, of the quantity."""
 
     @register_jitable(forceinline=True)
-    def share(quantity):
+    def share(quantity: float) -> float:
         return _share(quantity, low, high)
 
-    return unique(share, f"{low}_{high}_{key}")
+    return give_unique_name(share, f"{low}_{high}_{key}")
 
 
-def _unscheduled(name: str) -> Callable[..., Any]:
+def _unscheduled(name: str) -> Callable[[Gains, Numbers], float]:
     """Return a gain without sets, of gains and shares."""
 
     @register_jitable(forceinline=True)
-    def part(g, shares):
+    def part(g: Gains, shares: Numbers) -> float:
         return getattr(g, name)
 
-    return unique(part, name)
+    return give_unique_name(part, name)
 
 
-def _blended(names: Sequence[str], key: str) -> Callable[..., Any]:
+def _blended(names: Sequence[str], key: str) -> Callable[[Gains, Numbers], float]:
     """Return a gain between its sets, of gains and the shares of the ways between them."""
-    sets_of = attributes(names, f"{names[0]}_{key}")
+    sets_of = make_tuple_reader(names, f"{names[0]}_{key}")
 
     @register_jitable(forceinline=True)
-    def part(g, shares):
+    def part(g: Gains, shares: Numbers) -> float:
         sets = sets_of(g)
         found = sets[0]
         for k in range(len(shares)):
             found = found + shares[k] * (sets[k + 1] - sets[k])
         return found
 
-    return unique(part, f"{names[0]}_{key}")
+    return give_unique_name(part, f"{names[0]}_{key}")
 
 
 def split_label(name: str) -> tuple[str, str]:
     """Return a controller's name or file, and the label of its schedule, "" without one."""
-    found = _LABEL.fullmatch(name)
+    found = _SCHEDULE_PATTERN.fullmatch(name)
     return (found[1], f"{found[2]}={found[3]}") if found else (name, "")
 
 
@@ -229,26 +251,27 @@ def with_label(name: str, label: str) -> str:
     return f"{name}@{label}" if label else name
 
 
-def parse_schedule(label: str) -> Schedule:
+def parse_schedule(label: str) -> GainSchedule:
     """Return the schedule of a label such as `speed=0,4,8`.
 
     Raises:
         WorkbenchError: if the label is not valid.
     """
     name, _, given = label.partition("=")
-    quantity = find_row("quantity for a schedule", name, QUANTITIES)
+    quantity = find_named_row("quantity for a schedule", name, SCHEDULE_QUANTITIES)
     try:
         values = tuple(float(value) for value in given.split(","))
     except ValueError:
         values = ()
     if not (
-        2 <= len(values) <= MOST_SETS
-        and all(value >= 0.0 and re.fullmatch(_DIGITS, f"{value:g}") for value in values)
+        2 <= len(values) <= MAX_GAIN_SETS
+        and all(value >= 0.0 and re.fullmatch(_SCHEDULE_NUMBER, f"{value:g}") for value in values)
         and all(float(f"{value:g}") == value for value in values)
         and all(low < high for low, high in zip(values, values[1:], strict=False))
     ):
         raise WorkbenchError(
-            f"@{label} is not a schedule: write 2 to {MOST_SETS} ascending values, 0 or more, of "
+            f"@{label} is not a schedule: write 2 to {MAX_GAIN_SETS} ascending values, 0 or more, "
+            "of "
             "six digits at most, as pd@speed=0,4,8"
         )
-    return Schedule(quantity, values)
+    return GainSchedule(quantity, values)

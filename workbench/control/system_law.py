@@ -19,13 +19,22 @@ from pydrake.systems.analysis import (
     Simulator,
     Simulator_,
 )
-from pydrake.systems.framework import System
+from pydrake.systems.framework import Context, System
 
 from workbench.common.errors import WorkbenchError
-from workbench.control.guidance import Body, position_error, velocity_setpoint
-from workbench.control.loop_points import probe
+from workbench.control.guidance import (
+    Gains,
+    KnownBody,
+    LawResult,
+    LawSetpoint,
+    MeasuredMotion,
+    Memory,
+    position_error,
+    velocity_setpoint,
+)
+from workbench.control.loop_points import Probes, probe
 
-PORTS = {
+SYSTEM_PORT_SIZES = {
     "attitude": 4,
     "angular_velocity": 3,
     "velocity": 3,
@@ -38,18 +47,18 @@ PORTS = {
 """Input ports that a system may have, and their sizes: q_WT; w_WB, v_WBcm and a_WBcm; the position
 error while a position is held and the commanded velocity within limits, all in W; the commanded yaw
 rate; and the acceleration of a path in W."""
-POINTS = {"force": "N", "moment_x": "N*m", "moment_y": "N*m", "moment_z": "N*m"}
+SYSTEM_POINTS = {"force": "N", "moment_x": "N*m", "moment_y": "N*m", "moment_z": "N*m"}
 """Loop points: the wrench, which is the plant's input."""
-AXES = {"force": "z", "moment_x": "y", "moment_y": "x", "moment_z": "yaw"}
+SYSTEM_STEP_AXES = {"force": "z", "moment_x": "y", "moment_y": "x", "moment_z": "yaw"}
 """The axis of the step that goes through the loop at each point."""
-STEPS = 4
+INTEGRATOR_STEPS = 4
 """Integrator steps in a control period, if the system has continuous states."""
-DIFFERENCE = 1e-6
+DIFFERENCE_STEP = 1e-6
 """Step of finite differences, for a system that does not convert to AutoDiffXd."""
-SHORTEST = 1e-4
+MIN_SAMPLED_PERIOD_S = 1e-4
 """A shorter time between updates means a model without sampling [s]."""
 
-Make = Callable[[Body, Any, float], System]
+SystemFactory = Callable[[KnownBody, Gains, float], System]
 
 
 class SystemLaw:
@@ -69,18 +78,25 @@ class SystemLaw:
         WorkbenchError: if ports are missing, or the state is not known after a period.
     """
 
-    def __init__(self, file: Path, make: Make, system: System, dt: float) -> None:
+    def __init__(self, file: Path, make: SystemFactory, system: System, dt: float) -> None:
         self._file, self._make = file, make
         self._held = lru_cache(maxsize=8)(self._held_for)
-        held = _Held(file, system, dt)
+        held = _SystemRunner(file, system, dt)
         self.memory: list[float] = held.initial
         self.converts = held.converts
 
     def update(
-        self, measured: Any, setpoint: Any, g: Any, vehicle: Any, memory: Any, dt: float, loops: Any
-    ) -> tuple[Any, Any]:
+        self,
+        measured: MeasuredMotion,
+        setpoint: LawSetpoint,
+        g: Gains,
+        vehicle: KnownBody,
+        memory: Memory,
+        dt: float,
+        loops: Probes,
+    ) -> LawResult:
         """Return the wrench in T, F [N] and m [N·m], and the next state of the system."""
-        if dt < SHORTEST:
+        if dt < MIN_SAMPLED_PERIOD_S:
             raise WorkbenchError(
                 f"{self._file}: a Drake system has no model without sampling here: take the "
                 "sampled one"
@@ -91,10 +107,9 @@ class SystemLaw:
                 "them, as `workbench sweep`"
             )
         body = tuple(map(_hashable, vehicle))
-        record: Any = type(g)
-        held = self._held(body, record, tuple(float(value) for value in g), dt)
+        held = self._held(body, type(g), tuple(float(value) for value in g), dt)
         v_x, v_y, v_z, yaw_rate = velocity_setpoint((0.0, 0.0, 0.0), measured, setpoint, g)
-        heard = {
+        values = {
             "attitude": measured.q_WT,
             "angular_velocity": measured.w_WB,
             "velocity": measured.v_WBcm,
@@ -104,30 +119,37 @@ class SystemLaw:
             "yaw_rate_setpoint": (yaw_rate,),
             "path_acceleration": setpoint.a_WBcm,
         }
-        inputs = [value for name in held.ports for value in heard[name]]
+        inputs = [value for name in held.ports for value in values[name]]
         wrench, after = held.run(inputs, list(memory))
-        return tuple(probe(part, place, loops) for place, part in enumerate(wrench)), after
+        force, m_x, m_y, m_z = (probe(part, place, loops) for place, part in enumerate(wrench))
+        return (force, m_x, m_y, m_z), after
 
-    def _held_for(self, body: Any, record: Any, gains: tuple[float, ...], dt: float) -> "_Held":
-        return _Held(self._file, self._make(Body(*body), record(*gains), dt), dt)
+    def _held_for(
+        self,
+        body: tuple[Any, ...],
+        record: Callable[..., Gains],
+        gains: tuple[float, ...],
+        dt: float,
+    ) -> "_SystemRunner":
+        return _SystemRunner(self._file, self._make(KnownBody(*body), record(*gains), dt), dt)
 
 
-class _Held:
+class _SystemRunner:
     """A system with a Context that each update overwrites."""
 
-    def __init__(self, file: Path, system: Any, dt: float) -> None:
+    def __init__(self, file: Path, system: System, dt: float) -> None:
         if not isinstance(system, System):
             raise WorkbenchError(
                 f"{file}: system returns {system!r:.60}: let it return a LeafSystem or a Diagram"
             )
         self._system, self._dt = system, dt
         self.ports = _ports(file, system)
-        self._plain = _Run(system, Simulator, self.ports, dt)
+        self._plain = _PeriodRun(system, Simulator, self.ports, dt)
         context = self._plain.context
         _check_state(file, system, context, dt)
         self.initial: list[float] = self._plain.state().tolist()
         converted = system.ToAutoDiffXdMaybe() if hasattr(system, "ToAutoDiffXdMaybe") else None
-        self._exact = converted and _Run(converted, Simulator_[AutoDiffXd], self.ports, dt)
+        self._exact = converted and _PeriodRun(converted, Simulator_[AutoDiffXd], self.ports, dt)
 
     @property
     def converts(self) -> bool:
@@ -155,16 +177,22 @@ class _Held:
         columns = []
         for place in range(at.size):
             step = np.zeros(at.size)
-            step[place] = DIFFERENCE * max(1.0, abs(at[place]))
+            step[place] = DIFFERENCE_STEP * max(1.0, abs(at[place]))
             rise = self._plain.run(at + step) - self._plain.run(at - step)
             columns.append(rise / (2.0 * step[place]))
         return np.column_stack(columns)
 
 
-class _Run:
+class _PeriodRun:
     """Runs a system for a control period, with floats or with AutoDiffXd."""
 
-    def __init__(self, system: Any, simulator: Any, ports: Sequence[str], dt: float) -> None:
+    def __init__(
+        self,
+        system: System,
+        simulator: Callable[[System], Simulator],
+        ports: Sequence[str],
+        dt: float,
+    ) -> None:
         self._system, self._dt = system, dt
         self._ports = [system.GetInputPort(name) for name in ports]
         self._wrench = system.GetOutputPort("wrench")
@@ -178,7 +206,7 @@ class _Run:
             for k in range(self.context.num_discrete_state_groups())
         ]
         if self._continuous:
-            ResetIntegratorFromFlags(self._simulator, "runge_kutta3", dt / STEPS)
+            ResetIntegratorFromFlags(self._simulator, "runge_kutta3", dt / INTEGRATOR_STEPS)
             self._simulator.get_mutable_integrator().set_fixed_step_mode(True)
 
     def state(self) -> np.ndarray:
@@ -220,11 +248,11 @@ def _ports(file: Path, system: System) -> list[str]:
     for number in range(system.num_input_ports()):
         port = system.get_input_port(number)
         name = port.get_name()
-        if name not in PORTS or port.size() != PORTS[name]:
-            listed = ", ".join(f"{each} ({size})" for each, size in PORTS.items())
+        if name not in SYSTEM_PORT_SIZES or port.size() != SYSTEM_PORT_SIZES[name]:
+            listed = ", ".join(f"{each} ({size})" for each, size in SYSTEM_PORT_SIZES.items())
             raise WorkbenchError(
-                f"{file}: the system has an input port {name} ({port.size()}): name its ports "
-                f"after what they are to hear, of {listed}"
+                f"{file}: the system has an input port {name} ({port.size()}): rename it to one "
+                f"of {listed}"
             )
         found.append(name)
     if not system.HasOutputPort("wrench") or system.GetOutputPort("wrench").size() != 4:
@@ -235,10 +263,10 @@ def _ports(file: Path, system: System) -> list[str]:
     return found
 
 
-def _check_state(file: Path, system: System, context: Any, dt: float) -> None:
+def _check_state(file: Path, system: System, context: Context, dt: float) -> None:
     """Refuse a state that is abstract, or changes at other times than the law's updates."""
     if context.num_abstract_states():
-        raise WorkbenchError(f"{file}: the system has an abstract state: keep numbers alone")
+        raise WorkbenchError(f"{file}: the system has an abstract state: use only numeric state")
     if not context.num_discrete_state_groups():
         return
     timing = system.GetUniquePeriodicDiscreteUpdateAttribute()
@@ -260,5 +288,5 @@ def _whole_gradient(values: list[Any], columns: int = 0) -> np.ndarray:
     return rows
 
 
-def _hashable(value: Any) -> Any:
+def _hashable(value: Any) -> float | tuple[float, ...]:
     return tuple(map(float, value)) if np.ndim(value) else float(value)

@@ -2,38 +2,38 @@
 
 from collections.abc import Callable
 from contextlib import nullcontext
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from workbench.common.errors import FlightBrokenError, WorkbenchError
-from workbench.common.own_file import at_most_seconds, non_finite_named, own_errors
+from workbench.common.own_file import limit_call_time, locate_non_finite, user_code_errors
 from workbench.control.controller import Controller
-from workbench.control.flight_law import LawConstants, flight_law, full_speed, resolved
-from workbench.control.guidance import Setpoint
+from workbench.control.flight_law import flight_law, full_speed
+from workbench.control.guidance import LawSetpoint
+from workbench.control.law_constants import LawConstants
+from workbench.control.law_signals import quantized_speed
 
 
-class Held(NamedTuple):
+class HeldArguments(NamedTuple):
     """Arguments of an update that seldom change; reading them costs more than the law.
 
     Attributes:
-        setpoint: see `guidance.Setpoint`.
+        setpoint: see `guidance.LawSetpoint`.
         gains: in the controller's order.
-        shares: of their thrust that the rotors give (n).
         constants: what the law knows of the vehicle.
         probes: gates and injections of the loop points.
         settings: see `ComputerSettings`.
     """
 
-    setpoint: Setpoint
+    setpoint: LawSetpoint
     gains: list[float]
-    shares: list[float]
     constants: LawConstants
     probes: list[float]
     settings: list[float]
 
 
-class Arguments(NamedTuple):
+class UpdateInputs(NamedTuple):
     """The arguments of an update, in its order; see `flight_law.update`.
 
     Plain lists of numbers, as numpy's own numbers take three times as long. An update writes to
@@ -42,9 +42,8 @@ class Arguments(NamedTuple):
 
     state: list[float]
     voltage: float
-    setpoint: Setpoint
+    setpoint: LawSetpoint
     gains: list[float]
-    shares: list[float]
     constants: LawConstants
     loops: list[float]
     estimate: tuple[float, float]
@@ -55,7 +54,7 @@ class Arguments(NamedTuple):
     count: float
 
 
-def make_update(controller: Controller) -> Callable[[Arguments], float]:
+def make_control_update(controller: Controller) -> Callable[[UpdateInputs], float]:
     """Return the control update with a controller, see `flight_law.update`.
 
     It writes its results to its arguments, and returns a number that is finite if all that the law
@@ -64,25 +63,28 @@ def make_update(controller: Controller) -> Callable[[Arguments], float]:
     function = flight_law(controller).update
     watched = not controller.shipped and controller.program is None
 
-    def run(arguments: Arguments) -> float:
+    def run(arguments: UpdateInputs) -> float:
         # as in compiled flights: a division by zero is an error, other non-finite numbers are not
         with (
             np.errstate(divide="raise", over="ignore", invalid="ignore"),
-            at_most_seconds(controller.file, "update") if watched else nullcontext(),
+            limit_call_time(controller.file, "update") if watched else nullcontext(),
         ):
             filtered, memory = function(*arguments)
         arguments.filtered[:], arguments.memory[:] = filtered, memory
         total: float = sum(arguments.speeds) + sum(memory)
         steps = arguments.settings[2]
         if steps > 0.0:
-            for i, speed in enumerate(arguments.speeds):
-                arguments.speeds[i] = resolved(speed, full_speed(arguments.constants, i), steps)
+            rotors = len(arguments.constants.motor_constants)
+            for i, speed in enumerate(arguments.speeds[:rotors]):
+                arguments.speeds[i] = quantized_speed(
+                    speed, full_speed(arguments.constants, i), steps
+                )
         return total
 
     return run
 
 
-def check_update(controller: Controller, arguments: Arguments) -> None:
+def check_update(controller: Controller, arguments: UpdateInputs) -> None:
     """Find out why an update gives numbers that are not finite.
 
     Raises:
@@ -96,13 +98,13 @@ def check_update(controller: Controller, arguments: Arguments) -> None:
     said = f"{file}: update returns a number that is not finite: check its divisions and roots"
     if controller.program is None:
         try:
-            with own_errors(file, "update"), non_finite_named(file, "update"):
-                make_update(controller)(arguments)
+            with user_code_errors(file, "update"), locate_non_finite(file, "update"):
+                make_control_update(controller)(arguments)
         except WorkbenchError as error:
             said = str(error)
     raise FlightBrokenError(said)
 
 
-def plain(constants: Any) -> LawConstants:
+def plain_constants(constants: LawConstants) -> LawConstants:
     """Return constants as plain numbers and lists."""
     return LawConstants(*(np.asarray(each).tolist() for each in constants))

@@ -22,10 +22,24 @@ Attitudes: it recovers from any, and falls 10 m at most if at rest. From exactly
 published law turns only by rounding errors, after 7 s and 230 m.
 """
 
-from typing import Any
-
 from workbench.controllers import (
+    ACCELERATION_POINT,
+    ATTITUDE_POINT,
+    CASCADE_POINTS,
     GRAVITY,
+    POSITION_POINT,
+    SETPOINT_POINT,
+    TURN_POINT,
+    VELOCITY_POINT,
+    Gains,
+    KnownBody,
+    LawResult,
+    LawSetpoint,
+    Matrix3,
+    MeasuredMotion,
+    Memory,
+    Probes,
+    Vector3,
     attitude_matrix,
     difference,
     gain,
@@ -33,22 +47,23 @@ from workbench.controllers import (
     loops_about,
     loops_along,
     moment,
-    points,
     position_error,
     probe3,
+    probe_tilt,
     states,
     tilted,
     velocity_setpoint,
 )
 from workbench.controllers.pd_rule import rule as pd_rule
+from workbench.plant.vehicle import Vehicle
 
-NO_HEADING = 0.25
+MIN_HEADING_SQUARED = 0.25
 """Squared length below which there is no commanded heading yet."""
-ON_THE_BACK = 1e-12
+INVERTED_TILT_SUM = 1e-12
 """Squared sum, 1 + cos of the tilt, below which a vehicle is on its back."""
-TINY = 1e-20
+MIN_ERROR_SQUARED = 1e-20
 """Squared length of e_R below which it has no direction."""
-LEAST_ERROR = 0.08715574274765817
+MIN_OPPOSITE_ERROR = 0.08715574274765817
 """Length of e_R near the opposite attitude, the sine of 5°."""
 
 PARAMETERS = (
@@ -64,56 +79,55 @@ PARAMETERS = (
 
 MEMORY = (*states("heading", "1", "xy"), *states("path", "m/s^2"))
 
-POINTS = points(
-    {
-        "position_{}_error": "m",
-        "velocity_{}_error": "m/s",
-        "acceleration_{}": "m/s^2",
-        "attitude_{}_error": "1",
-        "angular_acceleration_{}": "rad/s^2",
-    }
-)
-POSITION = 0
-VELOCITY = 3
-ACCELERATION = 6
-ATTITUDE = 9
-ANGULAR_ACCELERATION = 12
+POINTS = CASCADE_POINTS
 
-_POSITION = (("k_position_xy",), ("k_position_xy",), ("k_position_z",))
-_VELOCITY = (("k_velocity_xy",), ("k_velocity_xy",), ("k_velocity_z",))
-_TILT = ("k_attitude_xy", "k_rate_xy")
-_ATTITUDE = (_TILT, _TILT, ("k_attitude_z", "k_rate_z"))
+_GEOMETRIC_POSITION_GAINS = (("k_position_xy",), ("k_position_xy",), ("k_position_z",))
+_GEOMETRIC_VELOCITY_GAINS = (("k_velocity_xy",), ("k_velocity_xy",), ("k_velocity_z",))
+_GEOMETRIC_TILT_GAINS = ("k_attitude_xy", "k_rate_xy")
+_GEOMETRIC_ATTITUDE_GAINS = (
+    _GEOMETRIC_TILT_GAINS,
+    _GEOMETRIC_TILT_GAINS,
+    ("k_attitude_z", "k_rate_z"),
+)
 LOOPS = (
-    *loops_along("velocity", "acceleration", _VELOCITY),
-    *loops_about(("roll", "pitch", "heading"), "attitude", "angular_acceleration", _ATTITUDE),
-    *loops_along("position", "", _POSITION, hold=True),
+    *loops_along("velocity", "acceleration", _GEOMETRIC_VELOCITY_GAINS),
+    *loops_about(
+        ("roll", "pitch", "heading"), "attitude", "angular_acceleration", _GEOMETRIC_ATTITUDE_GAINS
+    ),
+    *loops_along("position", "", _GEOMETRIC_POSITION_GAINS, hold=True),
 )
 
 
 def update(
-    measured: Any, setpoint: Any, g: Any, vehicle: Any, memory: Any, dt: float, loops: Any
-) -> tuple[Any, Any]:
+    measured: MeasuredMotion,
+    setpoint: LawSetpoint,
+    g: Gains,
+    vehicle: KnownBody,
+    memory: Memory,
+    dt: float,
+    loops: Probes,
+) -> LawResult:
     """Return the wrench in T, F [N] and m [N·m], and the memory."""
     a, d, m = setpoint.a_WBcm, measured.drag, memory
-    e = probe3(position_error(measured, setpoint), POSITION, loops)
+    e = probe3(position_error(measured, setpoint), POSITION_POINT, loops)
     share_xy, share_z = g.k_position_xy / g.k_velocity_xy, g.k_position_z / g.k_velocity_z
     e = share_xy * e[0], share_xy * e[1], share_z * e[2]  # as a velocity, so that limits apply
     v_x, v_y, v_z, yaw_rate = velocity_setpoint(e, measured, setpoint, g)
-    e = probe3(difference((v_x, v_y, v_z), measured.v_WBcm), VELOCITY, loops)
+    e = probe3(difference((v_x, v_y, v_z), measured.v_WBcm), VELOCITY_POINT, loops)
     f_x, f_y, f_z = probe3(
         (
             g.k_velocity_xy * e[0] + a[0] + d[0],
             g.k_velocity_xy * e[1] + a[1] + d[1],
             g.k_velocity_z * e[2] + a[2] + d[2],
         ),
-        ACCELERATION,
+        ACCELERATION_POINT,
         loops,
     )
-    f_W = tilted(f_x, f_y, f_z + GRAVITY, g)
-
     R = attitude_matrix(measured.q_WT)
-    h_x, h_y = turned(m.heading_x, m.heading_y, R, yaw_rate * dt)
-    R_sp = wanted_attitude(f_W, h_x, h_y)
+    f_W = probe_tilt(tilted(f_x, f_y, f_z + GRAVITY, g), R, SETPOINT_POINT, loops)
+
+    h_x, h_y = turned_heading(m.heading_x, m.heading_y, R, yaw_rate * dt)
+    R_sp = commanded_rotation(f_W, h_x, h_y)
     w = into_body(R, measured.w_WB)
     j_x, j_y, j_z = (a[0] - m.path_x) / dt, (a[1] - m.path_y) / dt, (a[2] - m.path_z) / dt
     f_squared = f_W[0] * f_W[0] + f_W[1] * f_W[1] + f_W[2] * f_W[2]
@@ -125,37 +139,37 @@ def update(
             yaw_rate,
         ),
     )
-    e_R = probe3(turning_error(R, R_sp), ATTITUDE, loops)
+    e_R = probe3(turning_error(R, R_sp), ATTITUDE_POINT, loops)
     alpha = probe3(
         (
             -g.k_attitude_xy * e_R[0] - g.k_rate_xy * (w[0] - w_sp[0]),
             -g.k_attitude_xy * e_R[1] - g.k_rate_xy * (w[1] - w_sp[1]),
             -g.k_attitude_z * e_R[2] - g.k_rate_z * (w[2] - w_sp[2]) + vehicle.yaw_drag * w[2],
         ),
-        ANGULAR_ACCELERATION,
+        TURN_POINT,
         loops,
     )
     m_x, m_y, m_z = moment(alpha, w, vehicle.inertia)
     return (vehicle.mass * into_body(R, f_W)[2], m_x, m_y, m_z), (h_x, h_y, a[0], a[1], a[2])
 
 
-def turned(h_x: Any, h_y: Any, R: Any, angle: Any) -> tuple[Any, Any]:
+def turned_heading(h_x: float, h_y: float, R: Matrix3, angle: float) -> tuple[float, float]:
     """Return the commanded heading, turned by a small angle [rad], of unit length.
 
     Initially it is x of T after turning z upright by the shortest way, so that a vehicle on its
     side or on its back has a heading, too. Exactly on its back no way is the shortest; x is level
     there, and is the heading.
     """
-    if h_x * h_x + h_y * h_y < NO_HEADING:
+    if h_x * h_x + h_y * h_y < MIN_HEADING_SQUARED:
         h_x, h_y = R[0] + R[4], R[3] - R[1]
-        if h_x * h_x + h_y * h_y < ON_THE_BACK:
+        if h_x * h_x + h_y * h_y < INVERTED_TILT_SUM:
             h_x, h_y = R[0], R[3]
     n_x, n_y = h_x - angle * h_y, h_y + angle * h_x
     length = (n_x * n_x + n_y * n_y + 1e-12) ** 0.5
     return n_x / length, n_y / length
 
 
-def wanted_attitude(f: Any, h_x: Any, h_y: Any) -> tuple[Any, ...]:
+def commanded_rotation(f: Vector3, h_x: float, h_y: float) -> Matrix3:
     """Return R_sp in row order (9): z along f, x as near to the heading as possible."""
     length = (f[0] * f[0] + f[1] * f[1] + f[2] * f[2]) ** 0.5
     x, y, z = f[0] / length, f[1] / length, f[2] / length
@@ -175,7 +189,7 @@ def wanted_attitude(f: Any, h_x: Any, h_y: Any) -> tuple[Any, ...]:
     )
 
 
-def attitude_error_so3(R: Any, S: Any) -> tuple[Any, Any, Any]:
+def attitude_error_so3(R: Matrix3, S: Matrix3) -> Vector3:
     """Return ½ (Sᵀ R - Rᵀ S)^∨ of two matrices in row order."""
     return (
         0.5 * (S[2] * R[1] + S[5] * R[4] + S[8] * R[7] - R[2] * S[1] - R[5] * S[4] - R[8] * S[7]),
@@ -184,22 +198,22 @@ def attitude_error_so3(R: Any, S: Any) -> tuple[Any, Any, Any]:
     )
 
 
-def turning_error(R: Any, S: Any) -> tuple[Any, Any, Any]:
-    """Return e_R, with the length of `LEAST_ERROR` near the attitude opposite to S."""
+def turning_error(R: Matrix3, S: Matrix3) -> Vector3:
+    """Return e_R, with the length of `MIN_OPPOSITE_ERROR` near the attitude opposite to S."""
     e_x, e_y, e_z = attitude_error_so3(R, S)
     trace = 0.0 * R[0]
     for i in range(9):
         trace = trace + S[i] * R[i]
     squared = e_x * e_x + e_y * e_y + e_z * e_z
-    if trace > 0.0 or squared >= LEAST_ERROR * LEAST_ERROR:
+    if trace > 0.0 or squared >= MIN_OPPOSITE_ERROR * MIN_OPPOSITE_ERROR:
         return e_x, e_y, e_z
-    if squared < TINY:
-        return LEAST_ERROR + 0.0 * e_x, e_y, e_z
-    scale = LEAST_ERROR / squared**0.5
+    if squared < MIN_ERROR_SQUARED:
+        return MIN_OPPOSITE_ERROR + 0.0 * e_x, e_y, e_z
+    scale = MIN_OPPOSITE_ERROR / squared**0.5
     return scale * e_x, scale * e_y, scale * e_z
 
 
-def rule(vehicle: Any) -> dict[str, float]:
+def rule(vehicle: Vehicle) -> dict[str, float]:
     """Return gains for a vehicle, with the bandwidths of the PD cascade."""
     pd = pd_rule(vehicle)
     level, climb, yaw = pd["kp_velocity_x"], pd["kp_velocity_z"], pd["kp_yaw_rate"]

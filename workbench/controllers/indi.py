@@ -4,7 +4,7 @@ Incremental nonlinear dynamic inversion, after E. J. J. Smeur, Q. P. Chu, G. C. 
 Adaptive incremental nonlinear dynamic inversion for attitude control of micro air vehicles, Journal
 of Guidance, Control, and Dynamics 39 (3), 2016, and for the position E. J. J. Smeur, G. C. H. E. de
 Croon, Q. P. Chu, Cascaded incremental nonlinear dynamic inversion for MAV disturbance rejection,
-Control Engineering Practice 73, 2018. Subscript f is the filter H = 1 / (1 + `FILTER` s), on
+Control Engineering Practice 73, 2018. Subscript f is the filter H = 1 / (1 + `INDI_FILTER_S` s), on
 measurements and on the output of the rotors, which lag their commands by τ:
 
     a_sp = kp_velocity (v_sp - v) + a_path                    wanted acceleration in W [m/s²]
@@ -20,10 +20,22 @@ effectiveness matrix of the 2016 paper. Without it the increments in yaw are too
 inertia error of 30 % makes yaw oscillate.
 """
 
-from typing import Any
-
 from workbench.controllers import (
+    ACCELERATION_POINT,
+    ATTITUDE_POINT,
+    CASCADE_POINTS,
     GRAVITY,
+    POSITION_POINT,
+    SETPOINT_POINT,
+    TURN_POINT,
+    VELOCITY_POINT,
+    Gains,
+    KnownBody,
+    LawResult,
+    LawSetpoint,
+    MeasuredMotion,
+    Memory,
+    Probes,
     State,
     attitude_error,
     attitude_matrix,
@@ -32,16 +44,17 @@ from workbench.controllers import (
     into_body,
     loops_about,
     loops_along,
-    points,
     position_error,
     probe3,
+    probe_tilt,
     states,
     tilted,
     velocity_setpoint,
 )
 from workbench.controllers.pd_rule import rule as pd_rule
+from workbench.plant.vehicle import Vehicle
 
-FILTER = 0.02
+INDI_FILTER_S = 0.02
 """Time constant of H [s]; that of the estimated acceleration, see `acceleration_estimate`."""
 
 PARAMETERS = (
@@ -63,36 +76,34 @@ MEMORY = (
     *states("rate_filtered", "rad/s"),
 )
 
-POINTS = points(
-    {
-        "position_{}_error": "m",
-        "velocity_{}_error": "m/s",
-        "acceleration_{}": "m/s^2",
-        "attitude_{}_error": "1",
-        "angular_acceleration_{}": "rad/s^2",
-    }
-)
-POSITION = 0
-VELOCITY = 3
-ACCELERATION = 6
-ATTITUDE = 9
-ANGULAR_ACCELERATION = 12
+POINTS = CASCADE_POINTS
 
-_POSITION = (("kp_position_xy",), ("kp_position_xy",), ("kp_position_z",))
-_LEVEL, _CLIMB = ("kp_velocity_xy",), ("kp_velocity_z",)
-_TILT, _TURN = ("kp_tilt", "kd_tilt"), ("kp_yaw_rate",)
+_INDI_POSITION_GAINS = (("kp_position_xy",), ("kp_position_xy",), ("kp_position_z",))
+_INDI_LEVEL_GAINS, _INDI_CLIMB_GAINS = ("kp_velocity_xy",), ("kp_velocity_z",)
+_INDI_TILT_GAINS, _INDI_YAW_GAINS = ("kp_tilt", "kd_tilt"), ("kp_yaw_rate",)
 LOOPS = (
-    *loops_along("velocity", "acceleration", (_LEVEL, _LEVEL, _CLIMB)),
-    *loops_about(
-        ("roll", "pitch", "yaw_rate"), "attitude", "angular_acceleration", (_TILT, _TILT, _TURN)
+    *loops_along(
+        "velocity", "acceleration", (_INDI_LEVEL_GAINS, _INDI_LEVEL_GAINS, _INDI_CLIMB_GAINS)
     ),
-    *loops_along("position", "", _POSITION, hold=True),
+    *loops_about(
+        ("roll", "pitch", "yaw_rate"),
+        "attitude",
+        "angular_acceleration",
+        (_INDI_TILT_GAINS, _INDI_TILT_GAINS, _INDI_YAW_GAINS),
+    ),
+    *loops_along("position", "", _INDI_POSITION_GAINS, hold=True),
 )
 
 
 def update(
-    measured: Any, setpoint: Any, g: Any, vehicle: Any, memory: Any, dt: float, loops: Any
-) -> tuple[Any, Any]:
+    measured: MeasuredMotion,
+    setpoint: LawSetpoint,
+    g: Gains,
+    vehicle: KnownBody,
+    memory: Memory,
+    dt: float,
+    loops: Probes,
+) -> LawResult:
     """Return the wrench in T, F [N] and m [N·m], and the memory."""
     a, a_path, m = measured.a_WBcm, setpoint.a_WBcm, memory
     R = attitude_matrix(measured.q_WT)
@@ -105,7 +116,7 @@ def update(
     m_y = m.moment_y + turning * (commanded[2] - m.moment_y)
     m_z = m.moment_z + turning * (commanded[3] - m.moment_z)
     spin_up = vehicle.spin_up_time * (m_z - m.moment_z) / dt
-    passed = dt / (FILTER + dt)
+    passed = dt / (INDI_FILTER_S + dt)
     F_x = m.force_filtered_x + passed * (R[2] * lift - m.force_filtered_x)
     F_y = m.force_filtered_y + passed * (R[5] * lift - m.force_filtered_y)
     F_z = m.force_filtered_z + passed * (R[8] * lift - m.force_filtered_z)
@@ -116,31 +127,31 @@ def update(
     w_y = m.rate_filtered_y + passed * (w[1] - m.rate_filtered_y)
     w_z = m.rate_filtered_z + passed * (w[2] - m.rate_filtered_z)
 
-    e = probe3(position_error(measured, setpoint), POSITION, loops)
+    e = probe3(position_error(measured, setpoint), POSITION_POINT, loops)
     e = g.kp_position_xy * e[0], g.kp_position_xy * e[1], g.kp_position_z * e[2]
     v_x, v_y, v_z, yaw_rate = velocity_setpoint(e, measured, setpoint, g)
-    e = probe3(difference((v_x, v_y, v_z), measured.v_WBcm), VELOCITY, loops)
+    e = probe3(difference((v_x, v_y, v_z), measured.v_WBcm), VELOCITY_POINT, loops)
     f_x, f_y, f_z = probe3(
         (
             F_x + g.kp_velocity_xy * e[0] + a_path[0] - a[0],
             F_y + g.kp_velocity_xy * e[1] + a_path[1] - a[1],
             F_z + g.kp_velocity_z * e[2] + a_path[2] - a[2] - GRAVITY,
         ),
-        ACCELERATION,
+        ACCELERATION_POINT,
         loops,
     )
-    f_W = tilted(f_x, f_y, f_z + GRAVITY, g)
+    f_W = probe_tilt(tilted(f_x, f_y, f_z + GRAVITY, g), R, SETPOINT_POINT, loops)
 
     f = into_body(R, f_W)
     w_sp = (R[6] * yaw_rate, R[7] * yaw_rate, R[8] * yaw_rate)
-    e = probe3(attitude_error(f, w, w_sp), ATTITUDE, loops)
+    e = probe3(attitude_error(f, w, w_sp), ATTITUDE_POINT, loops)
     nu_x, nu_y, nu_z = probe3(
         (
             g.kp_tilt * e[0] + g.kd_tilt * (w_sp[0] - w[0]),
             g.kp_tilt * e[1] + g.kd_tilt * (w_sp[1] - w[1]),
             g.kp_yaw_rate * e[2],
         ),
-        ANGULAR_ACCELERATION,
+        TURN_POINT,
         loops,
     )
     d_x = nu_x - (w_x - m.rate_filtered_x) / dt
@@ -156,7 +167,7 @@ def update(
     return wrench, (lift, m_x, m_y, m_z, F_x, F_y, F_z, M_x, M_y, M_z, w_x, w_y, w_z)
 
 
-def rule(vehicle: Any) -> dict[str, float]:
+def rule(vehicle: Vehicle) -> dict[str, float]:
     """Return gains for a vehicle: the PD cascade's, with slower velocity loops.
 
     Weak rotors act like additional attitude lag, which matters less for slower velocity loops.

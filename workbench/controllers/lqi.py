@@ -21,10 +21,24 @@ acceleration of a path. Integrals stop in saturation, as in `pid`.
 
 from collections.abc import Sequence
 from functools import lru_cache
-from typing import Any
 
 from workbench.controllers import (
+    ACCELERATION_POINT,
+    ATTITUDE_POINT,
+    CASCADE_POINTS,
     GRAVITY,
+    POSITION_POINT,
+    SETPOINT_POINT,
+    TURN_POINT,
+    VELOCITY_POINT,
+    Gains,
+    KnownBody,
+    KnownVehicle,
+    LawResult,
+    LawSetpoint,
+    MeasuredMotion,
+    Memory,
+    Probes,
     State,
     attitude_error,
     attitude_matrix,
@@ -35,32 +49,35 @@ from workbench.controllers import (
     loops_about,
     loops_along,
     moment,
-    points,
     position_error,
     probe3,
+    probe_tilt,
     states,
     tilted,
     velocity_setpoint,
 )
 from workbench.controllers.pd_rule import rule as pd_rule
+from workbench.plant.vehicle import Vehicle
 
-SATURATED = 0.02
+LQI_SATURATION_TOLERANCE = 0.02
 """Tolerance of saturation: missing force over weight."""
-MOST_TURN = 1.0
+MAX_YAW_INTEGRAL_SQUARED = 1.0
 """Square of the largest integral of a yaw rate [rad²]."""
-_WEIGHT = (1e-6, 1e8)
+_WEIGHT_RANGE = (1e-6, 1e8)
 
 PARAMETERS = (
     gain("kp_position_xy", "1/s", (0.0, 5.0), 0.8, "position P gain, horizontal", "Position"),
     gain("kp_position_z", "1/s", (0.0, 5.0), 1.0, "position P gain, vertical", "Position"),
-    gain("q_level_integral", "1/(s^2*m^2)", _WEIGHT, 100.0, "velocity integral weight", "Level"),
-    gain("q_level_velocity", "1/(s^2*m^2)", _WEIGHT, 100.0, "velocity weight", "Level"),
-    gain("q_tilt", "1/s^4", _WEIGHT, 1000.0, "tilt weight", "Level"),
-    gain("q_tilt_rate", "1/s^2", _WEIGHT, 10.0, "tilt rate weight", "Level"),
-    gain("q_climb_integral", "1/s^4", _WEIGHT, 10.0, "velocity integral weight", "Climb"),
-    gain("q_climb_velocity", "1/s^2", _WEIGHT, 10.0, "velocity weight", "Climb"),
-    gain("q_yaw_integral", "1/s^4", _WEIGHT, 10.0, "yaw rate integral weight", "Yaw"),
-    gain("q_yaw_rate", "1/s^2", _WEIGHT, 10.0, "yaw rate weight", "Yaw"),
+    gain(
+        "q_level_integral", "1/(s^2*m^2)", _WEIGHT_RANGE, 100.0, "velocity integral weight", "Level"
+    ),
+    gain("q_level_velocity", "1/(s^2*m^2)", _WEIGHT_RANGE, 100.0, "velocity weight", "Level"),
+    gain("q_tilt", "1/s^4", _WEIGHT_RANGE, 1000.0, "tilt weight", "Level"),
+    gain("q_tilt_rate", "1/s^2", _WEIGHT_RANGE, 10.0, "tilt rate weight", "Level"),
+    gain("q_climb_integral", "1/s^4", _WEIGHT_RANGE, 10.0, "velocity integral weight", "Climb"),
+    gain("q_climb_velocity", "1/s^2", _WEIGHT_RANGE, 10.0, "velocity weight", "Climb"),
+    gain("q_yaw_integral", "1/s^4", _WEIGHT_RANGE, 10.0, "yaw rate integral weight", "Yaw"),
+    gain("q_yaw_rate", "1/s^2", _WEIGHT_RANGE, 10.0, "yaw rate weight", "Yaw"),
 )
 
 DESIGNED = (
@@ -77,49 +94,49 @@ MEMORY = (
     State("asked_z", "1"),
 )
 
-POINTS = points(
-    {
-        "position_{}_error": "m",
-        "velocity_{}_error": "m/s",
-        "acceleration_{}": "m/s^2",
-        "attitude_{}_error": "1",
-        "angular_acceleration_{}": "rad/s^2",
-    }
-)
-POSITION = 0
-VELOCITY = 3
-ACCELERATION = 6
-ATTITUDE = 9
-ANGULAR_ACCELERATION = 12
+POINTS = CASCADE_POINTS
 
-_POSITION = (("kp_position_xy",), ("kp_position_xy",), ("kp_position_z",))
-_LEVEL = ("q_level_integral", "q_level_velocity")
-_CLIMB = ("q_climb_integral", "q_climb_velocity")
-_TILT, _TURN = ("q_tilt", "q_tilt_rate"), ("q_yaw_integral", "q_yaw_rate")
+_LQI_POSITION_GAINS = (("kp_position_xy",), ("kp_position_xy",), ("kp_position_z",))
+_LQI_LEVEL_WEIGHTS = ("q_level_integral", "q_level_velocity")
+_LQI_CLIMB_WEIGHTS = ("q_climb_integral", "q_climb_velocity")
+_LQI_TILT_WEIGHTS, _LQI_YAW_WEIGHTS = ("q_tilt", "q_tilt_rate"), ("q_yaw_integral", "q_yaw_rate")
 LOOPS = (
-    *loops_along("velocity", "acceleration", (_LEVEL, _LEVEL, _CLIMB)),
-    *loops_about(
-        ("roll", "pitch", "yaw_rate"), "attitude", "angular_acceleration", (_TILT, _TILT, _TURN)
+    *loops_along(
+        "velocity", "acceleration", (_LQI_LEVEL_WEIGHTS, _LQI_LEVEL_WEIGHTS, _LQI_CLIMB_WEIGHTS)
     ),
-    *loops_along("position", "", _POSITION, hold=True),
+    *loops_about(
+        ("roll", "pitch", "yaw_rate"),
+        "attitude",
+        "angular_acceleration",
+        (_LQI_TILT_WEIGHTS, _LQI_TILT_WEIGHTS, _LQI_YAW_WEIGHTS),
+    ),
+    *loops_along("position", "", _LQI_POSITION_GAINS, hold=True),
 )
 
 
 def update(
-    measured: Any, setpoint: Any, g: Any, vehicle: Any, memory: Any, dt: float, loops: Any
-) -> tuple[Any, Any]:
+    measured: MeasuredMotion,
+    setpoint: LawSetpoint,
+    g: Gains,
+    vehicle: KnownBody,
+    memory: Memory,
+    dt: float,
+    loops: Probes,
+) -> LawResult:
     """Return the wrench in T, F [N] and m [N·m], and the memory."""
     d, m = measured.drag, memory
     a = setpoint.a_WBcm
     weight = vehicle.mass * GRAVITY
     xx, yy, zz = vehicle.inertia[0], vehicle.inertia[3], vehicle.inertia[5]
 
-    e = probe3(position_error(measured, setpoint), POSITION, loops)
+    e = probe3(position_error(measured, setpoint), POSITION_POINT, loops)
     e = g.kp_position_xy * e[0], g.kp_position_xy * e[1], g.kp_position_z * e[2]
     v_x, v_y, v_z, yaw_rate = velocity_setpoint(e, measured, setpoint, g)
-    e = probe3(difference((v_x, v_y, v_z), measured.v_WBcm), VELOCITY, loops)
+    e = probe3(difference((v_x, v_y, v_z), measured.v_WBcm), VELOCITY_POINT, loops)
     level = GRAVITY / g.level_tilt
-    lift = m.lift_z + share(dt, vehicle) * (measured.wrench[0] / vehicle.mass - GRAVITY - m.lift_z)
+    lift = m.lift_z + rotor_lag_gain(dt, vehicle) * (
+        measured.wrench[0] / vehicle.mass - GRAVITY - m.lift_z
+    )
     f_x, f_y, f_z = probe3(
         (
             level * (g.level_velocity * e[0] + g.level_integral * m.integral_x) + a[0] + d[0],
@@ -129,22 +146,23 @@ def update(
             - g.climb_rotors * lift
             + (1.0 + g.climb_rotors) * (a[2] + d[2]),
         ),
-        ACCELERATION,
+        ACCELERATION_POINT,
         loops,
     )
     f_W = tilted(f_x, f_y, f_z + GRAVITY, g)
     integral_x = integrated(m.integral_x, e[0], f_x - f_W[0], 0.0, dt)
     integral_y = integrated(m.integral_y, e[1], f_y - f_W[1], 0.0, dt)
     missing = m.asked_z - measured.wrench[0] / weight
-    integral_z = integrated(m.integral_z, e[2], missing, SATURATED, dt)
+    integral_z = integrated(m.integral_z, e[2], missing, LQI_SATURATION_TOLERANCE, dt)
 
     R_WT = attitude_matrix(measured.q_WT)
+    f_W = probe_tilt(f_W, R_WT, SETPOINT_POINT, loops)
     f, w = into_body(R_WT, f_W), into_body(R_WT, measured.w_WB)
     w_sp = (R_WT[6] * yaw_rate, R_WT[7] * yaw_rate, R_WT[8] * yaw_rate)
-    e = probe3(attitude_error(f, w, w_sp), ATTITUDE, loops)
-    r_x = m.rotors_x + share(dt, vehicle) * (measured.wrench[1] / xx - m.rotors_x)
-    r_y = m.rotors_y + share(dt, vehicle) * (measured.wrench[2] / yy - m.rotors_y)
-    r_z = m.rotors_z + share(dt, vehicle) * (measured.wrench[3] / zz - m.rotors_z)
+    e = probe3(attitude_error(f, w, w_sp), ATTITUDE_POINT, loops)
+    r_x = m.rotors_x + rotor_lag_gain(dt, vehicle) * (measured.wrench[1] / xx - m.rotors_x)
+    r_y = m.rotors_y + rotor_lag_gain(dt, vehicle) * (measured.wrench[2] / yy - m.rotors_y)
+    r_z = m.rotors_z + rotor_lag_gain(dt, vehicle) * (measured.wrench[3] / zz - m.rotors_z)
     alpha = probe3(
         (
             g.level_tilt * e[0] + g.level_rate * (w_sp[0] - w[0]) - g.level_rotors * r_x,
@@ -154,10 +172,12 @@ def update(
             - g.yaw_rotors * r_z
             + (1.0 + g.yaw_rotors) * vehicle.yaw_drag * w[2],
         ),
-        ANGULAR_ACCELERATION,
+        TURN_POINT,
         loops,
     )
-    past = m.yaw_integral_z if m.yaw_integral_z * m.yaw_integral_z > MOST_TURN else 0.0
+    past = (
+        m.yaw_integral_z if m.yaw_integral_z * m.yaw_integral_z > MAX_YAW_INTEGRAL_SQUARED else 0.0
+    )
     yaw_integral = integrated(m.yaw_integral_z, e[2], past, 0.0, dt)
 
     force = vehicle.mass * f[2]
@@ -166,12 +186,12 @@ def update(
     return (force, m_x, m_y, m_z), (*integrals, r_x, r_y, r_z, lift, force / weight)
 
 
-def share(dt: float, vehicle: Any) -> Any:
+def rotor_lag_gain(dt: float, vehicle: KnownBody) -> float:
     """Return the gain of the discrete first-order rotor lag."""
     return dt / (vehicle.rotor_lag + dt)
 
 
-def design(vehicle: Any, g: Any, dt: float) -> Sequence[float]:
+def design(vehicle: KnownVehicle, g: Gains, dt: float) -> Sequence[float]:
     """Return the feedback gains of the three chains, see above."""
     lag = vehicle.rotor_lag
     tilt = (g.q_level_integral, g.q_level_velocity, g.q_tilt, g.q_tilt_rate, 0.0)
@@ -203,7 +223,7 @@ def feedback(
     return [float(sign * k) for sign, k in zip(signs, K[0], strict=True)]
 
 
-def rule(vehicle: Any) -> dict[str, float]:
+def rule(vehicle: Vehicle) -> dict[str, float]:
     """Return weights for a vehicle.
 
     With a weight on the integral alone, the closed-loop poles would be on a circle about 0 (a

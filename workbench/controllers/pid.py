@@ -14,14 +14,22 @@ name, and integrals i (all by component):
 An integral is stored as its contribution to the output, so a change of its gain causes no jump. It
 stops while its error would increase saturation (conditional integration: Åström and Hägglund,
 Advanced PID Control, 2006, section 3.5): horizontal ones while the tilt limit is active, the others
-while the rotors saturate. dω/dt is s / (1 + `RATE_FILTER` s) of ω. a is the estimated acceleration,
-d the drag of still air over mass, with the sign that compensates it.
+while the rotors saturate. dω/dt is s / (1 + `RATE_FILTER_S` s) of ω. a is the estimated
+acceleration, d the drag of still air over mass, with the sign that compensates it.
 """
 
-from typing import Any
-
 from workbench.controllers import (
+    ACCELERATION_POINT,
     GRAVITY,
+    POSITION_POINT,
+    VELOCITY_POINT,
+    Gains,
+    KnownBody,
+    LawResult,
+    LawSetpoint,
+    MeasuredMotion,
+    Memory,
+    Probes,
     attitude_error,
     attitude_matrix,
     difference,
@@ -33,18 +41,21 @@ from workbench.controllers import (
     moment,
     points,
     position_error,
+    probe,
     probe3,
+    probe_tilt,
     states,
     tilted,
     velocity_setpoint,
 )
 from workbench.controllers.pd_rule import rule as pd_rule
+from workbench.plant.vehicle import Vehicle
 
-RATE_FILTER = 0.01
+RATE_FILTER_S = 0.01
 """Time constant of the filter of dω/dt [s]."""
-SATURATED = 0.02
+PID_SATURATION_TOLERANCE = 0.02
 """Tolerance of saturation: missing force over weight, or missing angular acceleration [rad/s²]."""
-MOST_TURN = 10.0
+MAX_RATE_INTEGRAL = 10.0
 """Largest integral of a rate [rad/s²]."""
 
 PARAMETERS = (
@@ -80,53 +91,65 @@ POINTS = points(
         "rate_{}_error": "rad/s",
         "angular_acceleration_{}": "rad/s^2",
     }
-)
-POSITION = 0
-VELOCITY = 3
-ACCELERATION = 6
-TILT = 9
-RATE = 12
-ANGULAR_ACCELERATION = 15
+) | {
+    "roll_setpoint": "1",
+    "pitch_setpoint": "1",
+    "roll_rate_setpoint": "rad/s",
+    "pitch_rate_setpoint": "rad/s",
+}
+PID_TILT_POINT = 9
+PID_RATE_POINT = 12
+PID_TURN_POINT = 15
+PID_SETPOINT_POINT = 18
+PID_RATE_SETPOINT_POINT = 20
 
 
-_POSITION = (("kp_position_xy",), ("kp_position_xy",), ("kp_position_z",))
-_LEVEL = ("kp_velocity_xy", "ki_velocity_xy", "kd_velocity_xy")
-_CLIMB = ("kp_velocity_z", "ki_velocity_z", "kd_velocity_z")
-_TILT = ("kp_tilt",)
-_RATE = ("kp_rate", "ki_rate", "kd_rate")
-_YAW = ("kp_yaw_rate", "ki_yaw_rate")
+_PID_POSITION_GAINS = (("kp_position_xy",), ("kp_position_xy",), ("kp_position_z",))
+_PID_LEVEL_GAINS = ("kp_velocity_xy", "ki_velocity_xy", "kd_velocity_xy")
+_PID_CLIMB_GAINS = ("kp_velocity_z", "ki_velocity_z", "kd_velocity_z")
+_PID_TILT_GAINS = ("kp_tilt",)
+_PID_RATE_GAINS = ("kp_rate", "ki_rate", "kd_rate")
+_PID_YAW_GAINS = ("kp_yaw_rate", "ki_yaw_rate")
 LOOPS = (
-    *loops_along("velocity", "acceleration", (_LEVEL, _LEVEL, _CLIMB)),
-    *loops_about(("roll", "pitch"), "tilt", "", (_TILT, _TILT)),
+    *loops_along(
+        "velocity", "acceleration", (_PID_LEVEL_GAINS, _PID_LEVEL_GAINS, _PID_CLIMB_GAINS)
+    ),
+    *loops_about(("roll", "pitch"), "tilt", "", (_PID_TILT_GAINS, _PID_TILT_GAINS)),
     *loops_about(
         ("roll_rate", "pitch_rate", "yaw_rate"),
         "rate",
         "angular_acceleration",
-        (_RATE, _RATE, _YAW),
+        (_PID_RATE_GAINS, _PID_RATE_GAINS, _PID_YAW_GAINS),
     ),
-    *loops_along("position", "", _POSITION, hold=True),
+    *loops_along("position", "", _PID_POSITION_GAINS, hold=True),
 )
 
 
 def update(
-    measured: Any, setpoint: Any, g: Any, vehicle: Any, memory: Any, dt: float, loops: Any
-) -> tuple[Any, Any]:
+    measured: MeasuredMotion,
+    setpoint: LawSetpoint,
+    g: Gains,
+    vehicle: KnownBody,
+    memory: Memory,
+    dt: float,
+    loops: Probes,
+) -> LawResult:
     """Return the wrench in T, F [N] and m [N·m], and the memory."""
     v, a, d, m = measured.v_WBcm, measured.a_WBcm, measured.drag, memory
     weight = vehicle.mass * GRAVITY
     xx, yy = vehicle.inertia[0], vehicle.inertia[3]
 
-    e = probe3(position_error(measured, setpoint), POSITION, loops)
+    e = probe3(position_error(measured, setpoint), POSITION_POINT, loops)
     e = g.kp_position_xy * e[0], g.kp_position_xy * e[1], g.kp_position_z * e[2]
     v_x, v_y, v_z, yaw_rate = velocity_setpoint(e, measured, setpoint, g)
-    e = probe3(difference((v_x, v_y, v_z), v), VELOCITY, loops)
+    e = probe3(difference((v_x, v_y, v_z), v), VELOCITY_POINT, loops)
     f_x, f_y, f_z = probe3(
         (
             g.kp_velocity_xy * e[0] + m.i_velocity_x - g.kd_velocity_xy * a[0] + d[0],
             g.kp_velocity_xy * e[1] + m.i_velocity_y - g.kd_velocity_xy * a[1] + d[1],
             g.kp_velocity_z * e[2] + m.i_velocity_z - g.kd_velocity_z * a[2] + d[2],
         ),
-        ACCELERATION,
+        ACCELERATION_POINT,
         loops,
     )
     f_W = tilted(f_x, f_y, f_z + GRAVITY, g)
@@ -134,30 +157,35 @@ def update(
     missing = m.asked_z - measured.wrench[0] / weight
     i_vx = integrated(m.i_velocity_x, g.ki_velocity_xy * e[0], beyond_x, 0.0, dt)
     i_vy = integrated(m.i_velocity_y, g.ki_velocity_xy * e[1], beyond_y, 0.0, dt)
-    i_vz = integrated(m.i_velocity_z, g.ki_velocity_z * e[2], missing, SATURATED, dt)
+    i_vz = integrated(m.i_velocity_z, g.ki_velocity_z * e[2], missing, PID_SATURATION_TOLERANCE, dt)
 
     R_WT = attitude_matrix(measured.q_WT)
+    f_W = probe_tilt(f_W, R_WT, PID_SETPOINT_POINT, loops)
     f, w = into_body(R_WT, f_W), into_body(R_WT, measured.w_WB)
     w_sp = (R_WT[6] * yaw_rate, R_WT[7] * yaw_rate, R_WT[8] * yaw_rate)
-    e_x, e_y, _ = probe3(attitude_error(f, w, w_sp), TILT, loops)
-    w_sp = (g.kp_tilt * e_x + w_sp[0], g.kp_tilt * e_y + w_sp[1], w_sp[2])
-    e = probe3(difference(w_sp, w), RATE, loops)
-    dw_x = (w[0] - m.rate_filtered_x) / (RATE_FILTER + dt)
-    dw_y = (w[1] - m.rate_filtered_y) / (RATE_FILTER + dt)
+    e_x, e_y, _ = probe3(attitude_error(f, w, w_sp), PID_TILT_POINT, loops)
+    w_sp = (
+        probe(g.kp_tilt * e_x + w_sp[0], PID_RATE_SETPOINT_POINT, loops),
+        probe(g.kp_tilt * e_y + w_sp[1], PID_RATE_SETPOINT_POINT + 1, loops),
+        w_sp[2],
+    )
+    e = probe3(difference(w_sp, w), PID_RATE_POINT, loops)
+    dw_x = (w[0] - m.rate_filtered_x) / (RATE_FILTER_S + dt)
+    dw_y = (w[1] - m.rate_filtered_y) / (RATE_FILTER_S + dt)
     alpha = probe3(
         (
             g.kp_rate * e[0] + m.i_rate_x - g.kd_rate * dw_x,
             g.kp_rate * e[1] + m.i_rate_y - g.kd_rate * dw_y,
             g.kp_yaw_rate * e[2] + m.i_rate_z + vehicle.yaw_drag * w[2],
         ),
-        ANGULAR_ACCELERATION,
+        PID_TURN_POINT,
         loops,
     )
     missing_x = m.asked_x - measured.wrench[1] / xx
     missing_y = m.asked_y - measured.wrench[2] / yy
-    past = m.i_rate_z if m.i_rate_z * m.i_rate_z > MOST_TURN * MOST_TURN else 0.0
-    i_wx = integrated(m.i_rate_x, g.ki_rate * e[0], missing_x, SATURATED, dt)
-    i_wy = integrated(m.i_rate_y, g.ki_rate * e[1], missing_y, SATURATED, dt)
+    past = m.i_rate_z if m.i_rate_z * m.i_rate_z > MAX_RATE_INTEGRAL * MAX_RATE_INTEGRAL else 0.0
+    i_wx = integrated(m.i_rate_x, g.ki_rate * e[0], missing_x, PID_SATURATION_TOLERANCE, dt)
+    i_wy = integrated(m.i_rate_y, g.ki_rate * e[1], missing_y, PID_SATURATION_TOLERANCE, dt)
     i_wz = integrated(m.i_rate_z, g.ki_yaw_rate * e[2], past, 0.0, dt)
 
     force = vehicle.mass * f[2]
@@ -167,7 +195,7 @@ def update(
     return (force, m_x, m_y, m_z), (i_vx, i_vy, i_vz, i_wx, i_wy, i_wz, *filtered, *asked)
 
 
-def rule(vehicle: Any) -> dict[str, float]:
+def rule(vehicle: Vehicle) -> dict[str, float]:
     """Return gains for a vehicle: those of the PD cascade in this form, and slow integrals.
 
     kp_tilt kp_rate and kp_rate + kp_tilt correspond to its kp and kd, as far as real poles allow.

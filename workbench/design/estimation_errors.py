@@ -7,24 +7,26 @@ import numpy as np
 from scipy.spatial.transform import Rotation, Slerp
 from scipy.stats import chi2
 
-from workbench.estimation import ekf
-from workbench.estimation.estimators import TRIANGLE
+from workbench.common.series import interpolated_on_grid
+from workbench.common.vectors import Numbers
+from workbench.estimation import ekf_state
+from workbench.estimation.estimators import COVARIANCE_TRIANGLE
 from workbench.estimation.run import EstimateHistory
 from workbench.session.recording import Recording
 
-STATES = 9
+NEES_STATES = 9
 """Number of errors in NEES: attitude, position and velocity."""
-SHARE = 0.95
+CONSISTENT_SHARE = 0.95
 """Share of the samples of a consistent estimator that lie within the bounds."""
-TOLERATED = 0.05
+CONSISTENT_SHARE_TOLERANCE = 0.05
 """Share below that which is tolerated: neighbouring samples are not independent."""
-_ROWS = (
+_ERROR_ROWS = (
     ("attitude_B", ("roll", "pitch", "yaw"), "rad"),
     ("position", ("x", "y", "z"), "m"),
     ("velocity", ("v_x", "v_y", "v_z"), "m/s"),
     ("angular_velocity", ("w_x", "w_y", "w_z"), "rad/s"),
 )
-_AT_ONCE = 4096
+_MATRICES_PER_BATCH = 4096
 """Number of matrices inverted together."""
 
 
@@ -56,7 +58,7 @@ Estimated = Recording | EstimateOverTruth
 
 
 def over_truth(
-    history: EstimateHistory, state_time: np.ndarray, states: np.ndarray, p_BI: np.ndarray
+    history: EstimateHistory, state_time: np.ndarray, states: np.ndarray, p_BI: Numbers
 ) -> EstimateOverTruth:
     """Return a history with the true motion, for the times where that is known.
 
@@ -66,14 +68,16 @@ def over_truth(
         states: q_WB, p_WB, w_WB_W, v_WB_W (M, 13).
         p_BI: place of the IMU in B (3) [m].
     """
-    known = (history.time >= state_time[0]) & (history.time <= state_time[-1])
-    time = history.time[known]
+    known = history.only((history.time >= state_time[0]) & (history.time <= state_time[-1]))
+    time = known.time
     q_WB = np.tile(states[0, 0:4], (len(time), 1))
     if len(state_time) > 1:
-        q_WB = Slerp(state_time, _turn(states[:, 0:4]))(time).as_quat()[:, [3, 0, 1, 2]]
-    motion = np.column_stack([np.interp(time, state_time, each) for each in states[:, 4:].T])
+        q_WB = Slerp(state_time, _quaternion_rotations(states[:, 0:4]))(time).as_quat()[
+            :, [3, 0, 1, 2]
+        ]
+    motion = interpolated_on_grid(state_time, states[:, 4:], time)
     return EstimateOverTruth(
-        **{name: values[known] for name, values in vars(history).items()},
+        **vars(known),
         q_WB=q_WB,
         p_WB=motion[:, 0:3],
         w_WB=motion[:, 3:6],
@@ -83,7 +87,7 @@ def over_truth(
 
 
 @dataclass(frozen=True)
-class Errors:
+class EstimateErrors:
     """Errors of an estimate over time: the true motion less the estimated one, of the base origin.
 
     Attributes:
@@ -141,7 +145,7 @@ class Innovations:
     """The innovations of one measured channel.
 
     Attributes:
-        channel: its name, see `ekf.NAMES`.
+        channel: its name, see `MEASUREMENT_NAMES`.
         count: number of innovations.
         within: share of NIS, the innovation squared over its variance, within the bounds that hold
             95 % for a consistent estimator, 0 .. 1.
@@ -158,7 +162,9 @@ class Innovations:
     @property
     def surprises(self) -> bool:
         """Whether measurements are further from the estimate than it assumes, beyond chance."""
-        return self.within < SHARE - TOLERATED - 3.0 * math.sqrt(SHARE * (1 - SHARE) / self.count)
+        return self.within < CONSISTENT_SHARE - CONSISTENT_SHARE_TOLERANCE - 3.0 * math.sqrt(
+            CONSISTENT_SHARE * (1 - CONSISTENT_SHARE) / self.count
+        )
 
 
 @dataclass(frozen=True)
@@ -176,14 +182,16 @@ class EstimateReport:
     innovations: tuple[Innovations, ...]
 
 
-def estimate_errors(recording: Estimated) -> Errors | None:
+def estimate_errors(recording: Estimated) -> EstimateErrors | None:
     """Return the errors of the estimate; None if the controller knew the true motion."""
     estimate = recording.estimate
     if not recording.estimated:
         return None
-    return Errors(
+    return EstimateErrors(
         time=recording.time,
-        attitude_B=(_turn(estimate[:, 0:4]).inv() * _turn(recording.q_WB)).as_rotvec(),
+        attitude_B=(
+            _quaternion_rotations(estimate[:, 0:4]).inv() * _quaternion_rotations(recording.q_WB)
+        ).as_rotvec(),
         position=recording.p_WB - estimate[:, 4:7],
         velocity=recording.v_WB - estimate[:, 10:13],
         angular_velocity=recording.w_WB - estimate[:, 7:10],
@@ -201,8 +209,8 @@ def nees(recording: Estimated) -> np.ndarray | None:
     if errors is None or not np.isfinite(triangle).any():
         return None
     p_BI = recording.p_BI
-    arm = _turn(recording.q_WB).apply(p_BI)
-    known_arm = _turn(recording.estimate[:, 0:4]).apply(p_BI)
+    arm = _quaternion_rotations(recording.q_WB).apply(p_BI)
+    known_arm = _quaternion_rotations(recording.estimate[:, 0:4]).apply(p_BI)
     swing = np.cross(recording.w_WB, arm)
     known_swing = np.cross(recording.estimate[:, 7:10], known_arm)
     e = np.hstack(
@@ -214,10 +222,10 @@ def nees(recording: Estimated) -> np.ndarray | None:
     )
     found = np.full(len(e), np.nan)
     good = np.flatnonzero(np.isfinite(triangle).all(axis=1) & np.isfinite(e).all(axis=1))
-    rows, columns = TRIANGLE
-    for begin in range(0, len(good), _AT_ONCE):
-        part = good[begin : begin + _AT_ONCE]
-        P = np.zeros((len(part), STATES, STATES))
+    rows, columns = COVARIANCE_TRIANGLE
+    for begin in range(0, len(good), _MATRICES_PER_BATCH):
+        part = good[begin : begin + _MATRICES_PER_BATCH]
+        P = np.zeros((len(part), NEES_STATES, NEES_STATES))
         P[:, rows, columns] = triangle[part]
         P[:, columns, rows] = triangle[part]
         found[part] = np.einsum("ni,nij,nj->n", e[part], np.linalg.pinv(P, hermitian=True), e[part])
@@ -231,13 +239,13 @@ def judge_estimate(recording: Estimated) -> EstimateReport | None:
         return None
     states = [
         _state_error(name, unit, each)
-        for quantity, names, unit in _ROWS
+        for quantity, names, unit in _ERROR_ROWS
         for name, each in zip(names, getattr(errors, quantity).T, strict=True)
     ]
     if recording.known_charge.size:
         off = recording.charge - recording.known_charge[:, 0]
         states.append(_state_error("charge", "1", off))
-    return EstimateReport(tuple(states), _judged_nees(recording), _told(recording))
+    return EstimateReport(tuple(states), _judged_nees(recording), _channel_innovations(recording))
 
 
 def _state_error(name: str, unit: str, errors: np.ndarray) -> StateError:
@@ -249,25 +257,25 @@ def _judged_nees(recording: Estimated) -> Nees | None:
     if values is None:
         return None
     values = values[np.isfinite(values)]
-    lower, upper = map(float, chi2.interval(SHARE, STATES))
+    lower, upper = map(float, chi2.interval(CONSISTENT_SHARE, NEES_STATES))
     within = (lower <= values) & (values <= upper)
-    return Nees(STATES, float(values.mean()), lower, upper, float(within.mean()))
+    return Nees(NEES_STATES, float(values.mean()), lower, upper, float(within.mean()))
 
 
-def _told(recording: Estimated) -> tuple[Innovations, ...]:
+def _channel_innovations(recording: Estimated) -> tuple[Innovations, ...]:
     """Return the innovations of each channel that measured at a recorded time."""
     found = []
-    for channel, name in enumerate(ekf.NAMES):
+    for channel, name in enumerate(ekf_state.MEASUREMENT_NAMES):
         gaps, variances = recording.innovations[:, 2 * channel : 2 * channel + 2].T
         new = np.isfinite(gaps) & np.isfinite(variances)
         if new.any():
             squared = gaps[new] ** 2 / variances[new]
-            within = float((squared <= chi2.ppf(SHARE, 1)).mean())
-            scale, setting = float(np.sqrt(squared.mean())), ekf.SETTINGS[channel]
+            within = float((squared <= chi2.ppf(CONSISTENT_SHARE, 1)).mean())
+            scale, setting = float(np.sqrt(squared.mean())), ekf_state.MEASUREMENT_SETTINGS[channel]
             found.append(Innovations(name, int(new.sum()), within, scale, setting))
     return tuple(found)
 
 
-def _turn(q: np.ndarray) -> Rotation:
+def _quaternion_rotations(q: np.ndarray) -> Rotation:
     """Return rotations of quaternions w, x, y, z (N, 4)."""
     return Rotation.from_quat(q[:, [1, 2, 3, 0]])

@@ -10,7 +10,7 @@ from pydrake.geometry import Meshcat
 from workbench.scenario.scenario import Scenario
 from workbench.session.session import Session
 
-_EYE = np.array([-3.0, -3.0, 1.7])
+_CAMERA_OFFSET_SPANS = np.array([-3.0, -3.0, 1.7])
 """Position of the camera relative to the start of the flight, in spans of the vehicle."""
 
 
@@ -31,7 +31,7 @@ def fly_and_film(
     meshcat = quiet_meshcat()
     session = Session(scenario, settings, meshcat)
     target = np.array(session.snapshot().p_WB)
-    meshcat.SetCameraPose(target + session.vehicle.span * _EYE, target)
+    meshcat.SetCameraPose(target + session.vehicle.span * _CAMERA_OFFSET_SPANS, target)
     meshcat.StartRecording()
     with session.programs():
         session.run(progress)

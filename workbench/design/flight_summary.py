@@ -9,10 +9,10 @@ import numpy as np
 from workbench.control.mode import FlightMode, Reason
 from workbench.session.recording import Recording
 
-_CLOSE = 0.1
+_TOUCH_DOWN_HEIGHT_M = 0.1
 """Height above the ground below which the touch-down speed is measured [m]."""
-_TOUCHING = 0.005
-_RESTING = 0.05
+_CONTACT_HEIGHT_M = 0.005
+_AT_REST_LIMIT = 0.05
 """A drone below this height above the ground [m] and this speed [m/s] is at rest."""
 
 
@@ -51,6 +51,7 @@ class FlightSummary:
         least_clearance: smallest distance to an obstacle [m], below 0 where they may have touched;
             None in a world without obstacles.
         failsafes: each of them, in order.
+        slack_time: how long any cable was slack [s]; None without cables.
     """
 
     duration: float
@@ -68,6 +69,7 @@ class FlightSummary:
     touch_down_speed: float | None
     least_clearance: float | None
     failsafes: tuple[Failsafe, ...] = ()
+    slack_time: float | None = None
 
 
 def summarise(recording: Recording) -> FlightSummary:
@@ -92,6 +94,7 @@ def summarise(recording: Recording) -> FlightSummary:
         touch_down_speed=_touch_down_speed(recording),
         least_clearance=least if math.isfinite(least) else None,
         failsafes=_failsafes(recording),
+        slack_time=recording.slack_time if recording.tensions.size else None,
     )
 
 
@@ -112,10 +115,10 @@ def _failsafes(recording: Recording) -> tuple[Failsafe, ...]:
 def _touch_down_speed(recording: Recording) -> float | None:
     height = recording.p_WB[:, 2] - recording.vehicle.ground_clearance
     v_z = recording.v_WB[:, 2]
-    above = np.flatnonzero(height > _CLOSE)
-    if len(above) == 0 or height[-1] > _RESTING or abs(v_z[-1]) > _RESTING:
+    above = np.flatnonzero(height > _TOUCH_DOWN_HEIGHT_M)
+    if len(above) == 0 or height[-1] > _AT_REST_LIMIT or abs(v_z[-1]) > _AT_REST_LIMIT:
         return None
     last = above[-1]
-    touching = np.flatnonzero(height[last:] <= _TOUCHING)
+    touching = np.flatnonzero(height[last:] <= _CONTACT_HEIGHT_M)
     end = last + (touching[0] if len(touching) else len(height) - last - 1)
     return float(-v_z[last : end + 1].min())

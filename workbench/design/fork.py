@@ -8,23 +8,23 @@ from typing import Protocol
 import numpy as np
 
 from workbench.common.errors import WorkbenchError, unknown_name
-from workbench.control.controller import Controller, load_controller
+from workbench.control.controller import Controller
+from workbench.control.controller_file import load_controller
 from workbench.design.branches import Branch, FlownBranch
 from workbench.design.lost import find_loss
-from workbench.scenario.axes import AXES
-from workbench.scenario.parameters import parameter_table
+from workbench.scenario.axes import AXIS_NAMES
 from workbench.scenario.scenario import Scenario
 from workbench.scenario.sensors_config import SensorsConfig
 from workbench.session.checkpoint import Checkpoint
 from workbench.session.session import Session
 
-LONGEST = 120.0
+MAX_BRANCH_DURATION_S = 120.0
 """Limit of the duration of a branch [s]."""
-SLICE = 0.25
+FORK_SLICE_S = 0.25
 """Flown between two checks whether to stop [s]."""
 
 
-class Step(Protocol):
+class SetpointStep(Protocol):
     """A step added to the setpoint."""
 
     @property
@@ -61,7 +61,7 @@ class Forker:
         checkpoint: Checkpoint,
         branches: Sequence[Branch],
         duration: float,
-        step: Step | None = None,
+        step: SetpointStep | None = None,
         stop: Callable[[], bool] | None = None,
     ) -> tuple[FlownBranch, ...]:
         """Fly every branch from a checkpoint on.
@@ -78,25 +78,25 @@ class Forker:
             WorkbenchError: if a controller cannot be read or built, or a gain is unknown or out of
                 range, before anything is flown, or if the checkpoint is of another flight.
         """
-        if not 0.0 < duration <= LONGEST:
+        if not 0.0 < duration <= MAX_BRANCH_DURATION_S:
             raise WorkbenchError(
-                f"cannot fork a flight for {duration:g} s: give it up to {LONGEST:g} s"
+                f"cannot fork a flight for {duration:g} s: give it up to "
+                f"{MAX_BRANCH_DURATION_S:g} s"
             )
         laws = [self._law(branch, checkpoint) for branch in branches]
         values = [
-            parameter_table(law).checked(branch.gains)
-            for branch, law in zip(branches, laws, strict=True)
+            law.table.checked(branch.gains) for branch, law in zip(branches, laws, strict=True)
         ]
         flown = []
         for branch, law, gains in zip(branches, laws, values, strict=True):
             _, session = self._sessions[law.digest]
             if session.controller is not law:  # the script has let another one take over
                 session.reset()
-            _begin(session, checkpoint, gains, step)
-            lost = _fly_on(session, duration, stop or _never)
+            _restore_branch(session, checkpoint, gains, step)
+            lost = _fly_on(session, duration, stop or _never_stopped)
             if lost is None:
                 break
-            flown.append(_flown(session, branch.name, lost))
+            flown.append(_flown_branch(session, branch.name, lost))
         return tuple(flown)
 
     def _law(self, branch: Branch, checkpoint: Checkpoint) -> Controller:
@@ -125,8 +125,8 @@ class Forker:
         return ""
 
 
-def _begin(
-    session: Session, checkpoint: Checkpoint, gains: Mapping[str, float], step: Step | None
+def _restore_branch(
+    session: Session, checkpoint: Checkpoint, gains: Mapping[str, float], step: SetpointStep | None
 ) -> None:
     """Be where the flight was, with a branch's gains."""
     session.begin_from(checkpoint)
@@ -134,16 +134,16 @@ def _begin(
         session.set(name, value)
     if step is None:
         return
-    if step.axis not in AXES:
-        raise unknown_name("axis", step.axis, AXES)
+    if step.axis not in AXIS_NAMES:
+        raise unknown_name("axis", step.axis, AXIS_NAMES)
     asked = [*checkpoint.velocity, checkpoint.yaw_rate]
-    asked[AXES.index(step.axis)] += step.amplitude
+    asked[AXIS_NAMES.index(step.axis)] += step.amplitude
     session.command(asked[:3], asked[3])
 
 
 def _fly_on(session: Session, duration: float, stop: Callable[[], bool]) -> str | None:
     """Fly, and return why it broke off, "" if it did not; None where it was to stop."""
-    slices = math.ceil(duration / SLICE)
+    slices = math.ceil(duration / FORK_SLICE_S)
     try:
         for _ in range(slices):
             if stop():
@@ -154,7 +154,7 @@ def _fly_on(session: Session, duration: float, stop: Callable[[], bool]) -> str 
     return ""
 
 
-def _flown(session: Session, name: str, broken: str) -> FlownBranch:
+def _flown_branch(session: Session, name: str, broken: str) -> FlownBranch:
     """Return what was flown until it was lost, if it was."""
     recording = session.recording()
     loss = find_loss(recording)
@@ -176,12 +176,12 @@ def fly_fork(
     instant: Checkpoint,  # the argument keeps the name that callers may have written
     branches: Sequence[Branch],
     duration: float,
-    step: Step | None = None,
+    step: SetpointStep | None = None,
     stop: Callable[[], bool] | None = None,
 ) -> tuple[FlownBranch, ...]:
     """Fly every branch from a checkpoint on, once; `Forker` is quicker the second time."""
     return Forker(scenario).fly(instant, branches, duration, step, stop)
 
 
-def _never() -> bool:
+def _never_stopped() -> bool:
     return False

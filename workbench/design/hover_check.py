@@ -1,28 +1,28 @@
 """Check how a vehicle flies: ten seconds of hover, and a step on every axis."""
 
-import copy
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from workbench.design.flier import Flier, Flown
+from workbench.design.flier import Flier, FlierFlight
 from workbench.design.metrics import Demand
 from workbench.design.step_response import (
-    START_HEIGHT,
-    STEPS,
+    STEP_START_HEIGHT_M,
+    USUAL_STEPS,
     StepResponse,
     fly_step,
     step_flier,
 )
-from workbench.scenario.scenario import Scenario, Start
+from workbench.scenario.scenario import Scenario, ScenarioStart
 
 if TYPE_CHECKING:
     from workbench.session.recording import Recording
+    from workbench.setup import Setup
 
-HOVER_DURATION = 10.0
+HOVER_DURATION_S = 10.0
 """[s]"""
 NUDGE_SPEED = 0.002
 NUDGE_RATE = 0.0002
@@ -30,15 +30,18 @@ NUDGE_RATE = 0.0002
 
 It causes a drift of a few millimetres, small compared to the limit.
 """
-DRIFT = 0.05
+MAX_HOVER_DRIFT_M = 0.05
 """Limit of the drift in hover [m]."""
-TILT = math.radians(0.5)
+MAX_HOVER_TILT_RAD = math.radians(0.5)
 """Limit of the tilt in hover [rad]."""
-OVERSHOOT = 15.0
+MAX_CHECK_OVERSHOOT_PCT = 15.0
 """Limit of the overshoot of a step [%]."""
-STEADY_STATE_ERROR = 10.0
+MAX_CHECK_ERROR_PCT = 10.0
 """Limit of the steady-state error of a step [%]: a step without a response has no overshoot."""
-_DEMANDED = (("overshoot", OVERSHOOT), ("steady_state_error", STEADY_STATE_ERROR))
+_STEP_METRIC_LIMITS = (
+    ("overshoot", MAX_CHECK_OVERSHOOT_PCT),
+    ("steady_state_error", MAX_CHECK_ERROR_PCT),
+)
 
 
 @dataclass(frozen=True)
@@ -71,12 +74,12 @@ class HoverReport:
     def demands(self) -> list[Demand]:
         """Return all demands, in the order of the flights."""
         found = [
-            Demand("hover", "drift", "m", float(self.drift.max()), DRIFT),
-            Demand("hover", "tilt", "rad", float(self.tilt.max()), TILT),
+            Demand("hover", "drift", "m", float(self.drift.max()), MAX_HOVER_DRIFT_M),
+            Demand("hover", "tilt", "rad", float(self.tilt.max()), MAX_HOVER_TILT_RAD),
         ]
         for step in self.steps:
             metrics, name = step.metrics, f"{step.axis} step"
-            for quantity, limit in _DEMANDED:
+            for quantity, limit in _STEP_METRIC_LIMITS:
                 value = getattr(metrics, quantity)
                 why = metrics.withheld if math.isnan(value) else ""
                 found.append(Demand(name, quantity, "%", value, limit, why))
@@ -84,7 +87,7 @@ class HoverReport:
 
 
 def check_hover(
-    scenario: Scenario | None = None,
+    scenario: "Scenario | Setup | None" = None,
     settings: Mapping[str, float] | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> HoverReport:
@@ -98,25 +101,26 @@ def check_hover(
     Raises:
         WorkbenchError: if the vehicle cannot be flown.
     """
-    scenario = scenario or Scenario()
-    flights = 1 + len(STEPS)
+    from workbench.setup import make_setup  # loads Drake
+
+    setup = make_setup(scenario, settings)
+    flights = 1 + len(USUAL_STEPS)
     done = 0
 
     def report(share: float) -> None:
         if progress:
             progress((done + share) / flights)
 
-    flown = _hover(scenario, settings, report)
+    flown = _fly_hover(setup, report)
     hover, steps = flown.recording, []
-    flier = step_flier(scenario, settings, len(STEPS))
-    for axis, amplitude in STEPS:
+    flier = step_flier(setup, flights=len(USUAL_STEPS))
+    for axis, amplitude in USUAL_STEPS:
         done += 1
         steps.append(
             fly_step(
                 axis,
                 amplitude,
-                scenario=scenario,
-                settings=settings,
+                scenario=setup,
                 progress=report,
                 flier=flier,
             )
@@ -135,17 +139,14 @@ def check_hover(
     )
 
 
-def _hover(
-    scenario: Scenario, settings: Mapping[str, float] | None, progress: Callable[[float], None]
-) -> Flown:
+def _fly_hover(setup: "Setup", progress: Callable[[float], None]) -> FlierFlight:
     """Fly the ten seconds, begun with rotors at hover speed and a nudge."""
-    flight = copy.deepcopy(scenario)
-    flight.start = Start(
-        position=[0.0, 0.0, START_HEIGHT],
+    start = ScenarioStart(
+        position=[0.0, 0.0, STEP_START_HEIGHT_M],
         velocity=[NUDGE_SPEED] * 3,
         angular_velocity=[NUDGE_RATE] * 3,
     )
-    flight.figure_eight = None
-    flight.script = []
-    flight.duration = HOVER_DURATION
-    return Flier(flight, settings, flights=1 + len(STEPS)).fly(progress)
+    flight = replace(
+        setup.scenario, start=start, figure_eight=None, script=[], duration=HOVER_DURATION_S
+    )
+    return Flier(setup.with_scenario(flight), flights=1 + len(USUAL_STEPS)).fly(progress)

@@ -7,29 +7,30 @@ knows these modes: a step has settled only after its transient has decayed.
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 
 import numpy as np
 
 from workbench.common.errors import WorkbenchError
 from workbench.design.linear.model import LinearModel
-from workbench.design.linear.operating_point import HOVER, OperatingPoint
+from workbench.design.linear.operating_point import HOVER_POINT, OperatingPoint
 from workbench.design.linear.retuned import RETUNABLE, Models, retuned_models
 from workbench.design.linear.study import LinearStudy
-from workbench.design.response_metrics import DECAYED, LONGEST_DURATION
+from workbench.design.step_metrics import DECAYED_SHARE, MAX_AUTO_STEP_S
 from workbench.plant.variation import Variation
+from workbench.scenario.attitude_axes import find_attitude_axis
 from workbench.scenario.scenario import Scenario
+from workbench.setup import Setup, make_setup
 
-INPUTS = {
+STEP_INPUTS = {
     "x": "reference_v_x",
     "y": "reference_v_y",
     "z": "reference_v_z",
     "yaw": "reference_yaw_rate",
 }
 """Commands of the steps, by axis."""
-OUTPUTS = {"x": "v_x", "y": "v_y", "z": "v_z", "yaw": "w_z"}
+STEP_OUTPUTS = {"x": "v_x", "y": "v_y", "z": "v_z", "yaw": "w_z"}
 """Responses to them."""
-_HORIZON = 2.0 * LONGEST_DURATION
+_LINEAR_HORIZON_S = 2.0 * MAX_AUTO_STEP_S
 """Time after which the linear response counts as steady [s]."""
 
 
@@ -60,48 +61,70 @@ def linear_step(model: LinearModel, command: str, answer: str, samples: int) -> 
     return response
 
 
+def linear_attitude_step(model: LinearModel, axis: str, samples: int) -> np.ndarray:
+    """Return the response (N) of a sampled model at rest to a unit step of an attitude or a rate.
+
+    Args:
+        model: sampled.
+        axis: of the setpoint, see `AttitudeAxis`; the loops outside are open.
+        samples: N.
+
+    Raises:
+        WorkbenchError: if the controller has no such setpoint.
+    """
+    row, law = find_attitude_axis(axis), model.controller
+    assert law
+    row.check(law)
+    response = linear_step(model.opened([row.point]), row.point, row.output, samples)
+    return row.slope_at_point(law) * response
+
+
 def decay_time(model: LinearModel, axis: str) -> float:
     """Return the time [s] after which the linear step response stays near its steady state.
 
-    Near means within `DECAYED`. The response is the sum of the modes' shares, so each mode has
-    decayed by then.
+    Near means within `DECAYED_SHARE`. The response is the sum of the modes' shares, so each mode
+    has decayed by then.
 
     Args:
         model: sampled, while the pilot steers.
         axis: x, y, z or yaw.
 
     Returns:
-        The time; infinite if it is longer than `LONGEST_DURATION`, or if a mode of the response
+        The time; infinite if it is longer than `MAX_AUTO_STEP_S`, or if a mode of the response
         grows; 0 if the axis does not respond.
     """
-    samples = round(_HORIZON / model.period) + 1
-    response = linear_step(model, INPUTS[axis], OUTPUTS[axis], samples)
+    samples = round(_LINEAR_HORIZON_S / model.period) + 1
+    response = linear_step(model, STEP_INPUTS[axis], STEP_OUTPUTS[axis], samples)
     if not np.isfinite(response).all():
         return math.inf
     steady = response[-1]
-    away = np.flatnonzero(np.abs(response - steady) > DECAYED * abs(steady))
+    away = np.flatnonzero(np.abs(response - steady) > DECAYED_SHARE * abs(steady))
     time = (away[-1] + 1) * model.period if len(away) else 0.0
-    return float(time) if time <= LONGEST_DURATION else math.inf
+    return float(time) if time <= MAX_AUTO_STEP_S else math.inf
 
 
 class DecayTimes:
     """The decay times of the step responses of one scenario, for any gains.
 
     Args:
-        scenario: its vehicle, controller, estimator and rates.
+        scenario: its vehicle, controller, estimator and rates; or its setup.
         velocity: of the steady flight before the step, in W (3) [m/s].
     """
 
-    def __init__(self, scenario: Scenario, velocity: Sequence[float] = HOVER.velocity) -> None:
+    def __init__(
+        self, scenario: Scenario | Setup, velocity: Sequence[float] = HOVER_POINT.velocity
+    ) -> None:
         v_x, v_y, v_z = velocity
-        self._scenario = scenario
+        self._setup = make_setup(scenario)
         self._point = OperatingPoint(velocity=(v_x, v_y, v_z))
-        self._variation: Variation | None = None
         self._study: LinearStudy | None = None
         self._models: Models | None = None
 
     def of(
-        self, axis: str, settings: Mapping[str, float], variation: Variation | None = None
+        self,
+        axis: str,
+        settings: Mapping[str, float] | None = None,
+        variation: Variation | None = None,
     ) -> float:
         """Return the decay time of a step [s], see `decay_time`.
 
@@ -110,21 +133,28 @@ class DecayTimes:
 
         Args:
             axis: x, y, z or yaw.
-            settings: parameter values that differ from those of the scenario.
+            settings: parameter values that differ from those of the scenario, by name.
             variation: of the vehicle; None for that of the scenario.
         """
         try:
-            study = self._study_of(variation or self._scenario.vehicle.variation)
-            return decay_time(self._model(study, settings), axis)
+            return decay_time(self.model(settings, variation), axis)
         except WorkbenchError:
             return 0.0
 
-    def _study_of(self, variation: Variation) -> LinearStudy:
-        if self._study is None or variation != self._variation:
-            vehicle = replace(self._scenario.vehicle, variation=variation)
-            scenario = replace(self._scenario, vehicle=vehicle)
-            self._study = self._study.like(scenario) if self._study else LinearStudy(scenario)
-            self._variation, self._models = variation, None
+    def model(
+        self, settings: Mapping[str, float] | None = None, variation: Variation | None = None
+    ) -> LinearModel:
+        """Return the sampled model while the pilot steers; for the arguments see `of`.
+
+        Raises:
+            WorkbenchError: if there is none.
+        """
+        return self._model(self._study_of(variation), settings or {})
+
+    def _study_of(self, variation: Variation | None) -> LinearStudy:
+        variation = variation or self._setup.variation
+        if self._study is None or variation != self._study.setup.variation:
+            self._study, self._models = LinearStudy(self._setup.varied(variation)), None
         return self._study
 
     def _model(self, study: LinearStudy, settings: Mapping[str, float]) -> LinearModel:

@@ -1,72 +1,60 @@
 """Fly a step of a load, a force or a torque on a hovering drone, and measure its response."""
 
-import copy
-import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from workbench.common.errors import WorkbenchError
-from workbench.design.response_metrics import LoadMetrics, load_metrics
-from workbench.design.step_response import EDGE, START_HEIGHT, check_duration
-from workbench.dynamics.air.settings import gust_settings, push_settings
+from workbench.design.flown_step import STEP_EDGE_S, FlownStep
+from workbench.design.load_metrics import LoadMetrics, load_metrics
+from workbench.design.step_response import (
+    check_amplitude,
+    check_duration,
+    recorded_each_update,
+    scenario_before_step,
+)
 from workbench.plant.gravity import GRAVITY
 from workbench.plant.vehicle import Vehicle
 from workbench.scenario.loads import GustLoad, Load, find_load
-from workbench.scenario.scenario import Action, Push, Scenario, Start
+from workbench.scenario.scenario import Scenario, ScenarioStart
+from workbench.session.script import disturbance_settings
 
 if TYPE_CHECKING:
-    from workbench.design.lost import Loss
     from workbench.design.rollout.engine import RolloutEngine
     from workbench.session.recording import Recording
+    from workbench.setup import Setup
 
-SHARE = 0.1
+USUAL_LOAD_SHARE = 0.1
 """Usual load, as a share of the weight; of a torque, times the rotors' lever."""
-CALM = {f"{blow}_{axis}": 0.0 for blow in ("gust", "push", "push_torque") for axis in "xyz"}
+NO_LOAD_PARAMETERS = {
+    f"{blow}_{axis}": 0.0 for blow in ("gust", "push", "push_torque") for axis in "xyz"
+}
 """Parameters without a gust or a push: those of the present flight have other times."""
 
 
 @dataclass(frozen=True)
-class LoadResponse:
+class LoadResponse(FlownStep):
     """A flown step of a load.
 
     Attributes:
         load: name of the axis.
         amplitude: [N] or [N·m].
-        recording: the whole flight; the load acts from `EDGE` on.
+        recording: the whole flight; the load acts from `STEP_EDGE_S` on.
         metrics: of the response from the edge on.
         peak_rotor_use: largest share of its speed limit at which any rotor ran, 0 .. 1.
-        exchange: statistics of the exchange with a program that ran the law, see
-            `Session.exchange`.
-        ended: why that program ended in flight, else "".
     """
 
     load: str
     amplitude: float
-    recording: "Recording"
     metrics: LoadMetrics
     peak_rotor_use: float
-    exchange: Mapping[str, float] = field(default_factory=dict)
-    ended: str = ""
-
-    @property
-    def time(self) -> np.ndarray:
-        """Time from the edge on [s]."""
-        return self.recording.between(EDGE, np.inf).time - EDGE
 
     @property
     def response(self) -> np.ndarray:
         """Deviation from the edge on: position [m], angle [rad] or yaw rate [rad/s]."""
-        return moved(find_load(self.load), self.recording.between(EDGE, np.inf))
-
-    @property
-    def loss(self) -> "Loss | None":
-        """When and how the flight was lost, else None; the metrics of a lost flight mean little."""
-        from workbench.design.lost import find_loss
-
-        return find_loss(self.recording)
+        return response_to_load(find_load(self.load), self.after)
 
 
 def fly_load_step(
@@ -75,7 +63,7 @@ def fly_load_step(
     *,
     duration: float = 5.0,
     acts: float | None = None,
-    scenario: Scenario | None = None,
+    scenario: "Scenario | Setup | None" = None,
     settings: Mapping[str, float] | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> LoadResponse:
@@ -94,25 +82,28 @@ def fly_load_step(
     Raises:
         WorkbenchError: if load, amplitude or duration are invalid, or the step cannot be flown.
     """
-    from workbench.scenario.configured import configured_vehicle
     from workbench.session.session import Session
+    from workbench.setup import make_setup
 
-    row, common = find_load(load), scenario or Scenario()
-    vehicle = configured_vehicle(common.vehicle)
-    size = usual_load(row, vehicle) if amplitude is None else amplitude
+    row = find_load(load)
+    setup = make_setup(recorded_each_update(scenario), settings)
+    size = usual_load(row, setup.vehicle) if amplitude is None else amplitude
     check_load(load, size)
     check_duration(duration)
-    flight = load_scenario(row, size, duration, common, vehicle, acts)
-    session = Session(flight, settings)
+    flight = load_step_scenario(row, size, duration, setup.scenario, setup.vehicle, acts)
+    session = Session(setup.with_scenario(flight))
     with session.programs():
         session.run(progress)
-    after = session.recording().between(EDGE, np.inf)
+    after = session.recording().between(STEP_EDGE_S, np.inf)
+    use = float(after.rotor_use.max())
     return LoadResponse(
         load=load,
         amplitude=size,
         recording=session.recording(),
-        metrics=load_metrics(after.time - EDGE, moved(row, after)),
-        peak_rotor_use=float(after.rotor_use.max()),
+        metrics=load_metrics(
+            after.time - STEP_EDGE_S, response_to_load(row, after), peak_rotor_use=use
+        ),
+        peak_rotor_use=use,
         exchange=session.exchange,
         ended=session.ended,
     )
@@ -152,15 +143,19 @@ def predict_load_step(
     check_load(load, amplitude)
     check_duration(duration)
     centre = engine.vehicle.p_BoBcm_B
-    loaded = _settings(row.action(amplitude, acting_time(row, duration, acts), centre))
-    start = start_state(engine.vehicle, Start(roll_pitch_yaw=[0.0, 0.0, heading]))
+    action = row.action(amplitude, acting_time(row, duration, acts), centre)
+    loaded = disturbance_settings(action, STEP_EDGE_S)
+    start = start_state(engine.vehicle, ScenarioStart(roll_pitch_yaw=[0.0, 0.0, heading]))
     flown = engine.fly_from(
-        [{**gains, **CALM, **loaded}], start, np.zeros(4), duration=EDGE + duration
+        [{**gains, **NO_LOAD_PARAMETERS, **loaded}],
+        start,
+        np.zeros(4),
+        duration=STEP_EDGE_S + duration,
     )
-    after = flown.time >= EDGE - 1e-9
+    after = flown.time >= STEP_EDGE_S - 1e-9
     states = flown.states[0, after]
     response = row.moved(states[:, 0:4], states[:, 4:7], states[:, 7:10])
-    return flown.time[after] - EDGE, response, float(flown.peak_rotor_use[0])
+    return flown.time[after] - STEP_EDGE_S, response, float(flown.peak_rotor_use[0])
 
 
 def check_load(load: str, amplitude: float) -> None:
@@ -170,8 +165,7 @@ def check_load(load: str, amplitude: float) -> None:
         WorkbenchError: that says what to give instead.
     """
     find_load(load)
-    if not 0.0 < abs(amplitude) < math.inf:
-        raise WorkbenchError(f"the amplitude is {amplitude:g}: give it a finite number, and not 0")
+    check_amplitude(amplitude)
 
 
 def usual_load(load: Load, vehicle: Vehicle) -> float:
@@ -184,16 +178,16 @@ def usual_load(load: Load, vehicle: Vehicle) -> float:
         return load.amplitude
     weight = vehicle.mass * GRAVITY
     if any(load.force_W):
-        return SHARE * weight
+        return USUAL_LOAD_SHARE * weight
     if load.turns:
         lever = float(np.mean([rotor.moment_constant for rotor in vehicle.rotors]))
     else:
         hubs = np.array([rotor.p_BR for rotor in vehicle.rotors]) - vehicle.p_BoBcm_B
-        lever = SHARE * float(np.linalg.norm(hubs, axis=1).mean())
-    return SHARE * weight * lever
+        lever = USUAL_LOAD_SHARE * float(np.linalg.norm(hubs, axis=1).mean())
+    return USUAL_LOAD_SHARE * weight * lever
 
 
-def load_scenario(
+def load_step_scenario(
     load: Load,
     amplitude: float,
     duration: float,
@@ -202,22 +196,10 @@ def load_scenario(
     acts: float | None = None,
 ) -> Scenario:
     """Return the scenario of one step of a load; see `fly_load_step` for the arguments."""
-    flight = copy.deepcopy(scenario)
-    flight.start = Start(position=[0.0, 0.0, START_HEIGHT])
-    flight.figure_eight = None
-    flight.duration = EDGE + duration
-    flight.rates.record_period = flight.rates.control_period
+    flight = scenario_before_step(duration, scenario)
     action = load.action(amplitude, acting_time(load, duration, acts), vehicle.p_BoBcm_B)
-    flight.script = [replace(action, at=EDGE)]
+    flight.script = [replace(action, at=STEP_EDGE_S)]
     return flight
-
-
-def _settings(action: Action) -> dict[str, float]:
-    """Return the parameters of a push or a gust that begins at the edge."""
-    if action.gust is not None:
-        return gust_settings(action.gust.velocity, EDGE, action.gust.duration)
-    push = action.push or Push()
-    return push_settings(push.force, push.point, EDGE, push.duration, push.torque)
 
 
 def acting_time(load: Load, duration: float, acts: float | None) -> float:
@@ -235,6 +217,6 @@ def acting_time(load: Load, duration: float, acts: float | None) -> float:
     return acts
 
 
-def moved(load: Load, recording: "Recording") -> np.ndarray:
+def response_to_load(load: Load, recording: "Recording") -> np.ndarray:
     """Return the response to a load (M), from its value at the recording's first sample."""
     return load.moved(recording.q_WB, recording.p_WB, recording.w_WB)

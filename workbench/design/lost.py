@@ -8,7 +8,7 @@ from workbench.control.mode import FlightMode
 from workbench.design.tumbling import TUMBLING_RATE, TUMBLING_SPEED
 from workbench.session.recording import Recording
 
-NEAR_GROUND = (FlightMode.OFF, FlightMode.ARMED, FlightMode.TAKING_OFF, FlightMode.LANDING)
+NEAR_GROUND_MODES = (FlightMode.OFF, FlightMode.ARMED, FlightMode.TAKING_OFF, FlightMode.LANDING)
 """Modes in which a drone may stand on the ground, which yields a little."""
 
 
@@ -40,7 +40,7 @@ def find_loss(recording: Recording) -> Loss | None:
     motion = (recording.p_WB, recording.q_WB, recording.v_WB, recording.w_WB)
     broken: np.ndarray = ~np.all(np.isfinite(np.column_stack(motion)), axis=1)
     low = recording.p_WB[:, 2] < recording.vehicle.ground_clearance
-    low &= ~np.isin(recording.mode, NEAR_GROUND)
+    low &= ~np.isin(recording.mode, NEAR_GROUND_MODES)
     with np.errstate(over="ignore", invalid="ignore"):  # of what is broken already
         turning = np.linalg.norm(recording.w_WB, axis=1)
         speed = np.linalg.norm(recording.v_WB, axis=1)

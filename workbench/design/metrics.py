@@ -1,48 +1,61 @@
 """The numbers by which steps, loops, rotors and flights are judged, in one table.
 
-A sweep measures `SWEPT`, a wish bounds `WISHED`, and a spec limits metrics of steps and flights.
+A sweep measures `SWEPT_METRICS`, a wish bounds `WISHED_METRICS`, and a spec limits metrics of steps
+and flights.
 """
 
 import math
 from dataclasses import dataclass
 
-from workbench.common.errors import WorkbenchError, find_row
+from workbench.common.errors import WorkbenchError, find_named_row
+from workbench.common.quantity import Quantity, display_unit
 
-STEP, LOOP, ROTORS, FLIGHT = "step", "loop", "rotors", "flight"
+STEP_KIND, LOOP_KIND, ROTORS_KIND, FLIGHT_KIND = "step", "loop", "rotors", "flight"
 """Kinds of metrics."""
-SIGNAL = "signal"
+SIGNAL_UNIT = "signal"
 """Placeholder for the unit of the response, or of the signal that a spec judges."""
 _TINY = 1e-6
 
 
 @dataclass(frozen=True)
-class Metric:
-    """One number.
+class Metric(Quantity):
+    """One number; its name is that of python-control, if it has one.
+
+    Its unit is SI, "1", %, or `SIGNAL_UNIT`; its limits are those of the bounds of a wish.
 
     Attributes:
-        name: that of python-control, if it has one.
-        kind: `STEP`, `LOOP`, `ROTORS` or `FLIGHT`.
-        unit: of its values: SI, "1", %, or `SIGNAL`.
-        help: what it is.
+        kind: `STEP_KIND`, `LOOP_KIND`, `ROTORS_KIND` or `FLIGHT_KIND`.
         better: -1 if smaller is better, 1 if larger is, 0 if closer to the command is, or neither.
-        minimum: smallest bound that a wish may set.
-        maximum: largest bound that a wish may set.
         scale: a distance from the bound of a wish counts as a share of the bound, or of this if
             larger; 0 for metrics that no wish bounds.
     """
 
-    name: str
-    kind: str
-    unit: str
-    help: str
+    kind: str = FLIGHT_KIND
     better: int = 0
-    minimum: float = math.nan
-    maximum: float = math.nan
     scale: float = 0.0
+
+    @property
+    def file_name(self) -> str:
+        """Name in files, tables and JSON: a margin that is an angle is in degrees there."""
+        return f"{self.name}_deg" if self._is_angle else self.name
+
+    @property
+    def file_unit(self) -> str:
+        """Unit in files, tables and JSON."""
+        return "deg" if self._is_angle else self.unit
+
+    @property
+    def file_factor(self) -> float:
+        """Factor from the unit to that in files, tables and JSON."""
+        return display_unit(self.unit).factor if self._is_angle else 1.0
+
+    @property
+    def _is_angle(self) -> bool:
+        return self.kind == LOOP_KIND and self.unit == "rad"
 
     def unit_for(self, signal: str) -> str:
         """Return the unit of the metric, given that of the response or the signal."""
-        return self.unit.replace(SIGNAL, signal)
+        return self.unit.replace(SIGNAL_UNIT, signal)
 
 
 @dataclass(frozen=True)
@@ -71,94 +84,103 @@ class Demand:
         return self.value <= self.limit
 
 
-METRICS = (
-    Metric("rise_time", STEP, "s", "from 10 % to 90 % of the steady state", -1, _TINY, 60.0, 0.01),
-    Metric("settling_time", STEP, "s", "until it stays within 2 % of it", -1, _TINY, 60.0, 0.01),
-    Metric("overshoot", STEP, "%", "above the steady state", -1, 0.0, 1000.0, 1.0),
-    Metric("undershoot", STEP, "%", "to the wrong side of where it began", -1),
-    Metric("peak", STEP, SIGNAL, "largest absolute value"),
-    Metric("peak_time", STEP, "s", "when that is", -1),
-    Metric("steady_state_value", STEP, SIGNAL, "value at the end"),
-    Metric("steady_state_error", STEP, "%", "of it against the command", -1, 0.0, 1000.0, 1.0),
-    Metric("peak_rotor_use", STEP, "1", "largest share of a speed limit", -1, _TINY, 1.0, 0.01),
-    Metric("phase_margin", LOOP, "rad", "at the actuator", 1, 0.0, math.pi, 0.01),
-    Metric("gain_margin", LOOP, "1", "factor upwards", 1, 1.0, 1e6, 0.01),
-    Metric("delay_margin", LOOP, "s", "further delay to instability", 1, 0.0, 60.0, 1e-4),
-    Metric("disk_margin", LOOP, "1", "of gain and phase together", 1, 0.0, 2.0, 0.01),
-    Metric("peak_sensitivity", LOOP, "1", "largest |1 / (1 + L)|", -1, 1.0, 1e6, 0.01),
-    Metric("bandwidth", LOOP, "rad/s", "of the closed loop", 1, _TINY, 1e4, 0.01),
-    Metric("gain_reduction_margin", LOOP, "1", "factor downwards"),
-    Metric("crossover", LOOP, "rad/s", "highest frequency at which |L| is 1"),
+ALL_METRICS = (
+    Metric(
+        "rise_time", "s", "from 10 % to 90 % of the steady state", _TINY, 60.0, STEP_KIND, -1, 0.01
+    ),
+    Metric(
+        "settling_time", "s", "until it stays within 2 % of it", _TINY, 60.0, STEP_KIND, -1, 0.01
+    ),
+    Metric("overshoot", "%", "above the steady state", 0.0, 1000.0, STEP_KIND, -1, 1.0),
+    Metric("undershoot", "%", "to the wrong side of where it began", kind=STEP_KIND, better=-1),
+    Metric("peak", SIGNAL_UNIT, "largest absolute value", kind=STEP_KIND),
+    Metric("peak_time", "s", "when that is", kind=STEP_KIND, better=-1),
+    Metric("steady_state_value", SIGNAL_UNIT, "value at the end", kind=STEP_KIND),
+    Metric("steady_state_error", "%", "of it against the command", 0.0, 1000.0, STEP_KIND, -1, 1.0),
+    Metric(
+        "peak_rotor_use", "1", "largest share of a speed limit", _TINY, 1.0, STEP_KIND, -1, 0.01
+    ),
+    Metric("phase_margin", "rad", "at the actuator", 0.0, math.pi, LOOP_KIND, 1, 0.01),
+    Metric("gain_margin", "1", "factor upwards", 1.0, 1e6, LOOP_KIND, 1, 0.01),
+    Metric("delay_margin", "s", "further delay to instability", 0.0, 60.0, LOOP_KIND, 1, 1e-4),
+    Metric("disk_margin", "1", "of gain and phase together", 0.0, 2.0, LOOP_KIND, 1, 0.01),
+    Metric("peak_sensitivity", "1", "largest |1 / (1 + L)|", 1.0, 1e6, LOOP_KIND, -1, 0.01),
+    Metric("bandwidth", "rad/s", "of the closed loop", _TINY, 1e4, LOOP_KIND, 1, 0.01),
+    Metric("gain_reduction_margin", "1", "factor downwards", kind=LOOP_KIND),
+    Metric("crossover", "rad/s", "highest frequency at which |L| is 1", kind=LOOP_KIND),
     Metric(
         "noise_amplification",
-        ROTORS,
         "N·s/rad",
         "rms of a rotor's thrust over that of white noise on the measured body rates",
-        -1,
         _TINY,
         1e9,
+        ROTORS_KIND,
+        -1,
         1e-6,
     ),
     Metric(
         "command_noise",
-        ROTORS,
         "1",
         "rms of a rotor's command under the described noise of the sensors, over its mean",
-        -1,
         _TINY,
         1e3,
+        ROTORS_KIND,
+        -1,
         1e-5,
     ),
-    Metric("t90", FLIGHT, "s", "from the edge to 90 % of the command"),
-    Metric("mean_acceleration", FLIGHT, "signal/s", "from the edge to 90 % of the command"),
-    Metric("mean_force", FLIGHT, "N", "along the axis in that time; a yaw's torque in N m"),
-    Metric("minimum", FLIGHT, SIGNAL, "smallest value of the signal"),
-    Metric("maximum", FLIGHT, SIGNAL, "largest value of the signal"),
-    Metric("mean", FLIGHT, SIGNAL, "mean value of the signal"),
-    Metric("standard_deviation", FLIGHT, SIGNAL, "standard deviation of the signal"),
-    Metric("rms", FLIGHT, SIGNAL, "root mean square of the signal"),
-    Metric("final", FLIGHT, SIGNAL, "last value of the signal"),
-    Metric("noise", FLIGHT, SIGNAL, "root mean square of what of the signal is faster than 20 Hz"),
-    Metric("tracking_error", FLIGHT, SIGNAL, "root mean square of setpoint less response"),
-    Metric("lag", FLIGHT, "s", "by which the response is behind its setpoint"),
-    Metric("steps", FLIGHT, "1", "of the setpoint that were found"),
-    Metric("measured_rise_time", FLIGHT, "s", "of the loop's step response out of all of it"),
-    Metric("measured_overshoot", FLIGHT, "%", "likewise"),
-    Metric("measured_final", FLIGHT, "1", "value that it settles at"),
-    Metric("coupling_x", FLIGHT, "m", "farthest from where it was at the edge; 0 of a step's axis"),
-    Metric("coupling_y", FLIGHT, "m", "likewise"),
-    Metric("coupling_z", FLIGHT, "m", "likewise"),
-    Metric("coupling_yaw", FLIGHT, "rad", "likewise"),
-    Metric("mean_rotor_use", FLIGHT, "1", "share of the speed limit, over rotors and time"),
-    Metric("saturation", FLIGHT, "%", "of the time in which a rotor gets its largest command"),
-    Metric("trim", FLIGHT, "1", "mean use of the most used rotor less that of the least used"),
-    Metric("peak_thrust", FLIGHT, "N", "of all rotors together"),
-    Metric("peak_tilt", FLIGHT, "rad", "of the body against the vertical"),
-    Metric("peak_speed", FLIGHT, "m/s", "in any direction"),
-    Metric("hover_thrust", FLIGHT, "N", "of all rotors before the edge"),
-    Metric("hover_rotor_speed", FLIGHT, "rad/s", "mean of the rotors before the edge"),
-    Metric("hover_rotor_spread", FLIGHT, "rad/s", "fastest less slowest rotor before the edge"),
+    Metric("t90", "s", "from the edge to 90 % of the command"),
+    Metric("mean_acceleration", "signal/s", "from the edge to 90 % of the command"),
+    Metric("mean_force", "N", "along the axis in that time; a yaw's torque in N m"),
+    Metric("minimum", SIGNAL_UNIT, "smallest value of the signal"),
+    Metric("maximum", SIGNAL_UNIT, "largest value of the signal"),
+    Metric("mean", SIGNAL_UNIT, "mean value of the signal"),
+    Metric("standard_deviation", SIGNAL_UNIT, "standard deviation of the signal"),
+    Metric("rms", SIGNAL_UNIT, "root mean square of the signal"),
+    Metric("final", SIGNAL_UNIT, "last value of the signal"),
+    Metric("noise", SIGNAL_UNIT, "root mean square of what of the signal is faster than 20 Hz"),
+    Metric("tracking_error", SIGNAL_UNIT, "root mean square of setpoint less response"),
+    Metric("lag", "s", "by which the response is behind its setpoint"),
+    Metric("steps", "1", "of the setpoint that were found"),
+    Metric("measured_rise_time", "s", "of the loop's step response out of all of it"),
+    Metric("measured_overshoot", "%", "likewise"),
+    Metric("measured_final", "1", "value that it settles at"),
+    Metric("coupling_x", "m", "farthest from where it was at the edge; 0 of a step's axis"),
+    Metric("coupling_y", "m", "likewise"),
+    Metric("coupling_z", "m", "likewise"),
+    Metric("coupling_yaw", "rad", "likewise"),
+    Metric("mean_rotor_use", "1", "share of the speed limit, over rotors and time"),
+    Metric("saturation", "%", "of the time in which a rotor gets its largest command"),
+    Metric("trim", "1", "mean use of the most used rotor less that of the least used"),
+    Metric("peak_thrust", "N", "of all rotors together"),
+    Metric("peak_tilt", "rad", "of the body against the vertical"),
+    Metric("peak_speed", "m/s", "in any direction"),
+    Metric("hover_thrust", "N", "of all rotors before the edge"),
+    Metric("hover_rotor_speed", "rad/s", "mean of the rotors before the edge"),
+    Metric("hover_rotor_spread", "rad/s", "fastest less slowest rotor before the edge"),
 )
 _SWEPT_MARGINS = ("phase_margin", "gain_margin", "delay_margin", "disk_margin")
-FLOWN = tuple(metric for metric in METRICS if metric.kind == STEP)
+FLOWN_METRICS = tuple(metric for metric in ALL_METRICS if metric.kind == STEP_KIND)
 """Metrics of the flight that a sweep measures."""
-MARGINS = tuple(metric for metric in METRICS if metric.name in _SWEPT_MARGINS)
+MARGIN_METRICS = tuple(metric for metric in ALL_METRICS if metric.name in _SWEPT_MARGINS)
 """Metrics of the loop of the linear model that a sweep measures."""
-SWEPT = (*FLOWN, *MARGINS)
-WISHED = tuple(metric for metric in METRICS if metric.scale)
+SWEPT_METRICS = (*FLOWN_METRICS, *MARGIN_METRICS)
+WISHED_METRICS = tuple(metric for metric in ALL_METRICS if metric.scale)
 """Metrics that a wish may bound."""
 
 
-def find_metric(name: str, among: tuple[Metric, ...] = METRICS) -> Metric:
-    """Return the metric of a name.
+def find_metric(name: str, among: tuple[Metric, ...] = ALL_METRICS) -> Metric:
+    """Return the metric of a name, or of a name in files.
 
     Raises:
         WorkbenchError: if there is none.
     """
-    return find_row("metric", name, among)
+    for metric in among:
+        if name == metric.file_name:
+            return metric
+    return find_named_row("metric", name, among)
 
 
-_UNITS: dict[str, dict[str, float]] = {
+_UNIT_FACTORS: dict[str, dict[str, float]] = {
     "s": {"": 1.0, "s": 1.0, "ms": 1e-3},
     "%": {"": 1.0, "%": 1.0},
     "1": {"": 1.0, "%": 0.01},
@@ -167,6 +189,21 @@ _UNITS: dict[str, dict[str, float]] = {
     "N·s/rad": {"": 1.0, "N·s/rad": 1.0, "N*s/rad": 1.0, "N/(rad/s)": 1.0},
 }
 """Factor on a value, by the unit of its metric and the unit as written."""
+_SHOWN_UNITS = {"s": ("ms",), "1": ("%",), "rad/s": ("Hz",)}
+"""Further units that a user may choose, by the unit of the metric."""
+
+
+def units_of_bounds(metric: Metric) -> tuple[str, ...]:
+    """Return the units in which a bound of a metric can be written, the usual one first.
+
+    "" is that of a plain ratio.
+    """
+    if metric.name == "gain_margin":
+        return ("dB", "")
+    if metric.unit == "rad":
+        return ("deg", "rad")
+    own = "" if metric.unit == "1" else metric.unit
+    return tuple(dict.fromkeys((own, *_SHOWN_UNITS.get(metric.unit, ()))))
 
 
 def si_value(metric: Metric, number: float, unit: str) -> float:
@@ -183,13 +220,13 @@ def si_value(metric: Metric, number: float, unit: str) -> float:
     if metric.name == "gain_margin" and unit == "dB":
         value = 10.0 ** (number / 20.0) if abs(number) < 1000.0 else math.inf
     else:
-        factors = _UNITS[metric.unit]
+        factors = _UNIT_FACTORS[metric.unit]
         if unit not in factors:
             known = ", ".join(name for name in factors if name) or "none"
             raise WorkbenchError(f"{metric.name} is not in '{unit}': its units are {known}")
         value = number * factors[unit]
     if not metric.minimum <= value <= metric.maximum:
-        least, most = shown(metric, metric.minimum), shown(metric, metric.maximum)
+        least, most = metric.text(metric.minimum), metric.text(metric.maximum)
         hint = ", or say deg" if metric.unit == "rad" and not unit else ""
         own = unit or ("" if metric.unit == "1" else metric.unit)
         raise WorkbenchError(
@@ -197,18 +234,3 @@ def si_value(metric: Metric, number: float, unit: str) -> float:
             f"{least} .. {most}{hint}"
         )
     return value
-
-
-def for_people(unit: str) -> tuple[float, str]:
-    """Return the factor and the unit to show a value in; angles are shown in degrees."""
-    if unit == "rad":
-        return math.degrees(1.0), "deg"
-    return 1.0, "" if unit == "1" else unit
-
-
-def shown(metric: Metric, value: float) -> str:
-    """Return a value with its unit as text; angles in degrees."""
-    if math.isnan(value):
-        return "—"
-    scale, unit = for_people(metric.unit)
-    return f"{scale * value:.3g} {unit}".rstrip()

@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import wraps
 from pathlib import Path
-from typing import Any, BinaryIO, ParamSpec
+from typing import TYPE_CHECKING, Any, BinaryIO, ParamSpec
 
 import numpy as np
 from matplotlib import rc_context
@@ -17,6 +17,9 @@ from matplotlib.figure import Figure
 from matplotlib.text import Text
 
 from workbench.common.plain_text import plain_name, plain_text
+
+if TYPE_CHECKING:
+    from matplotlib.transforms import Transform
 
 P = ParamSpec("P")
 STYLE: Any = {
@@ -39,9 +42,9 @@ STYLE: Any = {
     "ytick.labelsize": 8.5,
 }
 
-LONGEST_TICK = 40
+MAX_TICK_CHARS = 40
 """Largest number of characters that are shown of a name at a tick."""
-LONGEST_LABEL = 300
+MAX_LABEL_CHARS = 300
 """Largest number of characters in a text of a figure."""
 
 _SVG: Any = {"svg.fonttype": "none", "svg.hashsalt": "workbench", "path.simplify": True}
@@ -69,12 +72,12 @@ class Palette:
     )
 
 
-LEFT, RIGHT, BOTTOM, TOP = 0.72, 2.35, 0.48, 0.6
+LEFT_MARGIN_IN, RIGHT_MARGIN_IN, BOTTOM_MARGIN_IN, TOP_MARGIN_IN = 0.72, 2.35, 0.48, 0.6
 """Margins around stacked panels for labels, legends and the title [inch]. A layout engine measures
 every text, which takes almost as long as drawing the figure."""
-BETWEEN = 0.32
+PANEL_GAP_SHARE = 0.32
 """Space between panels, as a share of the height of a panel."""
-NAMED = 0.3
+Y_LABEL_OFFSET_IN = 0.3
 """Place of the y labels of stacked panels, from the left edge of the figure [inch]. To align them
 measures the numbers of each axis, for each of its neighbours."""
 
@@ -100,15 +103,15 @@ def as_text(figure: Figure) -> Figure:
 
     Names come from files, and matplotlib would typeset what stands between two dollar signs.
     """
-    for text in _texts(figure):
+    for text in _figure_texts(figure):
         text.set_parse_math(False)
-        shown = plain_text(text.get_text(), LONGEST_LABEL).replace("\t", " ")
+        shown = plain_text(text.get_text(), MAX_LABEL_CHARS).replace("\t", " ")
         if shown != text.get_text():
             text.set_text(shown)
     return figure
 
 
-def _texts(artist: Artist) -> Iterator[Text]:
+def _figure_texts(artist: Artist) -> Iterator[Text]:
     """Yield the texts below an artist but those at ticks, which each drawing makes again."""
     for child in artist.get_children():
         if isinstance(child, Text):
@@ -116,12 +119,12 @@ def _texts(artist: Artist) -> Iterator[Text]:
         elif isinstance(child, Axis):
             yield child.label
         else:
-            yield from _texts(child)
+            yield from _figure_texts(child)
 
 
 def tick_name(name: str) -> str:
     """Return a name from outside for a tick, where matplotlib typesets the numbers."""
-    return plain_name(name, LONGEST_TICK).replace("$", r"\$")
+    return plain_name(name, MAX_TICK_CHARS).replace("$", r"\$")
 
 
 def curve_name(name: str) -> str:
@@ -131,7 +134,12 @@ def curve_name(name: str) -> str:
 
 
 def stacked(
-    title: str, panels: int, *, width: float = 8.2, height: float = 2.1, right: float = RIGHT
+    title: str,
+    panels: int,
+    *,
+    width: float = 8.2,
+    height: float = 2.1,
+    right: float = RIGHT_MARGIN_IN,
 ) -> tuple[Figure, list[Axes]]:
     """Return a figure of panels stacked over a common time axis [s].
 
@@ -145,16 +153,18 @@ def stacked(
     tall = height * panels + 0.5
     figure = Figure(figsize=(width, tall))
     figure.subplots_adjust(
-        left=LEFT / width,
+        left=LEFT_MARGIN_IN / width,
         right=1.0 - right / width,
-        bottom=BOTTOM / tall,
-        top=1.0 - TOP / tall,
-        hspace=BETWEEN,
+        bottom=BOTTOM_MARGIN_IN / tall,
+        top=1.0 - TOP_MARGIN_IN / tall,
+        hspace=PANEL_GAP_SHARE,
     )
     axes = figure.subplots(panels, 1, sharex=True, squeeze=False)[:, 0]
     figure.suptitle(title, x=0.01, ha="left", fontsize=11, fontweight="bold")
     for each in axes:
-        each.yaxis.set_label_coords((NAMED - LEFT) / (width - LEFT - right), 0.5)
+        each.yaxis.set_label_coords(
+            (Y_LABEL_OFFSET_IN - LEFT_MARGIN_IN) / (width - LEFT_MARGIN_IN - right), 0.5
+        )
     axes[-1].set_xlabel("time since the command's edge [s]")
     return figure, list(axes)
 
@@ -166,7 +176,7 @@ def titled(title: str, width: float, height: float) -> Figure:
     return figure
 
 
-def label(axes: Axes, title: str, quantity: str, along: str = "") -> None:
+def label_panel(axes: Axes, title: str, quantity: str, along: str = "") -> None:
     """Set the title of a panel, and the labels of its axes with units; `along` is of the x axis."""
     axes.set_title(title)
     axes.set_ylabel(quantity)
@@ -180,7 +190,7 @@ def note(
     place: tuple[float, float],
     offset: tuple[float, float] = (0.0, 0.0),
     *,
-    within: Any = "data",
+    within: "str | tuple[str, str] | Transform" = "data",
     size: float = 7.5,
     **more: Any,
 ) -> None:

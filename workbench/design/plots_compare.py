@@ -2,8 +2,8 @@
 
 from matplotlib.figure import Figure
 
-from workbench.design.compare import PANELS, Comparison
-from workbench.design.plots import curve_name, label, series_look, styled, widen
+from workbench.design.comparison import COMPARISON_PANELS, ControllerComparison
+from workbench.design.plots import curve_name, label_panel, series_look, styled, widen
 
 _TITLES = {
     "x": ("step along x", "share of the command [1]"),
@@ -18,9 +18,11 @@ _TITLES = {
 
 
 @styled
-def plot_comparison(found: Comparison) -> Figure:
+def plot_comparison(found: ControllerComparison) -> Figure:
     """Return the figure: a panel for each flight, a line for each controller."""
-    flown = [name for name in PANELS if any(name in each.curves for each in found.controllers)]
+    flown = [
+        name for name in COMPARISON_PANELS if any(name in each.curves for each in found.controllers)
+    ]
     columns = min(4, max(1, len(flown)))
     rows = max(1, -(-len(flown) // columns))
     figure = Figure(figsize=(3.4 * columns, 2.7 * rows + 0.6), layout="constrained")
@@ -30,14 +32,14 @@ def plot_comparison(found: Comparison) -> Figure:
     for axes in panels[len(flown) :]:
         axes.set_axis_off()
     for axes, panel in zip(panels, flown, strict=False):
-        label(axes, *_TITLES[panel], "x [m]" if panel == "path" else "time [s]")
+        label_panel(axes, *_TITLES[panel], "x [m]" if panel == "path" else "time [s]")
         for number, each in enumerate(found.controllers):
             if panel in each.curves:
                 across, along = each.curves[panel]
                 axes.plot(across, along, label=curve_name(each.name), **series_look(number))
         if panel == "path":
             axes.set_aspect("equal", adjustable="datalim")
-        elif panel in PANELS[:4]:
+        elif panel in COMPARISON_PANELS[:4]:
             axes.set_ylim(-0.3, 1.7)
         else:
             widen(

@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -14,23 +13,24 @@ from matplotlib.patheffects import withStroke
 from pydrake.perception import BaseField, Fields, PointCloud
 
 from workbench.design.flight_page import quiet_meshcat
-from workbench.design.lidar_trial import TrialReport, fly_trial, slowest_detection
-from workbench.design.obstacles import Obstacle
-from workbench.design.plots import PALETTE, label, note, styled, tick_name, titled
+from workbench.design.lidar_trial import TrialReport, fly_trial
+from workbench.design.obstacle_detection import slowest_detection
+from workbench.design.obstacles import RayObstacle
+from workbench.design.plots import PALETTE, label_panel, note, styled, tick_name, titled
 from workbench.design.plots_flight import draw_silhouette, obstacle_times
-from workbench.plant.worlds.world import GROUND
+from workbench.plant.worlds.world import GROUND_NAME
 from workbench.scenario.scenario import Scenario
 
-_MARGIN = 3.0
+_REGION_MARGIN_M = 3.0
 """Margin around obstacles and path [m]."""
-_MOST_POINTS = 60_000
+_MAX_CLOUD_POINTS = 60_000
 """Largest number of points drawn; more make the file larger and the picture no clearer."""
-_WIDE = 1.7
+_WIDE_REGION_RATIO = 1.7
 """A region longer than this from west to east leaves room for a legend next to its title."""
 _GROUND_COLOUR = "0.8"
-_POINT_SIZE = 0.04
+_CLOUD_POINT_SIZE_M = 0.04
 """[m]"""
-_EYE, _TARGET = np.array([-14.0, -12.0, 11.0]), np.array([12.0, 0.0, 0.0])
+_TRIAL_CAMERA_M, _TRIAL_CAMERA_TARGET_M = np.array([-14.0, -12.0, 11.0]), np.array([12.0, 0.0, 0.0])
 """Position and target of the camera relative to the start of the flight [m]."""
 
 
@@ -54,11 +54,11 @@ def _shown_region(report: TrialReport) -> tuple[np.ndarray, np.ndarray]:
     """Return the smallest and largest x, y, z of path and obstacles."""
     points = [report.flight.recording.p_WB]
     for obstacle in report.flight.obstacles:
-        if obstacle.name != GROUND:
+        if obstacle.name != GROUND_NAME:
             points += map(obstacle.outline, obstacle_times(report.flight.recording, obstacle))
     everything = np.vstack(points)
-    low, high = everything.min(axis=0) - _MARGIN, everything.max(axis=0) + _MARGIN
-    low[2], high[2] = min(0.0, low[2] + _MARGIN), high[2] - _MARGIN
+    low, high = everything.min(axis=0) - _REGION_MARGIN_M, everything.max(axis=0) + _REGION_MARGIN_M
+    low[2], high[2] = min(0.0, low[2] + _REGION_MARGIN_M), high[2] - _REGION_MARGIN_M
     return low, high
 
 
@@ -71,9 +71,9 @@ def _thinned_cloud(
     """
     points, obstacle = report.accuracy.p_WP, report.accuracy.obstacle
     inside = np.all((points >= low - [0.0, 0.0, 1.0]) & (points <= high), axis=1)
-    ground = np.array([each.name == GROUND for each in report.flight.obstacles], dtype=bool)
+    ground = np.array([each.name == GROUND_NAME for each in report.flight.obstacles], dtype=bool)
     chosen = []
-    for kind, most in ((True, _MOST_POINTS // 4), (False, 3 * _MOST_POINTS // 4)):
+    for kind, most in ((True, _MAX_CLOUD_POINTS // 4), (False, 3 * _MAX_CLOUD_POINTS // 4)):
         some = np.flatnonzero(inside & (ground[obstacle] == kind))
         chosen.append(some[:: max(1, math.ceil(len(some) / most))])
     kept = np.concatenate(chosen)
@@ -98,7 +98,7 @@ def _draw_from_above(
         rasterized=True,
     )
     for each in report.flight.obstacles:
-        if each.name != GROUND:
+        if each.name != GROUND_NAME:
             _draw_outline(axes, report, each)
     x, y, _ = report.flight.recording.p_WB.T
     axes.plot(x, y, color=PALETTE.command, lw=1.4, label="flown path")
@@ -107,8 +107,8 @@ def _draw_from_above(
     axes.set_xlim(low[0], high[0])
     axes.set_ylim(low[1], high[1])
     axes.set_aspect("equal", adjustable="box")
-    label(axes, _cloud_title(report), "y, north [m]", "x, east [m]")
-    if (high[0] - low[0]) / (high[1] - low[1]) > _WIDE:
+    label_panel(axes, _cloud_title(report), "y, north [m]", "x, east [m]")
+    if (high[0] - low[0]) / (high[1] - low[1]) > _WIDE_REGION_RATIO:
         axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, borderaxespad=0.2)
     else:
         axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
@@ -120,7 +120,7 @@ def _cloud_title(report: TrialReport) -> str:
     return f"cloud of {scans} scans from above: {returns:,} returns in the colour of their obstacle"
 
 
-def _draw_outline(axes: Axes, report: TrialReport, obstacle: Obstacle) -> None:
+def _draw_outline(axes: Axes, report: TrialReport, obstacle: RayObstacle) -> None:
     """Draw the outline and name of an obstacle, at several times if it moves."""
     times = obstacle_times(report.flight.recording, obstacle)
     for time in times:
@@ -151,12 +151,12 @@ def _draw_in_space(
     high: np.ndarray,
 ) -> None:
     """Draw cloud and path from a camera beside the path, near points over far ones."""
-    eye = _Eye.overlooking(report.flight.recording.p_WB[0], low, high)
+    project = _camera_overlooking(report.flight.recording.p_WB[0], low, high)
     points, obstacle = cloud
     for begin, end in _ground_lines(low, high):
-        line = eye.project(np.linspace(begin, end, 50))
+        line = project(np.linspace(begin, end, 50))
         axes.plot(line[:, 0], line[:, 1], color="0.88", lw=0.6, zorder=1)
-    seen = eye.project(points)
+    seen = project(points)
     order = np.argsort(-seen[:, 2])
     axes.scatter(
         seen[order, 0],
@@ -167,12 +167,12 @@ def _draw_in_space(
         rasterized=True,
         zorder=2,
     )
-    path = eye.project(report.flight.recording.p_WB)
+    path = project(report.flight.recording.p_WB)
     axes.plot(path[:, 0], path[:, 1], color=PALETTE.command, lw=1.4, zorder=3)
     for each in report.flight.obstacles:
-        if each.name != GROUND:
+        if each.name != GROUND_NAME:
             first = obstacle_times(report.flight.recording, each)[0]
-            outline = eye.project(each.outline(first))[:, :2]
+            outline = project(each.outline(first))[:, :2]
             draw_silhouette(axes, outline, each)
             _write_name(axes, each.name, outline, above=True)
     axes.set_aspect("equal", adjustable="datalim")
@@ -180,33 +180,31 @@ def _draw_in_space(
     axes.set_title("the same cloud in 3-D, over a ground ruled every 10 m")
 
 
-@dataclass(frozen=True)
-class _Eye:
-    """A pinhole camera: its position, and unit vectors right, up and forward (3, 3)."""
+def _camera_overlooking(
+    start: np.ndarray, low: np.ndarray, high: np.ndarray
+) -> Callable[[np.ndarray], np.ndarray]:
+    """Return the projection of a camera beside the long side of a region, towards the start.
 
-    p_WE: np.ndarray
-    axes_W: np.ndarray
+    It returns positions in the picture and depths of points (n, 3).
+    """
+    middle, size = 0.5 * (low + high), high - low
+    along = int(np.argmax(size[:2]))
+    length, far = float(size[along]), float(size[:2].min())
+    away = np.zeros(3)
+    away[along] = 0.2 * length * (-1.0 if start[along] < middle[along] else 1.0)
+    away[1 - along] = (-1.0 if along == 0 else 1.0) * (0.75 * length + 0.5 * far)
+    away[2] = 0.45 * length
+    forward = -away / np.linalg.norm(away)
+    aside = np.cross(forward, [0.0, 0.0, 1.0])
+    aside /= np.linalg.norm(aside)
+    axes_W = np.stack([aside, np.cross(aside, forward), forward])
 
-    @classmethod
-    def overlooking(cls, start: np.ndarray, low: np.ndarray, high: np.ndarray) -> "_Eye":
-        """Return a camera beside the long side of a region, towards the start of the flight."""
-        middle, size = 0.5 * (low + high), high - low
-        along = int(np.argmax(size[:2]))
-        length, far = float(size[along]), float(size[:2].min())
-        away = np.zeros(3)
-        away[along] = 0.2 * length * (-1.0 if start[along] < middle[along] else 1.0)
-        away[1 - along] = (-1.0 if along == 0 else 1.0) * (0.75 * length + 0.5 * far)
-        away[2] = 0.45 * length
-        ahead = -away / np.linalg.norm(away)
-        right = np.cross(ahead, [0.0, 0.0, 1.0])
-        right /= np.linalg.norm(right)
-        return cls(middle + away, np.stack([right, np.cross(right, ahead), ahead]))
-
-    def project(self, points_W: np.ndarray) -> np.ndarray:
-        """Return positions in the picture and depths of points (n, 3)."""
-        right, up, ahead = ((points_W - self.p_WE) @ self.axes_W.T).T
+    def project(points_W: np.ndarray) -> np.ndarray:
+        right, up, ahead = ((points_W - middle - away) @ axes_W.T).T
         ahead = np.maximum(ahead, 1.0)
         return np.stack([right / ahead, up / ahead, ahead], axis=1)
+
+    return project
 
 
 def _ground_lines(low: np.ndarray, high: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
@@ -223,7 +221,7 @@ def obstacle_colours(report: TrialReport) -> np.ndarray:
     names = [each.name for each in report.flight.obstacles]
     return np.array(
         [
-            _GROUND_COLOUR if name == GROUND else series[index % len(series)]
+            _GROUND_COLOUR if name == GROUND_NAME else series[index % len(series)]
             for index, name in enumerate(names)
         ]
     )
@@ -233,7 +231,9 @@ def draw_histogram(axes: Axes, report: TrialReport) -> None:
     """Draw the histogram of errors, and the distribution expected from the declared noise."""
     error = 1000.0 * report.accuracy.error
     total, exact = report.accuracy.total, report.exact.total
-    label(axes, "errors: measured less closed form", "density [1/mm]", "error of a distance [mm]")
+    label_panel(
+        axes, "errors: measured less closed form", "density [1/mm]", "error of a distance [mm]"
+    )
     if not len(error):
         axes.text(0.5, 0.5, "no returns", transform=axes.transAxes, ha="center")
         return
@@ -277,7 +277,7 @@ def draw_error_over_distance(axes: Axes, report: TrialReport) -> None:
     for sign, name in ((1.0, "± declared"), (-1.0, None)):
         axes.axhline(sign * sigma, color=PALETTE.mean, lw=2.4, alpha=0.45, label=name)
     axes.set_xlim(0.0, edges[-1])
-    label(axes, "errors over distance", "error [mm]", "true distance [m]")
+    label_panel(axes, "errors over distance", "error [mm]", "true distance [m]")
     most = max(4.6 * sigma, float(np.abs(error[some]).max(initial=0.1)))
     axes.set_ylim(-1.05 * most, 1.45 * most)
     axes.legend(loc="upper right", ncols=3, columnspacing=1.0, handlelength=1.2, fontsize=7.5)
@@ -294,7 +294,9 @@ def draw_delays(axes: Axes, report: TrialReport) -> None:
     axes.invert_yaxis()
     axes.set_xlim(0.0, 1.18 * max([limit, *(1000.0 * each.delay for each in found)]))
     axes.grid(axis="y", visible=False)
-    label(axes, "speed of detection", "", "time from coming into view to the first return [ms]")
+    label_panel(
+        axes, "speed of detection", "", "time from coming into view to the first return [ms]"
+    )
     axes.legend(loc="lower right", frameon=True, framealpha=0.9, edgecolor="none")
 
 
@@ -317,8 +319,8 @@ def fly_and_film_trial(
     report = fly_trial(scenario, settings, progress, meshcat)
     meshcat.PublishRecording()
     start = report.flight.recording.p_WB[0]
-    meshcat.SetCameraPose(start + _EYE, start + _TARGET)
-    meshcat.SetObject("lidar cloud", cloud_of(report), point_size=_POINT_SIZE)
+    meshcat.SetCameraPose(start + _TRIAL_CAMERA_M, start + _TRIAL_CAMERA_TARGET_M)
+    meshcat.SetObject("lidar cloud", cloud_of(report), point_size=_CLOUD_POINT_SIZE_M)
     page.write_text(meshcat.StaticHtml(), encoding="utf-8")
     return report
 
@@ -326,7 +328,7 @@ def fly_and_film_trial(
 def cloud_of(report: TrialReport) -> PointCloud:
     """Return the cloud of all scans in W, in the colours of the obstacles."""
     points, obstacle = report.accuracy.p_WP, report.accuracy.obstacle
-    some = slice(None, None, max(1, -(-len(points) // _MOST_POINTS)))
+    some = slice(None, None, max(1, -(-len(points) // _MAX_CLOUD_POINTS)))
     colours = np.array([to_rgb(colour) for colour in obstacle_colours(report)])
     fields = Fields(BaseField.kXYZs | BaseField.kRGBs)
     cloud = PointCloud(len(points[some]), fields)

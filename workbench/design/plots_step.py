@@ -8,12 +8,20 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from workbench.design.hover_check import DRIFT, OVERSHOOT, TILT, HoverReport
-from workbench.design.load_step import LoadResponse, moved
+from workbench.common.quantity import number_or_dash
+from workbench.design.attitude_step import AttitudeResponse, response_to_setpoint
+from workbench.design.hover_check import (
+    MAX_CHECK_OVERSHOOT_PCT,
+    MAX_HOVER_DRIFT_M,
+    MAX_HOVER_TILT_RAD,
+    HoverReport,
+)
+from workbench.design.load_metrics import LOAD_SETTLING_BAND
+from workbench.design.load_step import LoadResponse, response_to_load
 from workbench.design.plots import (
     PALETTE,
     draw_command,
-    label,
+    label_panel,
     legend,
     note,
     series_look,
@@ -22,25 +30,26 @@ from workbench.design.plots import (
     titled,
     widen,
 )
-from workbench.design.reproduce import Row
-from workbench.design.response_metrics import BACK, SETTLED, number
+from workbench.design.reproduce import ReproducedRow
+from workbench.design.step_metrics import SETTLING_BAND, StepMetrics
 from workbench.design.step_response import (
-    EDGE,
+    STEP_EDGE_S,
     StepResponse,
     axis_acceleration,
     axis_command,
     axis_force,
     axis_velocity,
 )
+from workbench.scenario.attitude_axes import find_attitude_axis
 from workbench.scenario.axes import find_axis
 from workbench.scenario.loads import find_load
 from workbench.session.recording import Recording
 
-_WIDTH = 26
+_NOTE_WIDTH_CHARS = 26
 """Width of the text beside a panel [characters]."""
-BEFORE = 0.5
+SHOWN_BEFORE_EDGE_S = 0.5
 """Time shown before the edge of the command [s]."""
-_FAR = 3.0
+_FAR_MEAN_SPANS = 3.0
 """A mean of the paper that is farther off than this many spans of our curve is only stated."""
 
 
@@ -49,32 +58,73 @@ def plot_step(step: StepResponse) -> Figure:
     """Return the figure of a step, with its settling band and metrics."""
     axis, metrics, unit = step.axis, step.metrics, find_axis(step.axis).unit
     shown = shown_part(step)
-    time = shown.time - EDGE
+    time = shown.time - STEP_EDGE_S
     figure, panels = stacked(f"{shown.vehicle.name}: {axis} step of {step.amplitude:g} {unit}", 4)
     response, drive, acceleration, rotors = panels
     draw_response(response, shown, axis)
     steady = metrics.steady_state_value
     if np.isfinite(steady):
-        band = abs(SETTLED * steady)
+        band = abs(SETTLING_BAND * steady)
         _draw_settling(response, steady, band, metrics.settling_time, "steady state ± 2 %")
     legend(response)
     draw_force(drive, shown, axis)
     draw_acceleration(acceleration, shown, axis)
     draw_rotor_use(rotors, time, shown)
     legend(rotors)
-    rotors.set_xlim(-BEFORE, time[-1])
-    _write_beside(
-        drive,
-        f"rise time  {number(metrics.rise_time, '.3f')} s",
-        f"settling time  {number(metrics.settling_time, '.3f')} s",
-        f"overshoot  {number(metrics.overshoot, '.2f')} %",
-        f"undershoot  {number(metrics.undershoot, '.2f')} %",
-        f"steady state  {number(metrics.steady_state_value, '.4g')} {unit}",
-        f"error  {number(metrics.steady_state_error, '.2f')} %",
-        f"peak rotor use  {100.0 * step.peak_rotor_use:.0f} %",
-        *textwrap.wrap(metrics.withheld, _WIDTH),
-    )
+    rotors.set_xlim(-SHOWN_BEFORE_EDGE_S, time[-1])
+    _write_metrics(drive, metrics, unit)
     return figure
+
+
+@styled
+def plot_attitude_step(step: AttitudeResponse) -> Figure:
+    """Return the figure of a step of an attitude or a rate, with its settling band and metrics."""
+    row, metrics = find_attitude_axis(step.axis), step.metrics
+    end = STEP_EDGE_S + float(step.time[-1])
+    shown = step.recording.between(STEP_EDGE_S - SHOWN_BEFORE_EDGE_S, end)
+    time = shown.time - STEP_EDGE_S
+    figure, panels = stacked(
+        f"{shown.vehicle.name}: {row.label} step of {step.amplitude:g} {row.unit}", 4
+    )
+    response, tilt, moment, rotors = panels
+    setpoint = np.where(time >= 0.0, step.amplitude, 0.0)
+    moved = response_to_setpoint(row, shown)
+    draw_command(response, time, setpoint, lw=1.2)
+    response.plot(time, moved, color=PALETTE.ours, label="response")
+    widen(response, setpoint, moved)
+    label_panel(response, f"{row.label}: setpoint and response", f"{row.label} [{row.unit}]")
+    steady = metrics.steady_state_value
+    if np.isfinite(steady):
+        band = abs(SETTLING_BAND * steady)
+        _draw_settling(response, steady, band, metrics.settling_time, "steady state ± 2 %")
+    legend(response)
+    tilt.plot(time, np.degrees(shown.tilt), color=PALETTE.ours)
+    widen(tilt, np.degrees(shown.tilt))
+    label_panel(tilt, "tilt", "tilt [°]")
+    about = shown.moment_B[:, row.place]
+    moment.plot(time, about, color=PALETTE.ours)
+    widen(moment, about)
+    label_panel(moment, f"torque of the rotors about body {'xy'[row.place]}", "torque [N·m]")
+    draw_rotor_use(rotors, time, shown)
+    legend(rotors)
+    rotors.set_xlim(-SHOWN_BEFORE_EDGE_S, time[-1])
+    _write_metrics(tilt, metrics, row.unit)
+    return figure
+
+
+def _write_metrics(axes: Axes, metrics: StepMetrics, unit: str) -> None:
+    """Write the numbers of a step beside a panel."""
+    _write_beside(
+        axes,
+        f"rise time  {number_or_dash(metrics.rise_time, '.3f')} s",
+        f"settling time  {number_or_dash(metrics.settling_time, '.3f')} s",
+        f"overshoot  {number_or_dash(metrics.overshoot, '.2f')} %",
+        f"undershoot  {number_or_dash(metrics.undershoot, '.2f')} %",
+        f"steady state  {number_or_dash(metrics.steady_state_value, '.4g')} {unit}",
+        f"error  {number_or_dash(metrics.steady_state_error, '.2f')} %",
+        f"peak rotor use  {100.0 * metrics.peak_rotor_use:.0f} %",
+        *textwrap.wrap(metrics.withheld, _NOTE_WIDTH_CHARS),
+    )
 
 
 def _draw_settling(axes: Axes, steady: float, band: float, settling_time: float, name: str) -> None:
@@ -95,8 +145,8 @@ def plot_load(flown: LoadResponse) -> Figure:
     """Return the figure of a step of a load, with its settling band."""
     load, metrics = find_load(flown.load), flown.metrics
     end = float(flown.time[-1])
-    shown = flown.recording.between(EDGE - BEFORE, EDGE + end)
-    time = shown.time - EDGE
+    shown = flown.recording.between(STEP_EDGE_S - SHOWN_BEFORE_EDGE_S, STEP_EDGE_S + end)
+    time = shown.time - STEP_EDGE_S
     figure, panels = stacked(
         f"{shown.vehicle.name}: {load.label}, a step of {flown.amplitude:.4g} {load.unit}", 4
     )
@@ -104,29 +154,29 @@ def plot_load(flown: LoadResponse) -> Figure:
     acting = np.where(time >= 0.0, flown.amplitude, 0.0)
     pushed.plot(time, acting, color=PALETTE.command, drawstyle="steps-post", label="load")
     widen(pushed, acting)
-    label(pushed, f"load: {load.label}", f"{load.name.partition('_')[0]} [{load.unit}]")
-    deviation = moved(load, shown)
+    label_panel(pushed, f"load: {load.label}", f"{load.name.partition('_')[0]} [{load.unit}]")
+    deviation = response_to_load(load, shown)
     response.plot(time, deviation, color=PALETTE.ours, label="response")
     widen(response, deviation)
-    label(response, f"response: {load.response}", f"deviation [{load.response_unit}]")
+    label_panel(response, f"response: {load.response}", f"deviation [{load.response_unit}]")
     if np.isfinite(metrics.settling_time):
-        name, band = "steady state ± 5 % of the peak", BACK * metrics.peak
+        name, band = "steady state ± 5 % of the peak", LOAD_SETTLING_BAND * metrics.peak
         _draw_settling(response, float(deviation[-1]), band, metrics.settling_time, name)
     legend(response)
     tilt.plot(time, np.degrees(shown.tilt), color=PALETTE.ours)
     widen(tilt, np.degrees(shown.tilt))
-    label(tilt, "tilt", "tilt [°]")
+    label_panel(tilt, "tilt", "tilt [°]")
     draw_rotor_use(rotors, time, shown)
     legend(rotors)
-    rotors.set_xlim(-BEFORE, time[-1])
+    rotors.set_xlim(-SHOWN_BEFORE_EDGE_S, time[-1])
     _write_beside(
         pushed,
-        f"peak  {number(metrics.peak, '.4g')} {load.response_unit}",
-        f"peak time  {number(metrics.peak_time, '.3f')} s",
-        f"settling time  {number(metrics.settling_time, '.3f')} s",
-        f"steady error  {number(metrics.steady_state_error, '.1f')} % of the peak",
+        f"peak  {number_or_dash(metrics.peak, '.4g')} {load.response_unit}",
+        f"peak time  {number_or_dash(metrics.peak_time, '.3f')} s",
+        f"settling time  {number_or_dash(metrics.settling_time, '.3f')} s",
+        f"steady error  {number_or_dash(metrics.steady_state_error, '.1f')} % of the peak",
         f"peak rotor use  {100.0 * flown.peak_rotor_use:.0f} %",
-        *textwrap.wrap(metrics.withheld, _WIDTH),
+        *textwrap.wrap(metrics.withheld, _NOTE_WIDTH_CHARS),
     )
     return figure
 
@@ -136,17 +186,17 @@ def shown_part(flight: StepResponse) -> Recording:
     flown = float(flight.time[-1])
     settled = flight.metrics.settling_time
     end = min(flown, max(2.0, 2.0 * settled)) if np.isfinite(settled) else flown
-    return flight.recording.between(EDGE - BEFORE, EDGE + end)
+    return flight.recording.between(STEP_EDGE_S - SHOWN_BEFORE_EDGE_S, STEP_EDGE_S + end)
 
 
 def draw_response(axes: Axes, shown: Recording, axis: str) -> None:
     """Draw command and response."""
     what = "yaw rate" if axis == "yaw" else f"velocity along {axis}"
     command, response = axis_command(shown, axis), axis_velocity(shown, axis)
-    draw_command(axes, shown.time - EDGE, command, lw=1.2)
-    axes.plot(shown.time - EDGE, response, color=PALETTE.ours, label="response")
+    draw_command(axes, shown.time - STEP_EDGE_S, command, lw=1.2)
+    axes.plot(shown.time - STEP_EDGE_S, response, color=PALETTE.ours, label="response")
     widen(axes, command, response)
-    label(
+    label_panel(
         axes, f"{what}: command and response", f"{what.split(' along')[0]} [{find_axis(axis).unit}]"
     )
 
@@ -156,18 +206,20 @@ def draw_force(axes: Axes, shown: Recording, axis: str) -> None:
     titles = {"z": "total rotor thrust", "yaw": "torque of the rotors about body z"}
     title = titles.get(axis, f"force of the rotors along {axis}")
     force = axis_force(shown, axis)
-    axes.plot(shown.time - EDGE, force, color=PALETTE.ours, label="flown here")
+    axes.plot(shown.time - STEP_EDGE_S, force, color=PALETTE.ours, label="flown here")
     widen(axes, force)
-    label(axes, title, f"{'torque' if axis == 'yaw' else 'force'} [{find_axis(axis).force_unit}]")
+    label_panel(
+        axes, title, f"{'torque' if axis == 'yaw' else 'force'} [{find_axis(axis).force_unit}]"
+    )
 
 
 def draw_acceleration(axes: Axes, shown: Recording, axis: str) -> None:
     """Draw the acceleration along an axis, or about it."""
     title = "angular acceleration about z" if axis == "yaw" else f"acceleration along {axis}"
     acceleration = axis_acceleration(shown, axis)
-    axes.plot(shown.time - EDGE, acceleration, color=PALETTE.ours, label="flown here")
+    axes.plot(shown.time - STEP_EDGE_S, acceleration, color=PALETTE.ours, label="flown here")
     widen(axes, acceleration)
-    label(axes, title, f"acceleration [{find_axis(axis).acceleration_unit}]")
+    label_panel(axes, title, f"acceleration [{find_axis(axis).acceleration_unit}]")
 
 
 def draw_rotor_use(axes: Axes, time: np.ndarray, shown: Recording) -> None:
@@ -177,7 +229,7 @@ def draw_rotor_use(axes: Axes, time: np.ndarray, shown: Recording) -> None:
         axes.plot(time, use, label=f"rotor {index + 1}", **series_look(index))
     axes.axhline(100.0, color=PALETTE.limit, lw=1.0, label="limit")
     axes.set_ylim(0.0, 105.0)
-    label(axes, "rotor speeds", "share of limit [%]")
+    label_panel(axes, "rotor speeds", "share of limit [%]")
 
 
 @styled
@@ -187,10 +239,10 @@ def plot_hover(report: HoverReport) -> Figure:
     figure = titled(f"{vehicle.name}: ten seconds of hover, and a step on every axis", 12.5, 8.4)
     panels = figure.subplots(3, 2)
     time = report.hover.time
-    _draw_hover(panels[0, 0], time, 1000.0 * report.drift, 1000.0 * DRIFT)
-    label(panels[0, 0], "distance from where it began", "distance [mm]")
-    _draw_hover(panels[0, 1], time, np.degrees(report.tilt), float(np.degrees(TILT)))
-    label(panels[0, 1], "tilt away from where it began", "angle [deg]")
+    _draw_hover(panels[0, 0], time, 1000.0 * report.drift, 1000.0 * MAX_HOVER_DRIFT_M)
+    label_panel(panels[0, 0], "distance from where it began", "distance [mm]")
+    _draw_hover(panels[0, 1], time, np.degrees(report.tilt), float(np.degrees(MAX_HOVER_TILT_RAD)))
+    label_panel(panels[0, 1], "tilt away from where it began", "angle [deg]")
     legend(panels[0, 1])
     for axes, step in zip(panels[1:].flat, report.steps, strict=True):
         _draw_demanded_step(axes, step)
@@ -214,17 +266,21 @@ def _draw_demanded_step(axes: Axes, step: StepResponse) -> None:
     shown = shown_part(step)
     draw_response(axes, shown, step.axis)
     steady = step.metrics.steady_state_value
-    most = (1.0 + OVERSHOOT / 100.0) * (step.amplitude if math.isnan(steady) else steady)
-    axes.axhline(most, color=PALETTE.limit, lw=1.0, label=f"overshoot of {OVERSHOOT:g} %")
+    most = (1.0 + MAX_CHECK_OVERSHOOT_PCT / 100.0) * (
+        step.amplitude if math.isnan(steady) else steady
+    )
+    axes.axhline(
+        most, color=PALETTE.limit, lw=1.0, label=f"overshoot of {MAX_CHECK_OVERSHOOT_PCT:g} %"
+    )
     widen(axes, axis_velocity(shown, step.axis), axis_command(shown, step.axis), most)
-    over = number(step.metrics.overshoot, ".1f")
+    over = number_or_dash(step.metrics.overshoot, ".1f")
     axes.set_title(f"{axes.get_title(loc='left')}, overshoot {over} %")
-    axes.set_xlim(-BEFORE, shown.time[-1] - EDGE)
+    axes.set_xlim(-SHOWN_BEFORE_EDGE_S, shown.time[-1] - STEP_EDGE_S)
     axes.set_xlabel("time since the command's edge [s]")
 
 
 @styled
-def plot_reproduced(row: Row) -> Figure:
+def plot_reproduced(row: ReproducedRow) -> Figure:
     """Return the figure of a step, with the same panels as in the paper."""
     axis, paper = row.paper.axis, row.paper
     shown = shown_part(row.flight)
@@ -258,7 +314,7 @@ def plot_reproduced(row: Row) -> Figure:
         if np.isfinite(row.t90):
             axes.axvspan(0.0, row.t90, color=PALETTE.window, lw=0, zorder=0, label="window")
         legend(axes)
-    panels[-1].set_xlim(-BEFORE, shown.time[-1] - EDGE)
+    panels[-1].set_xlim(-SHOWN_BEFORE_EDGE_S, shown.time[-1] - STEP_EDGE_S)
     return figure
 
 
@@ -276,7 +332,7 @@ def _draw_means(
             label=f"mean in window {mean:.3g} {unit}",
         )
     name = f"paper's mean {paper:g} {unit}"
-    if abs(paper) <= _FAR * float(np.abs(values).max()):
+    if abs(paper) <= _FAR_MEAN_SPANS * float(np.abs(values).max()):
         axes.axhline(paper, color=PALETTE.paper, ls="--", lw=1.3, label=name)
         widen(axes, values, paper)
     else:

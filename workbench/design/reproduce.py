@@ -7,7 +7,7 @@ import numpy as np
 
 from workbench.design.response_metrics import crossing_time
 from workbench.design.step_response import (
-    EDGE,
+    STEP_EDGE_S,
     StepResponse,
     axis_force,
     axis_velocity,
@@ -16,17 +16,19 @@ from workbench.design.step_response import (
 from workbench.scenario.axes import find_axis
 from workbench.scenario.scenario import Scenario
 
-WINDOW = "averages run from the command's edge until the response first reaches 90 % of it"
-MEAN_ACCELERATION = 5.0
+AVERAGING_WINDOW_TEXT = (
+    "averages run from the command's edge until the response first reaches 90 % of it"
+)
+MAX_PAPER_ACCEL_DIFF_PCT = 5.0
 """Limit of the difference from the paper [%]."""
-MEAN_FORCE = {"x": 5.0, "y": 5.0, "z": 3.0, "yaw": None}
+MAX_PAPER_FORCE_DIFF_PCT = {"x": 5.0, "y": 5.0, "z": 3.0, "yaw": None}
 """Limit of the difference from the paper [%]; not for its yaw torque, see its remark."""
-OVERSHOOT = 5.0
+MAX_PAPER_OVERSHOOT_PCT = 5.0
 """Limit [%]."""
-STEADY_STATE_ERROR = 1.0
+MAX_PAPER_ERROR_PCT = 1.0
 """Limit [%]."""
-HEIGHT_CHANGE = 0.05
-SIDEWAYS_DRIFT = 0.01
+MAX_HEIGHT_CHANGE_M = 0.05
+MAX_SIDEWAYS_DRIFT_M = 0.01
 """Limits of the change in height and of the drift along y during the x step [m]."""
 
 
@@ -43,7 +45,7 @@ class PaperFigure:
 
 
 @dataclass(frozen=True)
-class Row:
+class ReproducedRow:
     """One step compared with that of the paper.
 
     Attributes:
@@ -61,7 +63,7 @@ class Row:
     mean_force: float
 
 
-PAPER = (
+PAPER_FIGURES = (
     PaperFigure("z", 8, 1.0, 1.8, 22.3),
     PaperFigure("x", 9, 2.0, 4.0, 7.5),
     PaperFigure("y", 10, 2.0, 4.0, 7.5),
@@ -76,7 +78,7 @@ PAPER = (
         "this torque is reported and not aimed at",
     ),
 )
-COMMANDS = {figure.axis: figure.command for figure in PAPER}
+PAPER_COMMANDS = {figure.axis: figure.command for figure in PAPER_FIGURES}
 """Amplitude of the paper's step along each axis [m/s, rad/s]."""
 
 
@@ -85,7 +87,7 @@ def reproduce(
     scenario: Scenario | None = None,
     settings: Mapping[str, float] | None = None,
     progress: Callable[[float], None] | None = None,
-) -> list[Row]:
+) -> list[ReproducedRow]:
     """Fly the paper's four steps.
 
     Args:
@@ -94,26 +96,26 @@ def reproduce(
         progress: called with the share flown of all four, 0 .. 1.
     """
     rows = []
-    for index, figure in enumerate(PAPER):
+    for index, figure in enumerate(PAPER_FIGURES):
 
         def report(share: float, done: int = index) -> None:
             if progress:
-                progress((done + share) / len(PAPER))
+                progress((done + share) / len(PAPER_FIGURES))
 
         flight = fly_step(
             figure.axis, figure.command, scenario=scenario, settings=settings, progress=report
         )
-        rows.append(compare(figure, flight))
+        rows.append(compare_with_paper(figure, flight))
     return rows
 
 
-def compare(figure: PaperFigure, flight: StepResponse) -> Row:
+def compare_with_paper(figure: PaperFigure, flight: StepResponse) -> ReproducedRow:
     """Return the averages of a flown step, with those of the paper."""
-    after = flight.recording.between(EDGE, np.inf)
-    time = after.time - EDGE
+    after = flight.recording.between(STEP_EDGE_S, np.inf)
+    time = after.time - STEP_EDGE_S
     velocity = axis_velocity(after, flight.axis)
     t90 = crossing_time(time, velocity, 0.9 * flight.amplitude)
-    return Row(
+    return ReproducedRow(
         paper=figure,
         flight=flight,
         t90=t90,
@@ -130,7 +132,7 @@ def mean_until(time: np.ndarray, values: np.ndarray, end: float) -> float:
 
 
 @dataclass(frozen=True)
-class Check:
+class PaperCheck:
     """One number of a step, and the demand on it.
 
     Attributes:
@@ -170,52 +172,54 @@ class Check:
         return f"within {self.limit:g} %"
 
 
-def implied_t90(row: Row) -> float:
+def implied_t90(row: ReproducedRow) -> float:
     """Return the time to 90 % that the paper's mean acceleration implies [s]."""
     return 0.9 * row.paper.command / row.paper.mean_acceleration
 
 
-def checks(row: Row) -> list[Check]:
+def paper_checks(row: ReproducedRow) -> list[PaperCheck]:
     """Return all comparisons of a step."""
     axis, metrics, coupling = row.paper.axis, row.flight.metrics, row.flight.coupling
     found = [
-        Check("t90", "s", implied_t90(row), row.t90, None),
-        Check(
+        PaperCheck("t90", "s", implied_t90(row), row.t90, None),
+        PaperCheck(
             "mean acceleration",
             find_axis(axis).acceleration_unit,
             row.paper.mean_acceleration,
             row.mean_acceleration,
-            MEAN_ACCELERATION,
+            MAX_PAPER_ACCEL_DIFF_PCT,
         ),
-        Check(
+        PaperCheck(
             "mean torque" if axis == "yaw" else "mean force",
             find_axis(axis).force_unit,
             row.paper.mean_force,
             row.mean_force,
-            MEAN_FORCE[axis],
+            MAX_PAPER_FORCE_DIFF_PCT[axis],
         ),
-        Check("overshoot", "%", None, metrics.overshoot, OVERSHOOT),
-        Check("steady-state error", "%", None, metrics.steady_state_error, STEADY_STATE_ERROR),
+        PaperCheck("overshoot", "%", None, metrics.overshoot, MAX_PAPER_OVERSHOOT_PCT),
+        PaperCheck(
+            "steady-state error", "%", None, metrics.steady_state_error, MAX_PAPER_ERROR_PCT
+        ),
     ]
     if axis == "x":
-        found.append(Check("height change", "m", None, coupling.z, HEIGHT_CHANGE))
-        found.append(Check("drift along y", "m", None, coupling.y, SIDEWAYS_DRIFT))
+        found.append(PaperCheck("height change", "m", None, coupling.z, MAX_HEIGHT_CHANGE_M))
+        found.append(PaperCheck("drift along y", "m", None, coupling.y, MAX_SIDEWAYS_DRIFT_M))
     return found
 
 
-def violations(rows: list[Row]) -> list[str]:
+def unmet_demands(rows: list[ReproducedRow]) -> list[str]:
     """Return a phrase for each demand that is not met."""
     return [
         f"{check.quantity} of the {row.paper.axis} step is {check.ours:.4g} {check.unit}"
         + (f", the paper's {check.paper:g}" if check.paper is not None else "")
         + f" ({check.demand})"
         for row in rows
-        for check in checks(row)
+        for check in paper_checks(row)
         if not check.met
     ]
 
 
-def heading(row: Row) -> str:
+def paper_step_name(row: ReproducedRow) -> str:
     """Return the name of the step."""
     paper = row.paper
     unit = find_axis(paper.axis).unit

@@ -6,38 +6,32 @@ An invalid step is rejected before Drake is loaded.
 import copy
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from workbench.common.errors import WorkbenchError, unknown_name
-from workbench.design.response_metrics import (
-    USUAL_DURATION,
-    StepMetrics,
-    step_duration,
-    step_metrics,
-)
-from workbench.scenario.axes import AXES, find_axis
-from workbench.scenario.scenario import Action, Scenario, Start, at_own_period
+from workbench.design.flown_step import STEP_EDGE_S, FlownStep
+from workbench.design.step_metrics import USUAL_STEP_S, StepMetrics, step_duration, step_metrics
+from workbench.scenario.axes import AXIS_NAMES, find_axis
+from workbench.scenario.scenario import Action, Scenario, ScenarioStart
 
 if TYPE_CHECKING:
     from workbench.design.flier import Flier
-    from workbench.design.lost import Loss
     from workbench.session.recording import Recording
+    from workbench.setup import Setup
 
-EDGE = 1.0
-"""Time of hover before the edge of the command [s]."""
-HOVER = (0.0, 0.0, 0.0)
+REST_VELOCITY_M_S = (0.0, 0.0, 0.0)
 """Velocity before a step that begins at rest [m/s]."""
-LEAST_DURATION = 0.1
-MOST_DURATION = 600.0
+MIN_STEP_DURATION_S = 0.1
+MAX_STEP_DURATION_S = 600.0
 """Limit of the duration after the edge of a step [s]."""
-DURATIONS = f"{LEAST_DURATION:g} s or more, and {MOST_DURATION:g} s at most"
+STEP_DURATIONS_TEXT = f"{MIN_STEP_DURATION_S:g} s or more, and {MAX_STEP_DURATION_S:g} s at most"
 """Limits of the duration in words."""
-START_HEIGHT = 10.0
+STEP_START_HEIGHT_M = 10.0
 """Initial height, enough for a step down [m]."""
-STEPS = (("x", 1.0), ("y", 1.0), ("z", 1.0), ("yaw", 0.2))
+USUAL_STEPS = (("x", 1.0), ("y", 1.0), ("z", 1.0), ("yaw", 0.2))
 """The usual steps: axis and amplitude [m/s, rad/s]."""
 
 
@@ -52,55 +46,32 @@ class Coupling:
 
 
 @dataclass(frozen=True)
-class StepResponse:
+class StepResponse(FlownStep):
     """A flown step.
 
     Attributes:
         axis: x, y, z (velocity in W [m/s]) or yaw (rate [rad/s]).
         amplitude: of the command.
-        recording: the whole flight; the command steps at `EDGE`.
+        recording: the whole flight; the command steps at `STEP_EDGE_S`.
         metrics: of the response from the edge on.
         peak_rotor_use: largest share of its speed limit at which any rotor ran, 0 .. 1.
         coupling: deviations of the other axes, [m] and [rad]; that of the commanded one is 0.
         before: velocity or yaw rate at the edge of a step from a steady flight; 0 for hover.
-        exchange: statistics of the exchange with a program that ran the law, see
-            `Session.exchange`.
-        ended: why that program ended in flight, else "".
         decay: time by which the transient has decayed by the linear model [s], 0 if unknown.
     """
 
     axis: str
     amplitude: float
-    recording: "Recording"
     metrics: StepMetrics
     peak_rotor_use: float
     coupling: Coupling
     before: float = 0.0
-    exchange: Mapping[str, float] = field(default_factory=dict)
-    ended: str = ""
     decay: float = 0.0
-
-    @property
-    def time(self) -> np.ndarray:
-        """Time from the edge on [s]."""
-        return self.recording.between(EDGE, np.inf).time - EDGE
 
     @property
     def response(self) -> np.ndarray:
         """Velocity or yaw rate from the edge on, relative to that before."""
-        return axis_velocity(self.recording.between(EDGE, np.inf), self.axis) - self.before
-
-    @property
-    def loss(self) -> "Loss | None":
-        """When and how the flight was lost, else None; the metrics of a lost flight mean little."""
-        from workbench.design.lost import find_loss
-
-        return find_loss(self.recording)
-
-    @property
-    def diverged_at(self) -> float:
-        """Time from the edge to the loss [s]; 0 if it was before, NaN without a loss."""
-        return max(0.0, self.loss.time - EDGE) if self.loss else math.nan
+        return axis_velocity(self.after, self.axis) - self.before
 
 
 def fly_step(
@@ -108,12 +79,13 @@ def fly_step(
     amplitude: float,
     *,
     duration: float | None = None,
-    scenario: Scenario | None = None,
+    scenario: "Scenario | Setup | None" = None,
     settings: Mapping[str, float] | None = None,
-    velocity: Sequence[float] = HOVER,
+    velocity: Sequence[float] = REST_VELOCITY_M_S,
     progress: Callable[[float], None] | None = None,
     flier: "Flier | None" = None,
     fly_on: str = "",
+    decay: float | None = None,
 ) -> StepResponse:
     """Fly one step and measure it.
 
@@ -121,13 +93,14 @@ def fly_step(
         axis: x, y, z or yaw.
         amplitude: of the command, [m/s] or [rad/s].
         duration: flown after the edge [s]; None for until it has settled, see `step_duration`.
-        scenario: its vehicle and rates are used; start and script are the step's own.
+        scenario: its vehicle and rates are used; start and script are the step's own. Or a setup.
         settings: parameter values for this flight.
         velocity: of the steady flight before the step, in W (3) [m/s].
         progress: called with the flown share, 0 .. 1.
         flier: of another step with the same arguments but axis and amplitude, see `step_flier`,
             to fly again; this saves building the diagram.
         fly_on: without a flier, who flies: see `Flier`.
+        decay: decay time of the linear step [s], if known, see `DecayTimes`.
 
     Raises:
         WorkbenchError: if axis, amplitude or duration are invalid, or the step cannot be flown.
@@ -137,27 +110,35 @@ def fly_step(
         check_duration(duration)
     from workbench.design.flier import Flier
     from workbench.design.linear_step import DecayTimes  # loads Drake
+    from workbench.setup import make_setup
 
-    scenario = scenario or Scenario()
-    decay = DecayTimes(scenario, velocity).of(axis, settings or {})
+    setup = make_setup(recorded_each_update(scenario), settings)
+    decay = DecayTimes(setup, velocity).of(axis) if decay is None else decay
     duration = step_duration(decay) if duration is None else duration
-    flight = step_scenario(axis, amplitude, duration, scenario, velocity)
+    flight = step_scenario(axis, amplitude, duration, setup.scenario, velocity)
     if flier:
         flier.follow(flight.script, flight.duration)
     else:
-        flier = Flier(flight, settings, fly_on)
+        flier = Flier(setup.with_scenario(flight), fly_on=fly_on)
     _check_within_limit(flier, axis, amplitude, velocity)
     flown = flier.fly(progress)
     recording = flown.recording
-    after = recording.between(EDGE, np.inf)
+    after = recording.between(STEP_EDGE_S, np.inf)
     response = axis_velocity(after, axis)
     before = float(response[0]) if any(velocity) else 0.0
+    use = float(after.rotor_use.max())
     return StepResponse(
         axis=axis,
         amplitude=amplitude,
         recording=recording,
-        metrics=step_metrics(after.time - EDGE, response - before, amplitude, decay=decay),
-        peak_rotor_use=float(after.rotor_use.max()),
+        metrics=step_metrics(
+            after.time - STEP_EDGE_S,
+            response - before,
+            amplitude,
+            decay=decay,
+            peak_rotor_use=use,
+        ),
+        peak_rotor_use=use,
         coupling=coupling(after, axis, velocity),
         before=before,
         exchange=flown.exchange,
@@ -166,16 +147,14 @@ def fly_step(
     )
 
 
-def step_flier(
-    scenario: Scenario | None = None,
-    settings: Mapping[str, float] | None = None,
-    flights: int = 1,
-) -> "Flier":
+def step_flier(scenario: "Scenario | Setup | None" = None, flights: int = 1) -> "Flier":
     """Return what flies steps of several axes one after another, see `fly_step` and `Flier`."""
     from workbench.design.flier import Flier
+    from workbench.setup import make_setup
 
-    flight = step_scenario(AXES[0], 1.0, USUAL_DURATION, scenario or Scenario())
-    return Flier(flight, settings, flights=flights)
+    setup = make_setup(recorded_each_update(scenario))
+    flight = step_scenario(AXIS_NAMES[0], 1.0, USUAL_STEP_S, setup.scenario)
+    return Flier(setup.with_scenario(flight), flights=flights)
 
 
 def check_step(axis: str, amplitude: float) -> None:
@@ -184,8 +163,17 @@ def check_step(axis: str, amplitude: float) -> None:
     Raises:
         WorkbenchError: that says what to give instead.
     """
-    if axis not in AXES:
-        raise unknown_name("axis", axis, AXES)
+    if axis not in AXIS_NAMES:
+        raise unknown_name("axis", axis, AXIS_NAMES)
+    check_amplitude(amplitude)
+
+
+def check_amplitude(amplitude: float) -> None:
+    """Check the amplitude of a step.
+
+    Raises:
+        WorkbenchError: if it is 0 or not finite.
+    """
     if not 0.0 < abs(amplitude) < math.inf:
         raise WorkbenchError(f"the amplitude is {amplitude:g}: give it a finite number, and not 0")
 
@@ -196,8 +184,37 @@ def check_duration(duration: float) -> None:
     Raises:
         WorkbenchError: if it is not.
     """
-    if not LEAST_DURATION <= duration <= MOST_DURATION:
-        raise WorkbenchError(f"a step cannot be measured in {duration:g} s: give it {DURATIONS}")
+    if not MIN_STEP_DURATION_S <= duration <= MAX_STEP_DURATION_S:
+        raise WorkbenchError(
+            f"a step cannot be measured in {duration:g} s: give it {STEP_DURATIONS_TEXT}"
+        )
+
+
+def recorded_each_update(scenario: "Scenario | Setup | None") -> "Scenario | Setup":
+    """Return a scenario with what a step records in place of its record period; a setup stays."""
+    scenario = scenario or Scenario()
+    if not isinstance(scenario, Scenario):
+        return scenario
+    rates = replace(scenario.rates, record_period=scenario.rates.control_period)
+    return replace(scenario, rates=rates)
+
+
+def scenario_before_step(
+    duration: float, scenario: Scenario, velocity: Sequence[float] = REST_VELOCITY_M_S
+) -> Scenario:
+    """Return the scenario of a step of any kind, whose script is still to come.
+
+    Args:
+        duration: after the edge [s].
+        scenario: of which vehicle, rates and surroundings are kept; it is not changed.
+        velocity: of the steady flight before the step, in W (3) [m/s].
+    """
+    flight = copy.deepcopy(scenario)
+    flight.start = ScenarioStart(position=[0.0, 0.0, STEP_START_HEIGHT_M], velocity=list(velocity))
+    flight.figure_eight = None
+    flight.duration = STEP_EDGE_S + duration
+    flight.rates.record_period = flight.rates.control_period
+    return flight
 
 
 def step_scenario(
@@ -205,47 +222,45 @@ def step_scenario(
     amplitude: float,
     duration: float,
     scenario: Scenario,
-    velocity: Sequence[float] = HOVER,
+    velocity: Sequence[float] = REST_VELOCITY_M_S,
 ) -> Scenario:
     """Return the scenario of one step; see `fly_step` for the arguments."""
-    flight = copy.deepcopy(at_own_period(scenario))
-    flight.start = Start(position=[0.0, 0.0, START_HEIGHT], velocity=list(velocity))
-    flight.figure_eight = None
-    flight.duration = EDGE + duration
-    flight.rates.record_period = flight.rates.control_period
+    flight = scenario_before_step(duration, scenario, velocity)
     command = stepped(axis, amplitude, velocity)
-    flight.script = [Action(at=EDGE, velocity=command[:3])]
+    flight.script = [Action(at=STEP_EDGE_S, velocity=command[:3])]
     if axis == "yaw":
-        flight.script = [Action(at=EDGE, yaw_rate=amplitude)]
+        flight.script = [Action(at=STEP_EDGE_S, yaw_rate=amplitude)]
     if any(velocity):
         flight.script.insert(0, Action(velocity=list(velocity)))
     return flight
 
 
-def stepped(axis: str, amplitude: float, velocity: Sequence[float] = HOVER) -> list[float]:
+def stepped(
+    axis: str, amplitude: float, velocity: Sequence[float] = REST_VELOCITY_M_S
+) -> list[float]:
     """Return the velocity in W and the yaw rate (4) that a step commands; see `fly_step`."""
     command = [*velocity, 0.0]
-    command[AXES.index(axis)] += amplitude
+    command[AXIS_NAMES.index(axis)] += amplitude
     return command
 
 
 def axis_command(recording: "Recording", axis: str) -> np.ndarray:
     """Return the command along an axis of W [m/s], or of the yaw rate [rad/s]."""
-    return recording.reference[:, AXES.index(axis)]
+    return recording.reference[:, AXIS_NAMES.index(axis)]
 
 
 def axis_velocity(recording: "Recording", axis: str) -> np.ndarray:
     """Return the velocity along an axis of W [m/s], or the yaw rate [rad/s]."""
     if axis == "yaw":
         return recording.w_WB[:, 2]
-    return recording.v_WB[:, AXES.index(axis)]
+    return recording.v_WB[:, AXIS_NAMES.index(axis)]
 
 
 def axis_acceleration(recording: "Recording", axis: str) -> np.ndarray:
     """Return the acceleration along an axis of W [m/s²], or about z [rad/s²]."""
     if axis == "yaw":
         return recording.wdot_WB[:, 2]
-    return recording.vdot_WB[:, AXES.index(axis)]
+    return recording.vdot_WB[:, AXIS_NAMES.index(axis)]
 
 
 def axis_force(recording: "Recording", axis: str) -> np.ndarray:
@@ -258,7 +273,7 @@ def axis_force(recording: "Recording", axis: str) -> np.ndarray:
         return recording.moment_B[:, 2]
     if axis == "z":
         return recording.total_thrust
-    return recording.force_W[:, AXES.index(axis)]
+    return recording.force_W[:, AXIS_NAMES.index(axis)]
 
 
 def _check_within_limit(
@@ -285,7 +300,9 @@ def _check_within_limit(
         )
 
 
-def coupling(after: "Recording", axis: str, velocity: Sequence[float] = HOVER) -> Coupling:
+def coupling(
+    after: "Recording", axis: str, velocity: Sequence[float] = REST_VELOCITY_M_S
+) -> Coupling:
     """Return the largest excursions of the axes that were not commanded.
 
     Args:
@@ -297,7 +314,7 @@ def coupling(after: "Recording", axis: str, velocity: Sequence[float] = HOVER) -
     p_WB = after.p_WB - np.outer(after.time - after.time[0], velocity)
     strayed = {
         name: float(np.abs(values - values[0]).max())
-        for name, values in zip(AXES, (*p_WB.T, yaw), strict=True)
+        for name, values in zip(AXIS_NAMES, (*p_WB.T, yaw), strict=True)
     }
     strayed |= {axis: 0.0} if axis else {}
     return Coupling(**strayed)

@@ -26,30 +26,32 @@ correction, equations 32 and 34.
 """
 
 import math
-from typing import Any
 
 import numpy as np
 
-from workbench.common.jitable import Vector, register_jitable
+from workbench.common.jitable import register_jitable
+from workbench.common.vectors import Numbers, Vector3
 from workbench.dynamics.rigid_body import cross, into_world, rotation
-from workbench.estimation.ekf import NOMINAL, nominal, turned_by
+from workbench.estimation.ekf import nominal
+from workbench.estimation.ekf_propagation import turned_by
+from workbench.estimation.ekf_state import NOMINAL
 from workbench.estimation.samples import BAROMETER, GPS, MAGNETOMETER
 from workbench.plant.gravity import GRAVITY
 
-LAST = NOMINAL
-SIZE = LAST + 4 + 3 + 3 + 1
+LAST_SAMPLES_INDEX = NOMINAL
+COMPLEMENTARY_MEMORY_SIZE = LAST_SAMPLES_INDEX + 4 + 3 + 3 + 1
 """Layout of the memory, and its size: the nominal state as in the EKF, with a zero accelerometer
 bias (16); whether GPS, barometer and magnetometer have had samples, and the age of the last GPS
 sample (4); position (3) and velocity (3) of the last GPS sample, and height of the last barometer
 sample (1)."""
-GPS_HELD = 1.0
+GPS_HOLD_TIME_S = 1.0
 """The last GPS sample is used for this long [s]."""
-_LEAST_FORCE, _MOST_FORCE = 0.5, 1.5
+_MIN_FORCE_RATIO, _MAX_FORCE_RATIO = 0.5, 1.5
 """Range of specific force over g in which it is used as the upward direction."""
 
 
 @register_jitable
-def turning(x: Vector, imu: Vector, field: Vector, m_W: Vector) -> tuple[Any, Any, Any]:
+def turning(x: Numbers, imu: Numbers, field: Numbers, m_W: Numbers) -> Vector3:
     """Return the attitude error e (3).
 
     Args:
@@ -63,7 +65,7 @@ def turning(x: Vector, imu: Vector, field: Vector, m_W: Vector) -> tuple[Any, An
     f = (imu[3], imu[4], imu[5])
     size = (f[0] * f[0] + f[1] * f[1] + f[2] * f[2]) ** 0.5
     e_x, e_y, e_z = 0.0 * size, 0.0 * size, 0.0 * size
-    if _LEAST_FORCE * GRAVITY < size < _MOST_FORCE * GRAVITY:
+    if _MIN_FORCE_RATIO * GRAVITY < size < _MAX_FORCE_RATIO * GRAVITY:
         e_x, e_y, e_z = cross((f[0] / size, f[1] / size, f[2] / size), up)
     n_x, n_y, _ = into_world(R, (field[0], field[1], field[2]))
     level = ((n_x * n_x + n_y * n_y) * (m_W[0] * m_W[0] + m_W[1] * m_W[1])) ** 0.5
@@ -75,20 +77,23 @@ def turning(x: Vector, imu: Vector, field: Vector, m_W: Vector) -> tuple[Any, An
 
 @register_jitable
 def update(
-    memory: np.ndarray, z: np.ndarray, settings: Vector, mounting: np.ndarray, dt: float
+    memory: np.ndarray, z: np.ndarray, settings: Numbers, mounting: np.ndarray, dt: float
 ) -> None:
     """Do an update in place.
 
     Args:
-        memory: see `SIZE`.
+        memory: see `COMPLEMENTARY_MEMORY_SIZE`.
         z: see `samples`.
         settings: see `settings.ComplementarySettings`.
         mounting: see `samples.Mounting.packed`.
         dt: since the previous update [s]; 0 at the first.
     """
     x = memory[:NOMINAL]
-    seen = memory[LAST : LAST + 4]
-    p_y, v_y = memory[LAST + 4 : LAST + 7], memory[LAST + 7 : LAST + 10]
+    seen = memory[LAST_SAMPLES_INDEX : LAST_SAMPLES_INDEX + 4]
+    p_y, v_y = (
+        memory[LAST_SAMPLES_INDEX + 4 : LAST_SAMPLES_INDEX + 7],
+        memory[LAST_SAMPLES_INDEX + 7 : LAST_SAMPLES_INDEX + 10],
+    )
     kp, ki = settings[0], settings[1]
     e = turning(x, z, z[MAGNETOMETER + 1 : MAGNETOMETER + 4] * z[MAGNETOMETER], mounting[15:18])
     w = (
@@ -114,8 +119,8 @@ def update(
             p_y[i] = z[GPS + 2 + i] - arm[i] + z[GPS + 1] * v_y[i]
     if z[BAROMETER] > 0.0:
         seen[1] = 1.0
-        memory[LAST + 10] = z[BAROMETER + 1] - below[2]
-    by_gps = seen[0] if seen[3] <= GPS_HELD else 0.0
+        memory[LAST_SAMPLES_INDEX + 10] = z[BAROMETER + 1] - below[2]
+    by_gps = seen[0] if seen[3] <= GPS_HOLD_TIME_S else 0.0
     for i in range(4):
         x[i] = q[i]
     for i in range(3):
@@ -127,24 +132,24 @@ def update(
             p_y[i] += way
             v_y[i] += dt * pull
         if i == 2 and z[BAROMETER] == 0.0:
-            memory[LAST + 10] += way
+            memory[LAST_SAMPLES_INDEX + 10] += way
         time, target, known = settings[2], p_y[i], by_gps
         if i == 2 and seen[1] > 0.0:
-            time, target, known = settings[4], memory[LAST + 10], 1.0
+            time, target, known = settings[4], memory[LAST_SAMPLES_INDEX + 10], 1.0
         gap = known * (target - p)
         drawn = by_gps * (v_y[i] - v) / settings[3]
         x[4 + i] = p + dt * 2.0 / time * gap
         x[7 + i] = v + dt * (gap / (time * time) + drawn)
 
 
-def initial(state: Vector, p_BI: Vector) -> np.ndarray:
+def initial_complementary(state: Numbers, p_BI: Numbers) -> np.ndarray:
     """Return the initial memory for a known motion.
 
     Args:
         state: q_WB, p_WB, w_WB_W, v_WB_W (13).
         p_BI: of the IMU (3) [m].
     """
-    memory = np.zeros(SIZE)
+    memory = np.zeros(COMPLEMENTARY_MEMORY_SIZE)
     memory[:NOMINAL] = nominal(state, p_BI)
     assert math.isfinite(memory.sum())
     return memory

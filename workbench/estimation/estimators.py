@@ -12,8 +12,7 @@ Only `update` is required.
 """
 
 import hashlib
-import inspect
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path
@@ -24,50 +23,50 @@ import numpy as np
 from workbench.common.errors import WorkbenchError, unknown_name
 from workbench.common.jitable import mark_functions
 from workbench.common.own_file import (
-    at_most_lines,
     check_names,
-    find_own,
-    non_finite_named,
-    own_errors,
-    read_own,
-    record,
-    run_own,
-    stated_memory,
-    stated_parameters,
-    stated_update,
+    find_user_file,
+    limit_executed_lines,
+    locate_non_finite,
+    read_memory,
+    read_parameters,
+    read_update,
+    read_user_file,
+    run_user_file,
+    user_code_errors,
+    user_record_type,
 )
 from workbench.common.parameter import Parameter, State
+from workbench.common.vectors import Numbers
 from workbench.dynamics.rigid_body import into_world, rotation
-from workbench.estimation import complementary, ekf
+from workbench.estimation import complementary, ekf, ekf_propagation, ekf_state
 from workbench.estimation.ekf import InitialDeviations
+from workbench.estimation.estimator_file import (
+    ESTIMATOR_ARGUMENTS,
+    checked_array,
+    optional_function,
+)
 from workbench.estimation.samples import (
     BAROMETER,
     GPS,
     MAGNETOMETER,
     RANGE_FINDER,
-    SAMPLES,
+    SAMPLE_ARRAY_SIZE,
     Mounting,
 )
 from workbench.estimation.settings import (
     COMPLEMENTARY,
     EKF,
     ESTIMATORS,
-    OWN,
     TRUTH,
+    USER_ESTIMATOR,
     ComplementarySettings,
     EkfSettings,
 )
 from workbench.plant.gravity import GRAVITY
 
-ARGUMENTS = {
-    "update": ("memory", "z", "settings", "mounting", "dt"),
-    "begin": ("state", "mounting", "drawn", "known"),
-    "covariance": ("memory",),
-}
-"""Arguments of the functions of a file, in this order."""
-TRIAL_PERIOD = 1 / 128
+ESTIMATOR_TRIAL_PERIOD_S = 1 / 128
 """Time between two updates in the trial of a file's functions [s]."""
-TRIANGLE = np.triu_indices(9)
+COVARIANCE_TRIANGLE = np.triu_indices(9)
 """Rows and columns of the upper triangle, row by row, of attitude, position and velocity (45)."""
 NOMINAL_NAMES = (
     *(f"q_{axis}" for axis in "wxyz"),
@@ -90,7 +89,7 @@ class Estimator:
             (15) and the standard deviations of the initial errors.
         error_covariance: returns the covariance of its errors (15, 15), None if it has none.
         measured: returns innovation and variance of each measurement of this update (20), NaN for
-            the others, see `ekf.CHANNELS`; None if it has none.
+            the others, see `ekf_state.MEASUREMENT_CHANNELS`; None if it has none.
         memory: its states after the nominal state; empty for the EKF, because linear models use its
             settled covariance.
         parameters: rows of the parameter table; empty for a shipped one, as are the next two.
@@ -100,7 +99,9 @@ class Estimator:
 
     name: str
     settings: Any = field(repr=False)
-    update: Callable[..., None] = field(repr=False)
+    update: Callable[[np.ndarray, np.ndarray, np.ndarray, np.ndarray, float], None] = field(
+        repr=False
+    )
     begin: Callable[[np.ndarray, Mounting, np.ndarray, InitialDeviations], np.ndarray] = field(
         repr=False
     )
@@ -118,7 +119,7 @@ class Estimator:
 
     @property
     def key(self) -> str:
-        """Name for machine code, see `jitable.unique`."""
+        """Name for machine code, see `give_unique_name`."""
         return f"{self.name}_{self.digest[:12]}" if self.file else self.name
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -133,17 +134,23 @@ class Estimator:
         return found
 
     def covariance(self, memory: np.ndarray) -> np.ndarray:
-        """Return the covariance of attitude, position and velocity, see `TRIANGLE` (45)."""
-        found: np.ndarray = self._covariance(memory)[TRIANGLE]
+        """Return the covariance of attitude, position and velocity, see `COVARIANCE_TRIANGLE`
+        (45).
+        """
+        found: np.ndarray = self._covariance(memory)[COVARIANCE_TRIANGLE]
         return found
 
     def innovations(self, memory: np.ndarray) -> np.ndarray:
         """Return innovations and variances of the measurements of this update, see `measured`."""
-        return self.measured(memory) if self.measured else np.full(2 * ekf.CHANNELS, np.nan)
+        return (
+            self.measured(memory)
+            if self.measured
+            else np.full(2 * ekf_state.MEASUREMENT_CHANNELS, np.nan)
+        )
 
     def _covariance(self, memory: np.ndarray) -> np.ndarray:
         if self.error_covariance is None:
-            return np.full((ekf.ERRORS, ekf.ERRORS), np.nan)
+            return np.full((ekf_state.ERRORS, ekf_state.ERRORS), np.nan)
         return self.error_covariance(memory)
 
 
@@ -151,24 +158,24 @@ def _begin_ekf(
     state: np.ndarray, mounting: Mounting, drawn: np.ndarray, known: InitialDeviations
 ) -> np.ndarray:
     """Return the initial memory, with errors of the standard deviations that the filter assumes."""
-    memory = ekf.initial(state, mounting.p_BI, known)
+    memory = ekf.initial_ekf(state, mounting.p_BI, known)
     errors = np.repeat(np.array(known), 3) * drawn
     errors[9:] = 0.0  # estimated biases start at 0, because the true ones are unknown
-    memory[: ekf.NOMINAL] = ekf.corrected(memory[: ekf.NOMINAL], errors)
+    memory[: ekf_state.NOMINAL] = ekf_propagation.corrected(memory[: ekf_state.NOMINAL], errors)
     return memory
 
 
 def _ekf_innovations(memory: np.ndarray) -> np.ndarray:
-    return ekf.innovations_of(memory).ravel()
+    return ekf_state.innovations_of(memory).ravel()
 
 
 def _begin_complementary(
     state: np.ndarray, mounting: Mounting, drawn: np.ndarray, known: InitialDeviations
 ) -> np.ndarray:
-    return complementary.initial(state, mounting.p_BI)
+    return complementary.initial_complementary(state, mounting.p_BI)
 
 
-_KNOWN = (
+_SHIPPED_ESTIMATORS = (
     Estimator(
         COMPLEMENTARY,
         ComplementarySettings,
@@ -187,7 +194,7 @@ _KNOWN = (
         EkfSettings,
         ekf.update,
         _begin_ekf,
-        ekf.covariance_of,
+        ekf_state.covariance_of,
         _ekf_innovations,
     ),
 )
@@ -207,13 +214,13 @@ def find_estimator(name: str) -> Estimator | None:
     """
     if name == TRUTH:
         return None
-    for each in _KNOWN:
+    for each in _SHIPPED_ESTIMATORS:
         if each.name == name:
             return each
-    path = find_own(name, "estimator")
+    path = find_user_file(name, "estimator")
     if path is None:
         raise unknown_name("estimator", name, ESTIMATORS)
-    return _from_text(path.stem, path.resolve(), read_own(path, "estimator"))
+    return _from_text(path.stem, path.resolve(), read_user_file(path, "estimator"))
 
 
 @lru_cache(maxsize=32)
@@ -225,14 +232,14 @@ def _from_text(name: str, file: Path, text: str) -> Estimator:
     """
     if name in ESTIMATORS:
         raise WorkbenchError(f"{file}: has the name of the shipped {name}: give it another name")
-    module = run_own("estimator", name, file, text)
+    module = run_user_file("estimator", name, file, text)
     own = vars(module)
-    update = stated_update(file, own, ARGUMENTS["update"])
-    rows = tuple(replace(row, system=OWN) for row in stated_parameters(file, own))
+    update = read_update(file, own, ESTIMATOR_ARGUMENTS["update"])
+    rows = tuple(replace(row, system=USER_ESTIMATOR) for row in read_parameters(file, own))
     names = [row.name for row in rows]
     check_names(file, "parameter", names)
-    memory = stated_memory(file, own)
-    begin, covariance = (_optional(file, own, each) for each in ("begin", "covariance"))
+    memory = read_memory(file, own)
+    begin, covariance = (optional_function(file, own, each) for each in ("begin", "covariance"))
     # without it, machine code does not check indices
     mark_functions(module, boundscheck=True)
     initial = np.array([each.initial for each in memory])
@@ -242,18 +249,20 @@ def _from_text(name: str, file: Path, text: str) -> Estimator:
     ) -> np.ndarray:
         if begin is None:
             return np.concatenate([ekf.nominal(state, mounting.p_BI), initial])
-        with own_errors(file, "begin"):
-            return _array(file, "begin", begin(state, mounting, drawn, known), size)
+        with user_code_errors(file, "begin"):
+            return checked_array(file, "begin", begin(state, mounting, drawn, known), size)
 
     def checked_covariance(memory: np.ndarray) -> np.ndarray:
         assert covariance
-        with own_errors(file, "covariance"):
-            return _array(file, "covariance", covariance(memory), ekf.ERRORS, ekf.ERRORS)
+        with user_code_errors(file, "covariance"):
+            return checked_array(
+                file, "covariance", covariance(memory), ekf_state.ERRORS, ekf_state.ERRORS
+            )
 
-    size = ekf.NOMINAL + len(memory)
+    size = ekf_state.NOMINAL + len(memory)
     estimator = Estimator(
         name=name,
-        settings=record("Settings", names, [row.default for row in rows]),
+        settings=user_record_type("Settings", names, [row.default for row in rows]),
         update=update,
         begin=begun,
         error_covariance=checked_covariance if covariance else None,
@@ -262,55 +271,12 @@ def _from_text(name: str, file: Path, text: str) -> Estimator:
         file=file,
         text=text,
     )
-    with own_errors(file, "update"), at_most_lines(file):
-        _tried(estimator)
+    with user_code_errors(file, "update"), limit_executed_lines(file):
+        _check_estimator_by_trial(estimator)
     return estimator
 
 
-def _optional(file: Path, own: Mapping[str, Any], name: str) -> Callable[..., Any] | None:
-    """Return an optional function of a file, None without it.
-
-    Raises:
-        WorkbenchError: if it is not a function, or has other arguments.
-    """
-    function, wanted = own.get(name), ARGUMENTS[name]
-    if function is None:
-        return None
-    if not inspect.isfunction(function) or tuple(inspect.signature(function).parameters) != wanted:
-        raise WorkbenchError(
-            f"{file}: {name} is not a function of ({', '.join(wanted)}): write def "
-            f"{name}({', '.join(wanted)}), or leave it out"
-        )
-    return function
-
-
-def _array(file: Path, what: str, found: Any, *shape: int) -> np.ndarray:
-    """Return the result of a function of a file, which must be an array of finite numbers.
-
-    Args:
-        file: of the function.
-        what: name of the function.
-        found: its result.
-        shape: required shape.
-
-    Raises:
-        WorkbenchError: if the result is anything else.
-    """
-    wanted = " x ".join(map(str, shape))
-    if not isinstance(found, np.ndarray) or found.shape != shape:
-        has = "x".join(map(str, found.shape)) if isinstance(found, np.ndarray) else repr(found)
-        rule = ""
-        if what == "begin":
-            rule = f": {ekf.NOMINAL} of the nominal state, and one for each row of MEMORY"
-        raise WorkbenchError(
-            f"{file}: {what} returns {has:.60}: let it be an array of {wanted} numbers{rule}"
-        )
-    if not np.isfinite(found).all():
-        raise WorkbenchError(f"{file}: {what} returns numbers that are not finite: correct it")
-    return found.astype(float)
-
-
-def _tried(estimator: Estimator) -> None:
+def _check_estimator_by_trial(estimator: Estimator) -> None:
     """Run a file's functions with plain numbers: at rest in hover, and in motion.
 
     Raises:
@@ -326,15 +292,19 @@ def _tried(estimator: Estimator) -> None:
         (still, (0.0, 0.0, 0.0), (0.0, 0.0, GRAVITY)),
         (moves, (0.1, -0.2, 0.3), (0.5, -0.4, 1.1 * GRAVITY)),
     ):
-        memory = estimator.begin(state, mounting, np.zeros(ekf.ERRORS), InitialDeviations())
-        silent = np.zeros(SAMPLES)
+        memory = estimator.begin(state, mounting, np.zeros(ekf_state.ERRORS), InitialDeviations())
+        silent = np.zeros(SAMPLE_ARRAY_SIZE)
         silent[:6] = *w, *f
-        heard = silent.copy()
-        heard[[GPS, BAROMETER, MAGNETOMETER, RANGE_FINDER]] = 1.0
-        heard[GPS + 2 : GPS + 8] = *state[4:7], *state[10:13]
-        heard[BAROMETER + 1] = heard[RANGE_FINDER + 1] = state[6]
-        heard[MAGNETOMETER + 1 : MAGNETOMETER + 4] = mounting.m_W
-        for z, dt in ((silent, 0.0), (heard, TRIAL_PERIOD), (silent, TRIAL_PERIOD)):
+        complete = silent.copy()
+        complete[[GPS, BAROMETER, MAGNETOMETER, RANGE_FINDER]] = 1.0
+        complete[GPS + 2 : GPS + 8] = *state[4:7], *state[10:13]
+        complete[BAROMETER + 1] = complete[RANGE_FINDER + 1] = state[6]
+        complete[MAGNETOMETER + 1 : MAGNETOMETER + 4] = list(mounting.m_W)
+        for z, dt in (
+            (silent, 0.0),
+            (complete, ESTIMATOR_TRIAL_PERIOD_S),
+            (silent, ESTIMATOR_TRIAL_PERIOD_S),
+        ):
             with np.errstate(all="ignore"):
                 found = update(memory, z.copy(), settings, mounting.packed(), dt)
             if found is not None:
@@ -373,17 +343,17 @@ def checked_update(estimator: Estimator) -> Callable[..., None]:
     ) -> None:
         before = memory.copy()
         divides = np.errstate(divide="raise", over="ignore", invalid="ignore")
-        with own_errors(file, "update"), divides:
+        with user_code_errors(file, "update"), divides:
             update(memory, z.copy(), settings, mounting, dt)
             if not np.isfinite(memory).all():
-                with non_finite_named(file, "update"):
+                with locate_non_finite(file, "update"):
                     update(before, z, settings, mounting, dt)
         _check_finite(str(file), estimator, memory)
 
     return checked
 
 
-def known_motion(memory: np.ndarray, rates: np.ndarray, p_BI: Sequence[float]) -> np.ndarray:
+def known_motion(memory: np.ndarray, rates: np.ndarray, p_BI: Numbers) -> np.ndarray:
     """Return the estimated motion of the base origin (13).
 
     Args:
@@ -394,6 +364,6 @@ def known_motion(memory: np.ndarray, rates: np.ndarray, p_BI: Sequence[float]) -
     Returns:
         q_WB, p_WB [m], w_WB_W [rad/s] and v_WB_W [m/s].
     """
-    motion = ekf.estimate(ekf.nominal_of(memory), rates.tolist(), p_BI)
+    motion = ekf.motion_estimate(ekf_state.nominal_of(memory), rates.tolist(), p_BI)
     w_WB = into_world(rotation(motion[:4]), motion[7:10])
     return np.array([*motion[:7], *w_WB, *motion[10:]])

@@ -15,21 +15,21 @@ Cytomic, 2013; V. Zavalishin, The Art of VA Filter Design, 2.1, 2018, sections 3
 
 import math
 from collections.abc import Sequence
-from typing import Any
 
-from workbench.common.jitable import Scalar, register_jitable
+from workbench.common.jitable import register_jitable
+from workbench.common.vectors import Numbers, Vector3
 
 NYQUIST_SHARE = 0.49
 """A filter with a frequency above this share of the sampling rate is off."""
 
 
 Section = tuple[float, float, float, float, float, float, float, float, float]
-THROUGH: Section = (0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0)
+PASS_THROUGH: Section = (0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0)
 """Passes the input; its state is that of a filter at rest, so that switching causes no jump."""
 
 
 @register_jitable
-def works(frequency: float, period: float) -> bool:
+def filter_is_on(frequency: float, period: float) -> bool:
     """Return whether a filter at a frequency [Hz] is on, for samples every `period` [s]."""
     return 0.0 < frequency <= NYQUIST_SHARE / period
 
@@ -43,8 +43,8 @@ def lowpass(cutoff: float, order: float, period: float) -> Section:
         order: 1 or 2.
         period: between samples [s].
     """
-    if not works(cutoff, period):
-        return THROUGH
+    if not filter_is_on(cutoff, period):
+        return PASS_THROUGH
     g = math.tan(math.pi * cutoff * period)
     if order == 1.0:
         share = g / (1.0 + g)
@@ -72,8 +72,8 @@ def notch(centre: float, width: float, period: float) -> Section:
         width: of the band below -3 dB [Hz].
         period: between samples [s].
     """
-    if not works(centre, period):
-        return THROUGH
+    if not filter_is_on(centre, period):
+        return PASS_THROUGH
     g = math.tan(math.pi * centre * period)
     # scipy.signal.iirnotch has the band's edges where the digital filter is 3 dB down
     k = math.tan(math.pi * min(width, 0.5 / period * NYQUIST_SHARE) * period) * (1.0 + g * g) / g
@@ -92,13 +92,13 @@ def notch(centre: float, width: float, period: float) -> Section:
 
 
 @register_jitable(forceinline=True)
-def output(section: Any, x_1: Scalar, x_2: Scalar, u: Scalar) -> Scalar:
+def section_output(section: Numbers, x_1: float, x_2: float, u: float) -> float:
     """Return the output of a section with states x_1, x_2 for an input."""
     return section[6] * x_1 + section[7] * x_2 + section[8] * u
 
 
 @register_jitable(forceinline=True)
-def after(section: Any, x_1: Scalar, x_2: Scalar, u: Scalar) -> tuple[Scalar, Scalar]:
+def section_states(section: Numbers, x_1: float, x_2: float, u: float) -> tuple[float, float]:
     """Return the states of a section after an input."""
     return (
         section[0] * x_1 + section[1] * x_2 + section[4] * u,
@@ -107,7 +107,7 @@ def after(section: Any, x_1: Scalar, x_2: Scalar, u: Scalar) -> tuple[Scalar, Sc
 
 
 @register_jitable
-def _band(g: float, k: float) -> tuple[float, float, float]:
+def _band(g: float, k: float) -> Vector3:
     """Return the factors of a state variable filter with damping k / 2."""
     a1 = 1.0 / (1.0 + g * (g + k))
     a2 = g * a1
@@ -115,7 +115,7 @@ def _band(g: float, k: float) -> tuple[float, float, float]:
 
 
 def mean_smoothed(
-    section: Any, states: Sequence[float], rows: Sequence[Sequence[float]]
+    section: Numbers, states: Sequence[float], rows: Sequence[Sequence[float]]
 ) -> tuple[list[float], list[float]]:
     """Return the mean output of a section for vectors in turn (3), and its states after them (6).
 
@@ -128,7 +128,7 @@ def mean_smoothed(
     for i, values in enumerate(zip(*rows, strict=True)):
         x_1, x_2 = states[2 * i : 2 * i + 2]
         for value in values:
-            mean[i] += output(section, x_1, x_2, value) / count
-            x_1, x_2 = after(section, x_1, x_2, value)
+            mean[i] += section_output(section, x_1, x_2, value) / count
+            x_1, x_2 = section_states(section, x_1, x_2, value)
         ends += [x_1, x_2]
     return mean, ends

@@ -6,13 +6,20 @@ and one at each control update.
 
 from typing import NamedTuple
 
-from workbench.common.jitable import Scalar, Vector, register_jitable
+from workbench.common.jitable import register_jitable
+from workbench.common.vectors import Numbers, Vector3
 from workbench.dynamics.rigid_body import into_body, rotation
-from workbench.estimation.filters import after, lowpass, notch, output, works
+from workbench.estimation.filters import (
+    filter_is_on,
+    lowpass,
+    notch,
+    section_output,
+    section_states,
+)
 
-STATES = 12
+GYRO_STATE_COUNT = 12
 """For each axis x, y, z of B: two states of the notch and two of the low-pass."""
-COEFFICIENTS = 18
+GYRO_COEFFICIENT_COUNT = 18
 """Those of the notch, then those of the low-pass; see `filters`."""
 
 
@@ -26,10 +33,6 @@ class GyroSettings(NamedTuple):
     gyro_notch_width: float = 20.0
     accel_lowpass: float = 0.0
     accel_lowpass_order: float = 2.0
-
-
-UNFILTERED = GyroSettings()
-"""A sample at every physics step, and no filters."""
 
 
 @register_jitable
@@ -49,42 +52,42 @@ def sample_steps(rate: float, step: float, steps: int) -> int:
     return 1
 
 
-@register_jitable
-def filters_gyro(settings: Vector, period: float) -> bool:
-    """Return whether any filter works at samples every `period` [s]; see `GyroSettings`."""
-    return works(settings[1], period) or works(settings[3], period)
+def filters_gyro(settings: GyroSettings, period: float) -> bool:
+    """Return whether any filter works at samples every `period` [s]."""
+    return filter_is_on(settings.gyro_lowpass, period) or filter_is_on(settings.gyro_notch, period)
 
 
-@register_jitable
-def gyro_filter(settings: Vector, period: float) -> tuple[float, ...]:
+def gyro_filter(settings: GyroSettings, period: float) -> tuple[float, ...]:
     """Return the coefficients (18) of both filters for samples every `period` [s]."""
-    return notch(settings[3], settings[4], period) + lowpass(settings[1], settings[2], period)
+    return notch(settings.gyro_notch, settings.gyro_notch_width, period) + lowpass(
+        settings.gyro_lowpass, settings.gyro_lowpass_order, period
+    )
 
 
 @register_jitable(forceinline=True)
-def body_rates(state: Vector) -> tuple[Scalar, Scalar, Scalar]:
+def state_body_rates(state: Numbers) -> Vector3:
     """Return the angular velocity w_WB in B [rad/s] of a state of the body (13)."""
     return into_body(rotation(state[0:4]), state[7:10])
 
 
 @register_jitable(forceinline=True)
-def filtered_axis(coefficients: Vector, x: Vector, w: Scalar) -> Scalar:
+def filtered_axis(coefficients: Numbers, x: Numbers, w: float) -> float:
     """Return the output of both filters on an axis with states x (4) for a rate [rad/s]."""
-    between = output(coefficients[0:9], x[0], x[1], w)
-    return output(coefficients[9:18], x[2], x[3], between)
+    between = section_output(coefficients[0:9], x[0], x[1], w)
+    return section_output(coefficients[9:18], x[2], x[3], between)
 
 
 @register_jitable(forceinline=True)
-def stepped_axis(
-    coefficients: Vector, x: Vector, w: Scalar
-) -> tuple[Scalar, Scalar, Scalar, Scalar]:
+def stepped_axis(coefficients: Numbers, x: Numbers, w: float) -> tuple[float, float, float, float]:
     """Return the states (4) of an axis after a rate [rad/s]."""
-    between = output(coefficients[0:9], x[0], x[1], w)
-    return after(coefficients[0:9], x[0], x[1], w) + after(coefficients[9:18], x[2], x[3], between)
+    between = section_output(coefficients[0:9], x[0], x[1], w)
+    return section_states(coefficients[0:9], x[0], x[1], w) + section_states(
+        coefficients[9:18], x[2], x[3], between
+    )
 
 
 @register_jitable
-def filtered_rates(coefficients: Vector, x: Vector, w_B: Vector) -> tuple[Scalar, Scalar, Scalar]:
+def filtered_rates(coefficients: Numbers, x: Numbers, w_B: Numbers) -> Vector3:
     """Return the outputs (3) of the filters with states x (12) for angular velocities in B."""
     return (
         filtered_axis(coefficients, x[0:4], w_B[0]),
@@ -94,7 +97,7 @@ def filtered_rates(coefficients: Vector, x: Vector, w_B: Vector) -> tuple[Scalar
 
 
 @register_jitable
-def stepped_filters(coefficients: Vector, x: Vector, w_B: Vector) -> tuple[Scalar, ...]:
+def stepped_filters(coefficients: Numbers, x: Numbers, w_B: Numbers) -> tuple[float, ...]:
     """Return the states of the filters (12) after angular velocities in B (3)."""
     return (
         stepped_axis(coefficients, x[0:4], w_B[0])
@@ -104,7 +107,7 @@ def stepped_filters(coefficients: Vector, x: Vector, w_B: Vector) -> tuple[Scala
 
 
 @register_jitable(forceinline=True)
-def at_rest(w_B: Vector) -> tuple[Scalar, ...]:
+def steady_gyro_states(w_B: Numbers) -> tuple[float, ...]:
     """Return the states of the filters (12) for a constant angular velocity in B."""
     x, y, z = w_B
     zero = 0.0 * x
@@ -112,7 +115,7 @@ def at_rest(w_B: Vector) -> tuple[Scalar, ...]:
 
 
 @register_jitable(forceinline=True)
-def sensed(state: Vector, w_B: Vector) -> tuple[Scalar, ...]:
+def with_sensed_rates(state: Numbers, w_B: Numbers) -> tuple[float, ...]:
     """Return a state of the body (13) with another angular velocity, given in B (3) [rad/s]."""
     R = rotation(state[0:4])
     x, y, z = w_B

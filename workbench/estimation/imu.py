@@ -9,22 +9,20 @@ from typing import NamedTuple
 
 import numpy as np
 
-from workbench.common.jitable import Scalar, Vector, register_jitable
+from workbench.common.jitable import register_jitable
+from workbench.common.vectors import Numbers, Vector3
 from workbench.dynamics.air.normals import drawn_normals, normal_rows
 from workbench.dynamics.rigid_body import into_body, into_world, rotation
+from workbench.plant.faults import FAULT_NOISE_FACTOR, Fault
 from workbench.plant.gravity import GRAVITY
 from workbench.plant.sensors import Imu
 
-Six = tuple[Scalar, Scalar, Scalar, Scalar, Scalar, Scalar]
+ImuVector = tuple[float, float, float, float, float, float]
 """Angular velocity [rad/s], then specific force [m/s²]."""
 
-NOISE_FACTOR = 10.0
-"""Factor on the standard deviation of a noisy one."""
-FROZEN, NOISY, SILENT = 1.0, 2.0, 3.0
-"""Faults."""
-SOURCE = "imu of the estimator"
+IMU_NOISE_SOURCE = "imu of the estimator"
 """Name of the source of its noise."""
-FIRST_DRAW = 1 << 40
+BIAS_DRAW_NUMBER = 1 << 40
 """Number of the draw of biases, larger than those of samples."""
 
 
@@ -67,7 +65,7 @@ def imu_noise(sensor: Imu, step: float, period: float) -> ImuNoise:
 
 
 @register_jitable
-def drawn_bias(mean: Vector, spread: Vector, seed: float) -> Six:
+def drawn_imu_bias(mean: Numbers, spread: Numbers, seed: float) -> ImuVector:
     """Return the initial biases of a flight, in the axes of the sensor (6).
 
     Args:
@@ -75,7 +73,7 @@ def drawn_bias(mean: Vector, spread: Vector, seed: float) -> Six:
         spread: their deviations (6).
         seed: of the flight's noise.
     """
-    drawn = drawn_normals(seed, FIRST_DRAW)
+    drawn = drawn_normals(seed, BIAS_DRAW_NUMBER)
     return (
         mean[0] + spread[0] * drawn[0],
         mean[1] + spread[1] * drawn[1],
@@ -86,14 +84,8 @@ def drawn_bias(mean: Vector, spread: Vector, seed: float) -> Six:
     )
 
 
-@register_jitable
-def six(values: Vector) -> Six:
-    """Return six numbers of an array as a tuple."""
-    return values[0], values[1], values[2], values[3], values[4], values[5]
-
-
 @register_jitable(forceinline=True)
-def measured(state: Vector, acceleration: Vector, p_BS: Vector) -> Six:
+def ideal_imu_sample(state: Numbers, acceleration: Numbers, p_BS: Numbers) -> ImuVector:
     """Return the measurement of an ideal IMU, in the axes of B.
 
     Args:
@@ -117,7 +109,7 @@ def measured(state: Vector, acceleration: Vector, p_BS: Vector) -> Six:
 
 
 @register_jitable(forceinline=True)
-def carried(state: Vector, p_BS: Vector) -> tuple[Scalar, ...]:
+def imu_velocity_state(state: Numbers, p_BS: Numbers) -> tuple[float, ...]:
     """Return q_WB and the velocity of the IMU in W [m/s] (7) of a state of the body (13)."""
     l_x, l_y, l_z = into_world(rotation(state[0:4]), p_BS)
     w_x, w_y, w_z = state[7:10]
@@ -133,14 +125,14 @@ def carried(state: Vector, p_BS: Vector) -> tuple[Scalar, ...]:
 
 
 @register_jitable(forceinline=True)
-def mean_force(before: Vector, now: Vector, period: Scalar) -> tuple[Scalar, Scalar, Scalar]:
+def mean_force(before: Numbers, now: Numbers, period: float) -> Vector3:
     """Return the mean specific force between two samples, in B half-way between their attitudes.
 
     It is that of the change of velocity. The force at an instant would miss an impact, or take its
     peak for the mean: a landing at 0.4 m/s is over within a millisecond of 1500 m/s².
 
     Args:
-        before: see `carried`.
+        before: see `imu_velocity_state`.
         now: likewise.
         period: between them [s].
     """
@@ -157,7 +149,7 @@ def mean_force(before: Vector, now: Vector, period: Scalar) -> tuple[Scalar, Sca
 
 
 @register_jitable
-def mean_rate(before: Vector, now: Vector, period: float) -> tuple[float, float, float]:
+def mean_rate(before: Numbers, now: Numbers, period: float) -> Vector3:
     """Return the mean angular velocity between two attitudes, in B [rad/s].
 
     Args:
@@ -177,12 +169,12 @@ def mean_rate(before: Vector, now: Vector, period: float) -> tuple[float, float,
     return share * x, share * y, share * z
 
 
-def noise_rows(
+def imu_noise_rows(
     noise: ImuNoise,
     numbers: np.ndarray,
     every: int,
     fault: float,
-    bias: Vector,
+    bias: Numbers,
     seed: float,
     R_BS: Sequence[Sequence[float]] | np.ndarray,
 ) -> np.ndarray:
@@ -192,32 +184,19 @@ def noise_rows(
         noise: of the sensor.
         numbers: of the physics steps of the samples (K).
         every: number of steps between samples.
-        fault: see `faults.Fault`.
+        fault: see `plant.faults.Fault`.
         bias: biases and drift together (6).
         seed: of the flight's noise.
         R_BS: axes of the sensor in B (3, 3).
     """
-    scale = (NOISE_FACTOR if fault == NOISY else 1.0) / math.sqrt(every)
+    scale = (FAULT_NOISE_FACTOR if fault == Fault.NOISY else 1.0) / math.sqrt(every)
     deviation = scale * np.array(noise.deviation)
     rows: np.ndarray = np.asarray(bias) + deviation * normal_rows(seed, 2 * numbers)
     in_body: np.ndarray = rows.reshape(-1, 2, 3) @ np.array(R_BS).T
     return in_body.reshape(-1, 6)
 
 
-@register_jitable(forceinline=True)
-def with_noise(exact: Vector, n: Vector, R_BS: Vector) -> Six:
-    """Return a sample in the axes of B (6) with noise in those of the sensor (6)."""
-    return (
-        exact[0] + R_BS[0] * n[0] + R_BS[1] * n[1] + R_BS[2] * n[2],
-        exact[1] + R_BS[3] * n[0] + R_BS[4] * n[1] + R_BS[5] * n[2],
-        exact[2] + R_BS[6] * n[0] + R_BS[7] * n[1] + R_BS[8] * n[2],
-        exact[3] + R_BS[0] * n[3] + R_BS[1] * n[4] + R_BS[2] * n[5],
-        exact[4] + R_BS[3] * n[3] + R_BS[4] * n[4] + R_BS[5] * n[5],
-        exact[5] + R_BS[6] * n[3] + R_BS[7] * n[4] + R_BS[8] * n[5],
-    )
-
-
-def next_drift(noise: ImuNoise, drift: Vector, number: int, seed: float) -> np.ndarray:
+def next_drift(noise: ImuNoise, drift: Numbers, number: int, seed: float) -> np.ndarray:
     """Return the drift of the biases (6) at the reading after one with a number."""
     kept: np.ndarray = np.array(noise.kept) * drift
     if not any(noise.driven):

@@ -6,27 +6,33 @@ from typing import NamedTuple
 
 import numpy as np
 
-from workbench.estimation import ekf
-from workbench.estimation.estimators import TRIANGLE, Estimator, checked_update, known_motion
+from workbench.common.series import TimedArrays, interpolated_on_grid
+from workbench.estimation import ekf_state
+from workbench.estimation.estimators import (
+    COVARIANCE_TRIANGLE,
+    Estimator,
+    checked_update,
+    known_motion,
+)
 from workbench.estimation.samples import (
     AGES,
     BAROMETER,
     GPS,
     MAGNETOMETER,
     RANGE_FINDER,
-    SAMPLES,
+    SAMPLE_ARRAY_SIZE,
     Mounting,
 )
 
-LONGEST_STEP = 0.02
+MAX_UPDATE_PERIOD_S = 0.02
 """Longest period of an update [s]; a longer time between two IMU samples is split."""
-GAP = 3.0
+IMU_GAP_PERIODS = 3.0
 """A time between IMU samples of more than this many usual periods is reported."""
-_TOLD = 1024
+_PROGRESS_UPDATES = 1024
 """Updates between two reports of progress."""
 
 
-class Stamped(NamedTuple):
+class StampedSamples(NamedTuple):
     """Samples of a sensor over time, in order.
 
     Attributes:
@@ -52,15 +58,15 @@ class SensorSamples:
         range_finder: distance [m] (1).
     """
 
-    imu: Stamped
-    gps: Stamped | None = None
-    barometer: Stamped | None = None
-    magnetometer: Stamped | None = None
-    range_finder: Stamped | None = None
+    imu: StampedSamples
+    gps: StampedSamples | None = None
+    barometer: StampedSamples | None = None
+    magnetometer: StampedSamples | None = None
+    range_finder: StampedSamples | None = None
 
 
 @dataclass(frozen=True)
-class EstimateHistory:
+class EstimateHistory(TimedArrays):
     """The results of an estimator after each of its updates.
 
     Attributes:
@@ -80,20 +86,20 @@ class EstimateHistory:
     innovations: np.ndarray
 
 
-class Gap(NamedTuple):
+class ImuGap(NamedTuple):
     """A time without samples of the IMU: its begin and its length [s]."""
 
     begin: float
     length: float
 
 
-def gaps(imu: Stamped) -> tuple[Gap, ...]:
-    """Return the times without samples, see `GAP`."""
+def imu_gaps(imu: StampedSamples) -> tuple[ImuGap, ...]:
+    """Return the times without samples, see `IMU_GAP_PERIODS`."""
     periods = np.diff(imu.stamp)
     if not len(periods):
         return ()
-    long = np.flatnonzero(periods > GAP * np.median(periods))
-    return tuple(Gap(float(imu.stamp[each]), float(periods[each])) for each in long)
+    long = np.flatnonzero(periods > IMU_GAP_PERIODS * np.median(periods))
+    return tuple(ImuGap(float(imu.stamp[each]), float(periods[each])) for each in long)
 
 
 def run_estimator(
@@ -107,9 +113,9 @@ def run_estimator(
     """Run an estimator over samples: an update with each of the IMU.
 
     For the IMU, a period uses the mean of the samples at both ends. A period longer than
-    `LONGEST_STEP` is split, with linear interpolation. A sample of another sensor joins the first
-    update that is not before its stamp, and whose IMU sample did not arrive before it; of several,
-    the newest counts.
+    `MAX_UPDATE_PERIOD_S` is split, with linear interpolation. A sample of another sensor joins the
+    first update that is not before its stamp, and whose IMU sample did not arrive before it; of
+    several, the newest counts.
 
     Args:
         estimator: that runs.
@@ -129,47 +135,42 @@ def run_estimator(
         time=imu.stamp,
         estimate=np.empty((count, 13)),
         biases=np.empty((count, 6)),
-        deviations=np.empty((count, ekf.ERRORS)),
-        covariance=np.empty((count, len(TRIANGLE[0]))),
-        innovations=np.empty((count, 2 * ekf.CHANNELS)),
+        deviations=np.empty((count, ekf_state.ERRORS)),
+        covariance=np.empty((count, len(COVARIANCE_TRIANGLE[0]))),
+        innovations=np.empty((count, 2 * ekf_state.MEASUREMENT_CHANNELS)),
     )
     periods = np.diff(imu.stamp, prepend=imu.stamp[:1])
     for k, dt in enumerate(periods.tolist()):
         update(memory, inputs[k], numbers, places, dt)
         found.estimate[k] = known_motion(memory, imu.values[k], mounting.p_BI)
-        found.biases[k] = memory[10 : ekf.NOMINAL]
+        found.biases[k] = memory[10 : ekf_state.NOMINAL]
         found.deviations[k] = estimator.deviations(memory)
         found.covariance[k] = estimator.covariance(memory)
         found.innovations[k] = estimator.innovations(memory)
-        if progress and k % _TOLD == 0:
+        if progress and k % _PROGRESS_UPDATES == 0:
             progress(k / count)
     return found
 
 
-def _split(imu: Stamped) -> Stamped:
-    """Return samples of the IMU with none farther apart than `LONGEST_STEP`."""
+def _split(imu: StampedSamples) -> StampedSamples:
+    """Return samples of the IMU with none farther apart than `MAX_UPDATE_PERIOD_S`."""
     periods = np.diff(imu.stamp)
-    if not np.any(periods > LONGEST_STEP):
+    if not np.any(periods > MAX_UPDATE_PERIOD_S):
         return imu
     pieces = [
-        np.linspace(begin, end, int(np.ceil(period / LONGEST_STEP)), endpoint=False)
+        np.linspace(begin, end, int(np.ceil(period / MAX_UPDATE_PERIOD_S)), endpoint=False)
         for begin, end, period in zip(imu.stamp[:-1], imu.stamp[1:], periods, strict=True)
     ]
     stamp = np.concatenate([*pieces, imu.stamp[-1:]])
-
-    def between(values: np.ndarray) -> np.ndarray:
-        return np.interp(stamp, imu.stamp, values)
-
-    return Stamped(
-        stamp,
-        between(imu.arrived),
-        np.column_stack([between(column) for column in imu.values.T]),
+    arrived, values = (
+        interpolated_on_grid(imu.stamp, each, stamp) for each in (imu.arrived, imu.values)
     )
+    return StampedSamples(stamp, arrived, values)
 
 
-def _inputs(samples: SensorSamples, imu: Stamped) -> np.ndarray:
+def _inputs(samples: SensorSamples, imu: StampedSamples) -> np.ndarray:
     """Return the samples of each update (N, 25), see `estimation.samples`."""
-    z = np.zeros((len(imu.stamp), SAMPLES))
+    z = np.zeros((len(imu.stamp), SAMPLE_ARRAY_SIZE))
     z[0, :6] = imu.values[0]
     z[1:, :6] = 0.5 * (imu.values[:-1] + imu.values[1:])
     if samples.gps:
@@ -191,7 +192,7 @@ def _inputs(samples: SensorSamples, imu: Stamped) -> np.ndarray:
     return z
 
 
-def _joined(sensor: Stamped, imu: Stamped) -> tuple[np.ndarray, np.ndarray]:
+def _joined(sensor: StampedSamples, imu: StampedSamples) -> tuple[np.ndarray, np.ndarray]:
     """Return indices of updates, and of the sensor's sample that each uses."""
     rows = np.maximum(
         np.searchsorted(imu.stamp, sensor.stamp), np.searchsorted(imu.arrived, sensor.arrived)

@@ -4,11 +4,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from workbench.common.jitable import Vector
+from workbench.common.vectors import Numbers
 
-# Places in an array of samples. Each sensor but the IMU has 1 for a new sample or 0, then values.
-IMU = 0
-"""Means of angular velocity [rad/s] and specific force [m/s²] since the update before, in B (6)."""
+# Places in an array of samples, which begins with those of the IMU (6): means of angular velocity
+# [rad/s] and specific force [m/s²] since the update before, in B. Each other sensor has 1 for a new
+# sample or 0, then values.
 GPS = 6
 """Age [s], position and velocity of the antenna in W [m, m/s] (7)."""
 BAROMETER = 14
@@ -19,7 +19,7 @@ RANGE_FINDER = 20
 """Distance [m]."""
 AGES = 22
 """Ages of the samples of barometer, magnetometer and range finder (3) [s]."""
-SAMPLES = 25
+SAMPLE_ARRAY_SIZE = 25
 """Size of the array."""
 
 
@@ -35,12 +35,12 @@ class Mounting(NamedTuple):
         m_W: magnetic field (3) [T].
     """
 
-    p_BI: Vector = (0.0, 0.0, 0.0)
-    p_BG: Vector = (0.0, 0.0, 0.0)
-    p_BP: Vector = (0.0, 0.0, 0.0)
-    p_BR: Vector = (0.0, 0.0, 0.0)
-    n_BR: Vector = (0.0, 0.0, -1.0)
-    m_W: Vector = (0.0, 2e-5, -4e-5)
+    p_BI: Numbers = (0.0, 0.0, 0.0)
+    p_BG: Numbers = (0.0, 0.0, 0.0)
+    p_BP: Numbers = (0.0, 0.0, 0.0)
+    p_BR: Numbers = (0.0, 0.0, 0.0)
+    n_BR: Numbers = (0.0, 0.0, -1.0)
+    m_W: Numbers = (0.0, 2e-5, -4e-5)
 
     def packed(self) -> np.ndarray:
         """Return all of it as an array (18), in this order."""

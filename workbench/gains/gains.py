@@ -4,51 +4,27 @@ Values come from the defaults, the rule, gain files and settings; each replaces 
 """
 
 import dataclasses
-import logging
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
-from numbers import Real
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 from workbench.common.errors import WorkbenchError, unknown_name
-from workbench.common.own_file import own_errors
+from workbench.common.parameter import Parameter
 from workbench.common.plain_files import read_plain_text, write_atomically
 from workbench.common.resources import find_file
-from workbench.common.yaml_files import MOST_BYTES, YamlFile, read_yaml
-from workbench.control.controller import DEFAULT, Controller, is_shipped, load_controller
+from workbench.common.yaml_files import MAX_YAML_BYTES, read_yaml
+from workbench.control.controller import Controller
+from workbench.control.controller_file import load_controller
+from workbench.control.installed_laws import DEFAULT_CONTROLLER, is_shipped
 from workbench.control.schedule import split_label, with_label
-from workbench.plant.drag import drag_area
-from workbench.plant.vehicle import Vehicle
-from workbench.scenario.parameters import Parameter, ParameterTable, check_settings, parameter_table
+from workbench.gains.gain_history import Save, next_save, read_history, values_at, write_history
 
-MOST_SAVES = 200
+MAX_HISTORY_SAVES = 200
 """Largest number of saves in the history; the oldest are dropped."""
-_KEYS = ("vehicle", "controller", "origin", "gains", "history")
-_POWERS = str.maketrans({"²": "^2", "³": "^3"})
-_SAVE_KEYS = ("saved", "origin", "changed")
-DIGITS = 3
-"""Number of significant digits of a value from a rule."""
-_OF_BATTERY = {"battery_duration": "hover_duration", "sag_compensation": "sag_compensation"}
-"""Attribute of a battery that gives a parameter."""
-
-
-@dataclass(frozen=True)
-class Save:
-    """One saved state of a gain file.
-
-    Attributes:
-        saved: date and time in UTC, in ISO 8601; "" for values written by hand.
-        origin: of its values.
-        changed: values before and after by name, for those that differ from the state before; None
-            for a value that was not in the file.
-    """
-
-    saved: str
-    origin: str
-    changed: Mapping[str, tuple[float | None, float | None]]
+_GAIN_FILE_KEYS = ("vehicle", "controller", "origin", "gains", "history")
+_POWER_CHARACTERS = str.maketrans({"²": "^2", "³": "^3"})
 
 
 @dataclass(frozen=True)
@@ -67,7 +43,7 @@ class GainFile:
     origin: str
     gains: Mapping[str, float]
     history: tuple[Save, ...] = ()
-    controller: str = DEFAULT
+    controller: str = DEFAULT_CONTROLLER
 
 
 def owner_of(path: Path) -> str:
@@ -76,7 +52,7 @@ def owner_of(path: Path) -> str:
     Raises:
         WorkbenchError: if the file cannot be read.
     """
-    return str(read_yaml(path).data.get("controller") or DEFAULT)
+    return str(read_yaml(path).data.get("controller") or DEFAULT_CONTROLLER)
 
 
 def flown_by(controller: str, gains: str) -> str:
@@ -108,9 +84,11 @@ def load_gains(path: Path | str, controller: Controller | None = None) -> GainFi
     """
     file = read_yaml(Path(path))
     for key in file.data:
-        if key not in _KEYS:
-            raise WorkbenchError(f"{file.where(key)}{unknown_name('key', str(key), _KEYS)}")
-    owner = str(file.data.get("controller") or DEFAULT)
+        if key not in _GAIN_FILE_KEYS:
+            raise WorkbenchError(
+                f"{file.where(key)}{unknown_name('key', str(key), _GAIN_FILE_KEYS)}"
+            )
+    owner = str(file.data.get("controller") or DEFAULT_CONTROLLER)
     if controller is None:
         if not is_shipped(owner):
             raise WorkbenchError(
@@ -131,7 +109,7 @@ def load_gains(path: Path | str, controller: Controller | None = None) -> GainFi
     values = {}
     for name, value in gains.items():
         where = file.where("gains", str(name))
-        rows = parameter_table(controller).sets(str(name), where)
+        rows = controller.table.sets(str(name), where)
         for row, one in zip(rows, _of_sets(rows, value, where), strict=True):
             values[row.name] = row.check(_without_unit(row, one, where), where)
     return GainFile(
@@ -163,27 +141,27 @@ def save_gains(path: Path | str, gains: GainFile, controller: Controller | None 
             is not a gain file or is for another vehicle.
     """
     path = Path(path)
-    table = parameter_table(controller or load_controller(gains.controller))
-    values = table.checked(gains.gains)
-    ordered = {row.name: values[row.name] for row in table if row.name in values}
+    law = controller or load_controller(gains.controller)
+    values = law.table.checked(gains.gains)
+    ordered = {row.name: values[row.name] for row in law.table if row.name in values}
     now = datetime.now(UTC).isoformat(timespec="seconds").replace("+00:00", "Z")
     history: tuple[Save, ...] = (Save(now, gains.origin, {}),)
     comment = ""
     if path.exists():
-        old = load_gains(path, table.controller)
+        old = load_gains(path, law)
         if old.vehicle and gains.vehicle and old.vehicle != gains.vehicle:
             raise WorkbenchError(
                 f"{path}: has the gains of '{old.vehicle}', and these are of '{gains.vehicle}': "
                 "save them in another file"
             )
-        comment = _leading_comment(read_plain_text(path, MOST_BYTES))
+        comment = _leading_comment(read_plain_text(path, MAX_YAML_BYTES))
         save = next_save(now, gains.origin, old.gains, ordered)
         if save.changed or (old.vehicle, old.origin) != (gains.vehicle, gains.origin):
             history = (*(old.history or (Save("", old.origin, {}),)), save)
         else:
             history = old.history
-    written = dataclasses.replace(gains, gains=ordered, history=history[-MOST_SAVES:])
-    write_atomically(path, comment + _to_yaml(written, table))
+    written = dataclasses.replace(gains, gains=ordered, history=history[-MAX_HISTORY_SAVES:])
+    write_atomically(path, comment + _to_yaml(written, law))
     return written
 
 
@@ -203,9 +181,9 @@ def gains_at(gains: GainFile, index: int, controller: Controller | None = None) 
         known = f"has states 0 to {last}" if last >= 0 else "has no history yet"
         raise WorkbenchError(f"there is no state {index}: the gain file {known}")
     values = values_at(gains.gains, gains.history[index + 1 :])
-    table = parameter_table(controller or load_controller(gains.controller))
+    law = controller or load_controller(gains.controller)
     origin = gains.history[index].origin
-    return GainFile(gains.vehicle, origin, table.checked(values), controller=gains.controller)
+    return GainFile(gains.vehicle, origin, law.table.checked(values), controller=gains.controller)
 
 
 def _of_sets(rows: Sequence[Parameter], value: Any, where: str) -> Sequence[Any]:
@@ -227,7 +205,7 @@ def _without_unit(row: Parameter, value: Any, where: str) -> Any:
     if not isinstance(value, str):
         return value
     number, _, unit = value.strip().partition(" ")
-    unit = unit.strip().translate(_POWERS)
+    unit = unit.strip().translate(_POWER_CHARACTERS)
     try:
         found = float(number)
     except ValueError:
@@ -247,16 +225,16 @@ def _leading_comment(text: str) -> str:
     return "".join(lines[:count])
 
 
-def _to_yaml(gains: GainFile, table: ParameterTable) -> str:
+def _to_yaml(gains: GainFile, law: Controller) -> str:
     """Return the text of a gain file."""
     import yaml  # slow to load, and rarely needed
 
-    whose = {} if gains.controller == DEFAULT else {"controller": gains.controller}
+    whose = {} if gains.controller == DEFAULT_CONTROLLER else {"controller": gains.controller}
     head = {
         "vehicle": gains.vehicle,
         **whose,
         "origin": gains.origin,
-        "gains": _written(gains.gains, table),
+        "gains": _written_values(gains.gains, law),
     }
     style: dict[str, Any] = {"sort_keys": False, "allow_unicode": True, "width": 100}
     text: str = yaml.safe_dump(head, default_flow_style=False, **style)
@@ -266,15 +244,15 @@ def _to_yaml(gains: GainFile, table: ParameterTable) -> str:
     return text
 
 
-def _written(gains: Mapping[str, float], table: ParameterTable) -> dict[str, float | str]:
+def _written_values(gains: Mapping[str, float], law: Controller) -> dict[str, float | str]:
     """Return values as written: those of all sets of a scheduled gain in one line."""
-    found, schedule = {}, table.controller.schedule
+    found, table, schedule = {}, law.table, law.schedule
     for name, value in gains.items():
         number = schedule.number_of(name) if schedule else None
         if schedule is None or number is None:
             found[name] = _with_unit(table.find(name), value)
             continue
-        gain = table.controller.gain_of(name)
+        gain = law.gain_of(name)
         sets = [gains[each] for each in schedule.names(gain) if each in gains]
         if len(sets) < len(schedule.values):
             found[name] = _with_unit(table.find(name), value)
@@ -287,243 +265,3 @@ def _written(gains: Mapping[str, float], table: ParameterTable) -> dict[str, flo
 def _with_unit(row: Parameter, value: float) -> float | str:
     """Return a value as written, with its unit if it has one."""
     return value if row.unit == "1" else f"{value!r} {row.unit}"
-
-
-def read_history(file: YamlFile) -> tuple[Save, ...]:
-    """Return the history of a gain file, oldest first.
-
-    Raises:
-        WorkbenchError: with file and line of the error.
-    """
-    entries = file.data.get("history") or []
-    if not isinstance(entries, list):
-        raise WorkbenchError(f"{file.where('history')}history is a list of saves: leave it out")
-    return tuple(_read_save(file, index, entry) for index, entry in enumerate(entries))
-
-
-def write_history(history: Sequence[Save]) -> list[dict[str, Any]]:
-    """Return a history in the form for YAML."""
-    return [
-        ({"saved": save.saved} if save.saved else {})
-        | {"origin": save.origin, "changed": {n: list(pair) for n, pair in save.changed.items()}}
-        for save in history
-    ]
-
-
-def next_save(
-    saved: str, origin: str, before: Mapping[str, float], after: Mapping[str, float]
-) -> Save:
-    """Return the entry of a save.
-
-    Args:
-        saved: date and time in UTC, in ISO 8601.
-        origin: of the new values.
-        before: the values replaced.
-        after: the new ones.
-    """
-    pairs = {name: (before.get(name), after.get(name)) for name in {**before, **after}}
-    return Save(saved, origin, {name: pair for name, pair in pairs.items() if pair[0] != pair[1]})
-
-
-def values_at(present: Mapping[str, float], later: Sequence[Save]) -> dict[str, float]:
-    """Return the values of an earlier state.
-
-    Args:
-        present: the values now.
-        later: every save after that state, oldest first.
-    """
-    values = dict(present)
-    for save in reversed(later):
-        for name, (before, _) in save.changed.items():
-            values.pop(name, None)
-            if before is not None:
-                values[name] = before
-    return values
-
-
-def _read_save(file: YamlFile, index: int, entry: Any) -> Save:
-    """Return one entry of a history."""
-    if not isinstance(entry, dict) or not isinstance(entry.get("changed", {}), dict):
-        raise WorkbenchError(f"{file.where('history', index)}a save has {', '.join(_SAVE_KEYS)}")
-    for key in entry:
-        if key not in _SAVE_KEYS:
-            where = file.where("history", index, key)
-            raise WorkbenchError(f"{where}{unknown_name('key', str(key), _SAVE_KEYS)}")
-    changed = {}
-    for name, pair in entry.get("changed", {}).items():
-        if not (isinstance(pair, list) and len(pair) == 2 and all(map(_is_value, pair))):
-            where = file.where("history", index, "changed", name)
-            raise WorkbenchError(f"{where}{name} is {pair!r}: write [value before, value after]")
-        before, after = (None if value is None else float(value) for value in pair)
-        changed[str(name)] = (before, after)
-    return Save(str(entry.get("saved", "")), str(entry.get("origin", "")), changed)
-
-
-def _is_value(value: Any) -> bool:
-    """Return whether this is a number or None."""
-    return value is None or (isinstance(value, Real) and not isinstance(value, bool))
-
-
-class GainChange(NamedTuple):
-    """A gain in two sets.
-
-    Attributes:
-        name: of the parameter.
-        unit: of both values.
-        a: value in the first set.
-        b: value in the second.
-        percent: difference of b from a, relative to the size of a; NaN if a is 0.
-    """
-
-    name: str
-    unit: str
-    a: float
-    b: float
-    percent: float
-
-
-def diff_gains(
-    a: Mapping[str, float],
-    b: Mapping[str, float],
-    missing: Mapping[str, float],
-    controller: Controller | None = None,
-) -> tuple[GainChange, ...]:
-    """Compare the gains of two files.
-
-    Args:
-        a: value by name.
-        b: value by name.
-        missing: value by name for gains that only one of them has, from `gains.rule_values`.
-        controller: of the gains; None for the default one.
-
-    Returns:
-        A row for every name in either, equal ones too, in the order of the parameter table.
-    """
-    all_a, all_b = {**missing, **a}, {**missing, **b}
-    return tuple(
-        _change(row.name, row.unit, all_a[row.name], all_b[row.name])
-        for row in parameter_table(controller)
-        if row.name in a or row.name in b
-    )
-
-
-def _change(name: str, unit: str, a: float, b: float) -> GainChange:
-    if a == b:
-        return GainChange(name, unit, a, b, 0.0)
-    return GainChange(name, unit, a, b, 100.0 * (b - a) / abs(a) if a else math.nan)
-
-
-@dataclass(frozen=True)
-class Gain:
-    """The value of a parameter, and its origin: default, rule, a file, or --set."""
-
-    value: float
-    origin: str
-
-
-def rule_gains(vehicle: Vehicle, controller: Controller | None = None) -> dict[str, float]:
-    """Return the values of the live parameters that follow from the vehicle, by name.
-
-    They are within the limits of the parameter table. The formulas are part of the controller.
-
-    Raises:
-        WorkbenchError: if the controller's rule fails.
-    """
-    table = parameter_table(controller)
-    law = table.controller
-    values: dict[str, float] = {}
-    if law.rule is not None:
-        with own_errors(law.file, "rule"):
-            values = dict(law.rule(vehicle))
-    values["drag_area"] = drag_area(vehicle.mass)
-    if vehicle.battery:
-        stated = {name: getattr(vehicle.battery, of) for name, of in _OF_BATTERY.items()}
-        values |= {name: value for name, value in stated.items() if value is not None}
-    found = {}
-    for name, value in values.items():
-        row = table.find(name, f"{law.file}: rule: ")
-        found[name] = min(row.maximum, max(row.minimum, float(f"{value:.{DIGITS}g}")))
-    return found
-
-
-def rule_values(vehicle: Vehicle, controller: Controller | None = None) -> dict[str, float]:
-    """Return all values for a vehicle without a gain file: defaults, and those of the rule."""
-    return {**parameter_table(controller).defaults(), **rule_gains(vehicle, controller)}
-
-
-def flight_gains(
-    vehicle: Vehicle,
-    gains: str = "",
-    settings: Mapping[str, float] | None = None,
-    controller: Controller | None = None,
-) -> dict[str, float]:
-    """Return all parameter values of a flight: of the vehicle, then a gain file, then settings.
-
-    Args:
-        vehicle: what flies.
-        gains: path of a gain file, or "" for none.
-        settings: values by name.
-        controller: of the parameters; None for the default one.
-
-    Raises:
-        WorkbenchError: for an unknown name or a value out of range, with file and line for a file.
-    """
-    chosen = choose_gains(vehicle, gains, settings, controller)
-    return {name: choice.value for name, choice in chosen.items()}
-
-
-def make_profile(
-    vehicle: Vehicle,
-    values: Mapping[str, float],
-    origin: str,
-    controller: Controller | None = None,
-) -> GainFile:
-    """Return the gain file of a vehicle: its controller's parameters, and other values of its rule.
-
-    Args:
-        vehicle: its name goes into the file.
-        values: parameter values by name; others are left out.
-        origin: of the values, as a sentence.
-        controller: of the parameters; None for the default one.
-    """
-    table, ruled = parameter_table(controller), rule_gains(vehicle, controller)
-    names = ruled.keys() - _OF_BATTERY.keys()  # the description has those
-    rows = [row.name for row in table if row.system == "controller" or row.name in names]
-    kept = {name: values[name] for name in rows if name in values}
-    return GainFile(vehicle.name, origin, kept, controller=table.controller.name)
-
-
-def choose_gains(
-    vehicle: Vehicle,
-    gains: str = "",
-    settings: Mapping[str, float] | None = None,
-    controller: Controller | None = None,
-) -> dict[str, Gain]:
-    """Return the values of `flight_gains`, each with its origin.
-
-    Arguments and exceptions are the same as for `flight_gains`.
-    """
-    table = parameter_table(controller)
-    layers: list[tuple[str, Mapping[str, float]]] = [
-        ("default", table.defaults()),
-        ("rule", rule_gains(vehicle, controller)),
-    ]
-    beside = vehicle.source.parent / "gains.yaml"
-    # they are for one controller; another one begins with its rule
-    law = table.controller
-    if beside.is_file() and owner_of(beside) in (law.name, law.unscheduled):
-        layers.append((str(beside), load_gains(beside, table.controller).gains))
-    if gains:
-        layers.append((gains, load_gains(find_file(gains), table.controller).gains))
-    layers.append(("--set", table.checked(settings or {})))
-    check_settings(vehicle, settings or {}, table)
-    return {name: Gain(value, origin) for origin, layer in layers for name, value in layer.items()}
-
-
-def remark_on_owner(path: str, vehicle: str, controller: Controller | None = None) -> None:
-    """Remark on a gain file for another vehicle; as gains are normalised, it may still work."""
-    owner = load_gains(find_file(path), controller).vehicle if path else ""
-    if owner and owner != vehicle:
-        logging.getLogger("workbench").warning(
-            "the gains in %s are for '%s', but '%s' flies with them", path, owner, vehicle
-        )

@@ -17,28 +17,28 @@ from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from importlib import metadata
 from pathlib import Path
-from types import TracebackType
 from typing import TYPE_CHECKING, Any, Self
 from urllib.parse import urlsplit
 
 from workbench.common.errors import WorkbenchError
+from workbench.common.optional_package import has_package
 from workbench.common.resources import models_dir
 from workbench.design.executor.executor import Result, Stop, Task
 
 if TYPE_CHECKING:
     from workbench.scenario.scenario import Scenario
 
-ANSWER_WITHIN = 2.0
+SCHEDULER_TIMEOUT_S = 2.0
 """Time limit for a connection, and again for the answer of a scheduler [s]."""
-EXAMPLE = "tcp://localhost:8786"
+EXAMPLE_SCHEDULER = "tcp://localhost:8786"
 _SCHEMES = ("tcp", "tls")
-ASK = 0.05
+CLUSTER_POLL_PERIOD_S = 0.05
 """Period between checks for results, and for a stop [s]."""
-INSTALL = "install there what is installed here, with one constraints.txt for all"
+WORKER_INSTALL_HINT = "install there what is installed here, with one constraints.txt for all"
 
 
 @functools.cache
-def versions() -> dict[str, str]:
+def process_versions() -> dict[str, str]:
     """Return the versions in this process that determine a flight.
 
     That of the workbench is a digest of its source and of the shipped models; the processor is
@@ -51,7 +51,8 @@ def versions() -> dict[str, str]:
             if path.is_file() and path.suffix != ".pyc":
                 digest.update(path.relative_to(folder).as_posix().encode() + b"\0")
                 digest.update(path.read_bytes())
-    packages = {name: metadata.version(name) for name in ("drake", "numpy", "numba")}
+    packages = {name: metadata.version(name) for name in ("drake", "numpy")}
+    packages["numba"] = metadata.version("numba") if has_package("numba") else "none"
     return {"workbench": digest.hexdigest()[:12], **packages, "processor": platform.machine()}
 
 
@@ -66,12 +67,13 @@ def check_versions(worker: str, there: Mapping[str, str], here: Mapping[str, str
         if other != own and name == "workbench":
             raise WorkbenchError(
                 f"the worker {worker} has another version of the workbench's source than this "
-                f"machine: {INSTALL}"
+                f"machine: {WORKER_INSTALL_HINT}"
             )
         if other != own:
             what = "a processor of kind" if name == "processor" else name
             raise WorkbenchError(
-                f"the worker {worker} has {what} {other}, but here it is {own}: {INSTALL}"
+                f"the worker {worker} has {what} {other}, but here it is {own}: "
+                f"{WORKER_INSTALL_HINT}"
             )
 
 
@@ -88,20 +90,20 @@ def run_there(task: bytes, files: bytes | None, here: Mapping[str, str]) -> Any:
     """
     from distributed import get_worker
 
-    check_versions(get_worker().address, versions(), here)
+    check_versions(get_worker().address, process_versions(), here)
     work = pickle.loads(task)
     if files is None:
         return work.run()
-    from workbench.design.executor.shipment import moved_below, unpacked
+    from workbench.design.executor.shipment import moved_below, unpack_shipment
 
-    root = unpacked(files, Path(get_worker().local_directory))
+    root = unpack_shipment(files, Path(get_worker().local_directory))
     try:
         return work.with_scenario(moved_below(root, work.scenario)).run()
     except WorkbenchError as error:
         raise type(error)(str(error).replace(str(root), "")) from None
 
 
-def passed_on(files: bytes) -> bytes:
+def cluster_files(files: bytes) -> bytes:
     """Return files as a result of the cluster, which computes it again if it is lost."""
     return files
 
@@ -122,12 +124,13 @@ def check_address(address: str) -> tuple[str, int]:
             raise ValueError
     except ValueError:
         raise WorkbenchError(
-            f"'{address}' is not the address of a scheduler: write tcp://HOST:PORT, as {EXAMPLE}"
+            f"'{address}' is not the address of a scheduler: write tcp://HOST:PORT, as "
+            f"{EXAMPLE_SCHEDULER}"
         ) from None
     return parts.hostname, parts.port
 
 
-def check_scheduler(address: str, within: float = ANSWER_WITHIN) -> None:
+def check_scheduler(address: str, within: float = SCHEDULER_TIMEOUT_S) -> None:
     """Check that a Dask scheduler answers at an address.
 
     Dask's own client retries a closed port without end, and waits without limit for an answer from
@@ -220,12 +223,7 @@ class DaskCluster:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self._close()
 
     def _close(self) -> None:
@@ -255,7 +253,7 @@ class DaskCluster:
                 if stop and stop():
                     break
                 if not done:
-                    time.sleep(ASK)
+                    time.sleep(CLUSTER_POLL_PERIOD_S)
             for future in arriving.next_batch(block=False):
                 yield places.pop(future.key), self._result(future)
         finally:
@@ -280,12 +278,12 @@ class DaskCluster:
                 if key not in files:
                     found = shipment(scenario)
                     files[key] = found and self._client.submit(
-                        passed_on, pickle.dumps(found), pure=False
+                        cluster_files, pickle.dumps(found), pure=False
                     )
                 moved.append(pickle.dumps(task.with_scenario(scenario)))
                 needed.append(files[key])
             futures: list[Any] = self._client.map(
-                run_there, moved, needed, here=versions(), pure=False
+                run_there, moved, needed, here=process_versions(), pure=False
             )
         return futures
 
@@ -309,7 +307,9 @@ class DaskCluster:
                 "fly again"
             ) from error
         except (ImportError, pickle.UnpicklingError) as error:
-            raise WorkbenchError(f"a worker cannot do this task ({error}): {INSTALL}") from error
+            raise WorkbenchError(
+                f"a worker cannot do this task ({error}): {WORKER_INSTALL_HINT}"
+            ) from error
         finally:
             future.release()
 
@@ -320,25 +320,34 @@ class DaskCluster:
             WorkbenchError: if there are none, or one of them or the scheduler is not able.
         """
         info: Any = self._client.get_versions()
-        pythons = {f"the worker {at}": _python(each) for at, each in info["workers"].items()}
+        pythons = {
+            f"the worker {at}": _python_version(each) for at, each in info["workers"].items()
+        }
         if not pythons:
             raise WorkbenchError(
                 f"the scheduler at {self._address} has no workers: start some with `dask worker "
                 f"{self._address} --nthreads 1`"
             )
-        own = _python(info["client"])
-        for who, python in ({"the scheduler": _python(info["scheduler"])} | pythons).items():
+        own = _python_version(info["client"])
+        for who, python in (
+            {"the scheduler": _python_version(info["scheduler"])} | pythons
+        ).items():
             if python != own:
                 raise WorkbenchError(
-                    f"{who} runs Python {python}, but this machine runs {own}: {INSTALL}"
+                    f"{who} runs Python {python}, but this machine runs {own}: "
+                    f"{WORKER_INSTALL_HINT}"
                 )
         tell = _versions_there()
         if self._client.run_on_scheduler(tell) is None:
-            raise WorkbenchError(f"the scheduler lacks drake-drone-workbench: {INSTALL}")
+            raise WorkbenchError(
+                f"the scheduler lacks drake-drone-workbench: {WORKER_INSTALL_HINT}"
+            )
         for address, there in self._client.run(tell).items():
             if there is None:
-                raise WorkbenchError(f"the worker {address} lacks drake-drone-workbench: {INSTALL}")
-            check_versions(address, there, versions())
+                raise WorkbenchError(
+                    f"the worker {address} lacks drake-drone-workbench: {WORKER_INSTALL_HINT}"
+                )
+            check_versions(address, there, process_versions())
         return len(pythons)
 
 
@@ -353,7 +362,7 @@ def _versions_there() -> Any:
         try:
             from workbench.design.executor import cluster
 
-            return cluster.versions()
+            return cluster.process_versions()
         except ImportError:  # of the workbench, or of what it needs
             return None
 
@@ -374,6 +383,6 @@ def _named_files(scenario: "Scenario") -> str:
     )
 
 
-def _python(info: Any) -> str:
+def _python_version(info: Mapping[str, Any]) -> str:
     """Return 3.11 of what Dask says of a process that runs 3.11.2."""
     return ".".join(info["host"]["python"].split(".")[:2])

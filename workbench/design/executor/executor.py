@@ -19,6 +19,7 @@ from multiprocessing.connection import Connection
 from multiprocessing.queues import SimpleQueue
 from typing import TYPE_CHECKING, Any, Generic, Protocol, Self, TypeVar
 
+from workbench.common.cache import PROGRESS_LOGGER
 from workbench.common.errors import WorkbenchError
 
 if TYPE_CHECKING:
@@ -28,9 +29,9 @@ Result = TypeVar("Result")
 
 Stop = Callable[[], bool]
 """Function called regularly; True ends the work with the results so far."""
-MOST_LOST = 3
+MAX_KILLED_PROCESSES = 3
 """Number of killed processes after which the work is abandoned."""
-ASK = 0.2
+POOL_POLL_PERIOD_S = 0.2
 """Period between checks for a stop without results [s]."""
 
 
@@ -122,7 +123,7 @@ class LocalProcesses:
             WorkbenchError: as raised by a task, or if processes are killed repeatedly.
         """
         left = dict(enumerate(tasks))
-        for _ in range(1 + MOST_LOST):
+        for _ in range(1 + MAX_KILLED_PROCESSES):
             try:
                 for index, result in _in_pool(self.count, left, stop):
                     del left[index]
@@ -131,14 +132,22 @@ class LocalProcesses:
             except BrokenProcessPool as error:
                 broken = error
         raise WorkbenchError(
-            f"processes that flew were ended from outside, {1 + MOST_LOST} times: let fewer fly at "
+            f"processes that flew were ended from outside, {1 + MAX_KILLED_PROCESSES} times: let "
+            "fewer fly at "
             "a time if memory ran out; a script needs `if __name__ == '__main__':`"
         ) from broken
 
 
 def all_cores() -> LocalProcesses:
     """Return an executor with a process for each available core."""
-    return LocalProcesses(len(os.sched_getaffinity(0)))
+    return LocalProcesses(available_cores())
+
+
+def available_cores() -> int:
+    """Return the number of cores that this process may use; macOS has no such bounds."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
 
 
 def _in_pool(
@@ -149,23 +158,23 @@ def _in_pool(
         return
     done: queue.SimpleQueue[Future[Result]] = queue.SimpleQueue()
     spawned = multiprocessing.get_context("spawn")
-    with _starting():
+    with _start_without_signals():
         said = spawned.SimpleQueue()
     reader, writer = spawned.Pipe(duplex=False)
     pool = ProcessPoolExecutor(
-        min(count, len(tasks)), spawned, initializer=_begin, initargs=(said, reader)
+        min(count, len(tasks)), spawned, initializer=_set_up_process, initargs=(said, reader)
     )
     ended = True
     try:
-        with _starting():
+        with _start_without_signals():
             places = {pool.submit(task.run): index for index, task in list(tasks.items())}
         for future in places:
             future.add_done_callback(done.put)
         waiting = len(places)
         while waiting and not (stop and stop()):
-            _pass_on(said)
+            _forward_log_messages(said)
             try:
-                future = done.get(timeout=ASK)
+                future = done.get(timeout=POOL_POLL_PERIOD_S)
             except queue.Empty:
                 continue
             waiting -= 1
@@ -176,23 +185,42 @@ def _in_pool(
             writer.close()
         pool.shutdown(cancel_futures=True)
         writer.close()
-        _pass_on(said)
+        _forward_log_messages(said)
     while not done.empty():  # what was in the air when it was stopped
         future = done.get()
         if not future.cancelled():
             yield places[future], future.result()
 
 
-def _begin(said: Any, caller: Connection) -> None:
+@contextmanager
+def without_remarks() -> Iterator[None]:
+    """Log errors only, of this thread, as the caller of its task has logged the remarks."""
+    # the filter of a logger does not see what its children log
+    loggers = [logging.getLogger(name) for name in ("workbench", PROGRESS_LOGGER)]
+    thread = threading.get_ident()
+
+    def passes(record: logging.LogRecord) -> bool:
+        return record.thread != thread or record.levelno >= logging.ERROR
+
+    for logger in loggers:
+        logger.addFilter(passes)
+    try:
+        yield
+    finally:
+        for logger in loggers:
+            logger.removeFilter(passes)
+
+
+def _set_up_process(said: Any, caller: Connection) -> None:
     """Set a process up to log to its caller, and to end when that lets go of it or is gone."""
     logger = logging.getLogger("workbench")
     logger.setLevel(logging.INFO)
     logger.addHandler(_Sender(said))
     logger.propagate = False
-    threading.Thread(target=_end_with, args=(caller,), daemon=True).start()
+    threading.Thread(target=_exit_with_caller, args=(caller,), daemon=True).start()
 
 
-def _end_with(caller: Connection) -> None:
+def _exit_with_caller(caller: Connection) -> None:
     """End this process at once when the other end of a pipe is closed."""
     caller.poll(None)
     os._exit(1)
@@ -205,7 +233,7 @@ class _Sender(logging.handlers.QueueHandler):
         self.queue.put(record)  # pyrefly: ignore[missing-attribute]
 
 
-def _pass_on(said: "SimpleQueue[logging.LogRecord]") -> None:
+def _forward_log_messages(said: "SimpleQueue[logging.LogRecord]") -> None:
     """Log the messages of processes."""
     while not said.empty():
         record = said.get()
@@ -213,7 +241,7 @@ def _pass_on(said: "SimpleQueue[logging.LogRecord]") -> None:
 
 
 @contextmanager
-def _starting() -> Iterator[None]:
+def _start_without_signals() -> Iterator[None]:
     """Start processes that leave signals to end to this one: they inherit what is blocked.
 
     A terminal, a batch system and `timeout` send them to all processes of a group.

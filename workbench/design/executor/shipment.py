@@ -20,7 +20,7 @@ from pathlib import Path
 from typing import Any
 
 import pydrake
-from pydrake.common.yaml import yaml_dump_typed, yaml_load_typed
+from pydrake.common.yaml import yaml_dump_typed
 from pydrake.geometry import Convex, Mesh
 
 from workbench.common.cache import cache_folder
@@ -34,27 +34,28 @@ from workbench.common.resources import (
     models_dir,
 )
 from workbench.control.schedule import split_label
-from workbench.gains.gains import flight_gains
-from workbench.ipc.limited import LimitedError, run_trusted, serve
+from workbench.ipc.limited import LimitedError, run_trusted, serve_one_request
+from workbench.plant.description import expands
 from workbench.plant.formats.model_folder import description_file
-from workbench.plant.formats.xacro import files_of_xacro, is_xacro
-from workbench.plant.formats.xml import read_xml
+from workbench.plant.formats.xacro import files_of_xacro
 from workbench.plant.meshes.side_files import side_files
 from workbench.plant.packages import PackageFinder
 from workbench.plant.worlds.world import World
-from workbench.scenario.configured import configured_vehicle, read_configured_world
-from workbench.scenario.scenario import Scenario, VehicleConfig, flown_controller
+from workbench.scenario.flown_controller import flown_controller
+from workbench.scenario.scenario import Scenario, VehicleConfig
+from workbench.scenario.scenario_file import parse_scenario
+from workbench.setup import make_setup
 
-MOST_BYTES = 200_000_000
+MAX_SHIPMENT_BYTES = 200_000_000
 """Size limit of all files of a scenario [bytes]."""
-_CHILD = "workbench.design.executor.shipment"
-_SECONDS = 120.0
-_MEGABYTES = 16_000
+_SHIPMENT_MODULE = "workbench.design.executor.shipment"
+_SHIPMENT_TIMEOUT_S = 120.0
+_SHIPMENT_MEMORY_MB = 16_000
 
-_SYSTEM = ("/dev", "/etc", "/proc", "/run", "/sys")
-_CODE = (".py", ".pyc", ".so")
-_WRITING = os.O_WRONLY | os.O_RDWR | os.O_CREAT
-_LOOKED_UP = (
+_SYSTEM_FOLDERS = ("/dev", "/etc", "/proc", "/run", "/sys")
+_CODE_SUFFIXES = (".py", ".pyc", ".so")
+_WRITE_FLAGS = os.O_WRONLY | os.O_RDWR | os.O_CREAT
+_PACKAGE_PATH_VARIABLES = (
     "AMENT_PREFIX_PATH",
     "GAZEBO_MODEL_PATH",
     "GZ_SIM_RESOURCE_PATH",
@@ -63,7 +64,7 @@ _LOOKED_UP = (
     "SDF_PATH",
 )
 """Environment variables with folders of packages; a worker has others."""
-_MARKERS = ("package.xml", "model.config", "model.sdf")
+_PACKAGE_MARKERS = ("package.xml", "model.config", "model.sdf")
 """Files that mark a folder as a package or a model, and are not always opened."""
 
 
@@ -85,25 +86,25 @@ def shipment(scenario: Scenario) -> dict[str, bytes] | None:
         return None
     try:
         names = run_trusted(
-            _CHILD,
+            _SHIPMENT_MODULE,
             {"scenario": yaml_dump_typed(scenario)},
-            seconds=_SECONDS,
-            megabytes=_MEGABYTES,
+            seconds=_SHIPMENT_TIMEOUT_S,
+            megabytes=_SHIPMENT_MEMORY_MB,
         )
     except LimitedError as error:
         raise WorkbenchError(
             f"{scenario.vehicle.model}: its files cannot be found: {error}"
         ) from error
     size = sum(Path(name).stat().st_size for name in names)
-    if size > MOST_BYTES:
+    if size > MAX_SHIPMENT_BYTES:
         raise WorkbenchError(
             f"{scenario.vehicle.model}: is read from {size // 1_000_000} MB of files, and at most "
-            f"{MOST_BYTES // 1_000_000} MB are sent to workers: fly it with smaller meshes"
+            f"{MAX_SHIPMENT_BYTES // 1_000_000} MB are sent to workers: fly it with smaller meshes"
         )
     return {name: Path(name).read_bytes() for name in names}
 
 
-def unpacked(files: bytes, kept: Path) -> Path:
+def unpack_shipment(files: bytes, kept: Path) -> Path:
     """Return the folder in `kept` with the files of a pickled shipment, written if necessary."""
     folder = kept / hashlib.sha256(files).hexdigest()[:32]
     if not folder.is_dir():
@@ -189,35 +190,33 @@ def read_files(request: dict[str, str]) -> list[str]:
     Raises:
         WorkbenchError: if it cannot be read.
     """
-    for variable in _LOOKED_UP:
+    for variable in _PACKAGE_PATH_VARIABLES:
         os.environ.pop(variable, None)
-    scenario = yaml_load_typed(schema=Scenario, data=request["scenario"], defaults=Scenario())
+    scenario = parse_scenario(Path("the scenario"), request["scenario"])
     opened: dict[str, None] = {}
 
     def note(event: str, arguments: tuple[Any, ...]) -> None:
         if event == "open":
             path, _, flags = arguments
-            if isinstance(path, str | os.PathLike) and not (flags or 0) & _WRITING:
+            if isinstance(path, str | os.PathLike) and not (flags or 0) & _WRITE_FLAGS:
                 opened[str(Path(path).absolute())] = None
 
     sys.addaudithook(note)
-    vehicle = configured_vehicle(scenario.vehicle)
-    flight_gains(vehicle, scenario.vehicle.gains, controller=flown_controller(scenario))
-    world = read_configured_world(scenario)
-    parts = _parts(scenario.vehicle)
+    world = make_setup(scenario).world
+    parts = _xacro_files(scenario.vehicle)
     found = [path for path in (*map(Path, opened), *parts) if _is_input(path)]
     found += _meshes(world)
     found += map(Path, _own_code(scenario))
     found += [side for path in found for side in side_files(path, path.read_bytes())]
     folders = dict.fromkeys(folder for path in found for folder in path.parents)
-    found += [folder / marker for folder in folders for marker in _MARKERS]
+    found += [folder / marker for folder in folders for marker in _PACKAGE_MARKERS]
     return sorted({str(path) for path in found if path.is_file()})
 
 
-def _parts(config: VehicleConfig) -> list[Path]:
+def _xacro_files(config: VehicleConfig) -> list[Path]:
     """Return the files of a xacro description, which another process reads, unobserved."""
     path = description_file(find_model(config.model))
-    if path.suffix == ".xacro" or (path.suffix != ".sdf" and is_xacro(read_xml(path))):
+    if expands(path):
         return files_of_xacro(path, config.args, PackageFinder(path, config.packages))
     return []
 
@@ -225,10 +224,10 @@ def _parts(config: VehicleConfig) -> list[Path]:
 def _is_input(path: Path) -> bool:
     """Return whether a file belongs to the user, not to Python, us, Drake or the cache."""
     ours = (Path(__file__).parents[2], models_dir(), cache_folder("xacro").parent)
-    theirs = (*_SYSTEM, Path(pydrake.__file__).parent)
+    theirs = (*_SYSTEM_FOLDERS, Path(pydrake.__file__).parent)
     return (
         path.is_file()
-        and path.suffix not in _CODE
+        and path.suffix not in _CODE_SUFFIXES
         and not any(part.endswith((".dist-info", ".egg-info")) for part in path.parts)
         and not any(path.is_relative_to(folder) for folder in (*ours, *theirs))
     )
@@ -244,4 +243,4 @@ def _meshes(world: World) -> Iterator[Path]:
 
 
 if __name__ == "__main__":
-    serve(read_files)
+    serve_one_request(read_files)

@@ -8,12 +8,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.control.controller import Loop
+from workbench.control.loop import Loop
 from workbench.design.judge.loop_response import loop_responses
 from workbench.design.judge.margins import LoopMargins, frequency_grid, response_margins
 from workbench.design.linear.model import LinearModel, frequency_response
 
-LOWEST = 0.05
+MIN_GANG_FREQUENCY_RAD_S = 0.05
 """Lowest frequency of curves [rad/s], with a period of two minutes."""
 
 
@@ -58,12 +58,12 @@ class GangOfFour:
     @property
     def control_per_error(self) -> str:
         """Unit of KS."""
-        return _ratio(self.control_unit, self.error_unit)
+        return _ratio_unit(self.control_unit, self.error_unit)
 
     @property
     def error_per_control(self) -> str:
         """Unit of GS."""
-        return _ratio(self.error_unit, self.control_unit)
+        return _ratio_unit(self.error_unit, self.control_unit)
 
     @property
     def complementary_sensitivity(self) -> np.ndarray:
@@ -85,7 +85,7 @@ def gang_of_four(model: LinearModel, loop: Loop, cut: str = "actuator") -> GangO
     cut_at, control = loop.point(cut), control_point(model, loop)
     loops = loop_responses(model, [cut_at])
     frequency = frequency_grid(loops)
-    frequency = frequency[frequency >= min(LOWEST, 0.01 * frequency[-1])]
+    frequency = frequency[frequency >= min(MIN_GANG_FREQUENCY_RAD_S, 0.01 * frequency[-1])]
     # both from injections to signals at the same points, as one closed loop: (F, 2, 2)
     places = [loop.error, control]
     response = frequency_response(model, frequency, places, places)
@@ -126,7 +126,7 @@ def control_point(model: LinearModel, loop: Loop) -> str:
     return next(found, loop.error)
 
 
-def _ratio(above: str, below: str) -> str:
+def _ratio_unit(above: str, below: str) -> str:
     """Return the unit of a ratio of two, such as (m/s^2)/(m/s)."""
     if above == below:
         return "1"

@@ -4,16 +4,21 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from workbench.control.controller import Loop
-from workbench.design.judge.loop_response import growth_rate, growth_rates, loop_responses
+from workbench.control.loop import Loop
+from workbench.design.judge.loop_response import (
+    growing_poles,
+    growth_rate,
+    growth_rates,
+    loop_responses,
+)
 from workbench.design.judge.margins import LoopMargins, all_margins
 from workbench.design.linear.model import LinearModel
-from workbench.design.linear.operating_point import HOLDING, HOVER
+from workbench.design.linear.operating_point import HOLDING_POINT, HOVER_POINT
 
 if TYPE_CHECKING:
     from workbench.design.linear.study import LinearStudy
 
-UNSTATED = "the law, which states no loops"
+UNSTATED_LOOPS_TEXT = "the law, which states no loops"
 
 
 @dataclass(frozen=True)
@@ -41,13 +46,15 @@ def judge_loops(
         steering: the closed loop while the pilot steers.
         holding: the same while a position is held, for the loops that hold it.
     """
-    found = _judged(steering, [loop for loop in steering.loops if not loop.hold])
+    found = _judge_model_loops(steering, [loop for loop in steering.loops if not loop.hold])
     return found + (
-        _judged(holding, [loop for loop in steering.loops if loop.hold]) if holding else ()
+        _judge_model_loops(holding, [loop for loop in steering.loops if loop.hold])
+        if holding
+        else ()
     )
 
 
-def _judged(model: LinearModel, loops: list[Loop]) -> tuple[LoopJudgement, ...]:
+def _judge_model_loops(model: LinearModel, loops: list[Loop]) -> tuple[LoopJudgement, ...]:
     """Return the judgement of some loops of one model."""
     points = list(dict.fromkeys(p for loop in loops for p in (loop.point("actuator"), loop.error)))
     margins = dict(zip(points, all_margins(model, points), strict=True))
@@ -69,17 +76,22 @@ def growing_loops(model: LinearModel) -> tuple[str, ...]:
         return ()
     fastest = growth_rate(responses.closed, responses.period)
     closed, *opened = (
-        int((growth_rates(poles, responses.period) > 0.5 * fastest).sum())
+        int(
+            (
+                growing_poles(poles, responses.period)
+                & (growth_rates(poles, responses.period) > 0.5 * fastest)
+            ).sum()
+        )
         for poles in (responses.closed, *responses.opened)
     )
     found = tuple(loop.name for loop, left in zip(loops, opened, strict=True) if left < closed)
-    return found or tuple(loop.name for loop in loops) or (UNSTATED,)
+    return found or tuple(loop.name for loop in loops) or (UNSTATED_LOOPS_TEXT,)
 
 
 def opened_to_steer(holding: LinearModel) -> LinearModel:
     """Return a closed loop with its position loops opened, as while a pilot steers."""
     steering = holding.opened([loop.error for loop in holding.loops if loop.hold])
-    return replace(steering, trim=replace(steering.trim, point=HOVER))
+    return replace(steering, trim=replace(steering.trim, point=HOVER_POINT))
 
 
 @dataclass(frozen=True)
@@ -99,7 +111,7 @@ def live_margins(
         study: of the vehicle; reuse it.
         gains: parameter values by name that differ from the scenario's.
     """
-    found = hover_margins(study.sampled(HOLDING, gains))
+    found = hover_margins(study.sampled(HOLDING_POINT, gains))
     return tuple(LiveMargins(loop, margins) for loop, margins in found.items())
 
 

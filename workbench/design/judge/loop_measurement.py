@@ -1,6 +1,5 @@
 """Measure a loop in flight, and compare it with its sampled linear model."""
 
-import copy
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
@@ -10,39 +9,34 @@ import numpy as np
 
 from workbench.common.errors import WorkbenchError
 from workbench.common.plain_files import write_atomically
-from workbench.control.controller import Loop
+from workbench.control.loop import Loop
 from workbench.design.judge.loop_response import loop_responses
 from workbench.design.judge.margins import LoopMargins, response_margins
-from workbench.design.judge.measured_loop import COHERENT, MeasuredLoop, measured_loop
+from workbench.design.judge.measured_loop import MIN_COHERENCE, MeasuredLoop, measured_loop
 from workbench.design.linear.model import LinearModel, frequency_response
 from workbench.design.linear.operating_point import OperatingPoint
 from workbench.design.linear.study import LinearStudy
 from workbench.plant.thrust_frame import thrust_frame
 from workbench.plant.vehicle import Vehicle
 from workbench.scenario.multisine import multisine
-from workbench.scenario.scenario import (
-    Injection,
-    Rates,
-    Scenario,
-    Start,
-    check_injection,
-    flown_controller,
-)
+from workbench.scenario.scenario import Injection, Rates, Scenario, ScenarioStart
+from workbench.scenario.scenario_check import check_injection
+from workbench.setup import Setup, make_setup
 
-START_HEIGHT = 10.0
+MEASUREMENT_HEIGHT_M = 10.0
 """Height for the measurement of a loop [m], far from the ground, as in linear models."""
-LOWEST = 0.5
+MIN_MEASURED_RAD_S = 0.5
 """Usual lowest frequency of a measurement [rad/s]."""
-ABOVE = 4.0
+MEASURED_BANDWIDTH_RATIO = 4.0
 """Usual highest frequency, as a multiple of the larger of bandwidth and crossover."""
-PERIODS = 8
+MEASUREMENT_PERIODS = 8
 """Usual number of periods of a measurement; the first one is not evaluated."""
-ROOM, TILT, SPEED = 0.1, math.radians(6.0), 0.7
+INJECTION_ROTOR_SHARE, INJECTION_TILT_RAD, INJECTION_SPEED_M_S = 0.1, math.radians(6.0), 0.7
 """Limits of an injection, rms: share of the rotors' reserve, tilt [rad] and speed [m/s]."""
-ERROR = 0.03
+INJECTION_ERROR_RAD = 0.03
 """Limit of errors of angles at loop points, rms [rad]: a loop of high gain cancels almost all of
 the injection, and nonlinear effects would mask the small rest."""
-ANGLES = {"1": 1.0, "rad": 1.0, "deg": math.degrees(1.0)}
+ANGLE_UNITS_PER_RAD = {"1": 1.0, "rad": 1.0, "deg": math.degrees(1.0)}
 """Units of loop points that are angles, per radian."""
 
 
@@ -77,9 +71,9 @@ class Measurement:
     def worst(self) -> tuple[float, float] | None:
         """Return the largest difference up to the bandwidth in dB and rad, or None.
 
-        Frequencies with a coherence below `COHERENT` do not count.
+        Frequencies with a coherence below `MIN_COHERENCE` do not count.
         """
-        counts = self.measured.coherence >= COHERENT
+        counts = self.measured.coherence >= MIN_COHERENCE
         counts &= self.measured.frequency <= self.margins.bandwidth
         if not counts.any():
             return None
@@ -118,14 +112,15 @@ def loop_injection(
     cut: str = "actuator",
     *,
     size: float | None = None,
-    lowest: float = LOWEST,
+    lowest: float = MIN_MEASURED_RAD_S,
     highest: float | None = None,
-    periods: int = PERIODS,
+    periods: int = MEASUREMENT_PERIODS,
 ) -> Injection:
     """Return an injection that measures a loop of a hovering drone.
 
-    Without a size it is as large as the linear model allows: in rms, rotors use `ROOM` of their
-    reserve, the drone tilts by `TILT` and moves at `SPEED`.
+    Without a size it is as large as the linear model allows: in rms, rotors use
+    `INJECTION_ROTOR_SHARE` of their reserve, the drone tilts by `INJECTION_TILT_RAD` and moves at
+    `INJECTION_SPEED_M_S`.
 
     Args:
         model: of the loop in that flight, see `Injection.action`.
@@ -150,23 +145,25 @@ def loop_injection(
         raise WorkbenchError(f"the loop {loop.name} is unstable, so it cannot be measured")
     if highest is None and lowest > 0.0:
         fastest = np.nanmax([margins.crossover, margins.bandwidth, 4.0 * lowest])
-        highest = min(ABOVE * float(fastest), 0.9 * math.pi / spacing)
+        highest = min(MEASURED_BANDWIDTH_RATIO * float(fastest), 0.9 * math.pi / spacing)
     highest = lowest if highest is None else highest  # which is rejected
     found = Injection(point, 1.0 if size is None else size, lowest, highest, periods)
     check_injection(found, controller, Rates(control_period=model.period))
-    return found if size is not None else replace(found, size=_size(model, found, vehicle))
+    return (
+        found if size is not None else replace(found, size=_injection_size(model, found, vehicle))
+    )
 
 
 def fly_measurement(
     name: str,
     *,
     cut: str = "actuator",
-    scenario: Scenario | None = None,
+    scenario: Scenario | Setup | None = None,
     settings: Mapping[str, float] | None = None,
     size: float | None = None,
-    lowest: float = LOWEST,
+    lowest: float = MIN_MEASURED_RAD_S,
     highest: float | None = None,
-    periods: int = PERIODS,
+    periods: int = MEASUREMENT_PERIODS,
     progress: Callable[[float], None] | None = None,
 ) -> "Measurement":
     """Measure a loop of a hovering drone in flight.
@@ -188,23 +185,23 @@ def fly_measurement(
     from workbench.design.lost import find_loss
     from workbench.session.session import Session
 
-    flight = replace(copy.deepcopy(scenario or Scenario()), figure_eight=None, script=[])
-    flight.start = Start(position=[0.0, 0.0, START_HEIGHT])
-    loop = flown_controller(flight).loop(name)
-    study = LinearStudy(flight)
-    model = study.sampled(OperatingPoint(hold=loop.hold), settings)
+    setup = make_setup(scenario, settings)
+    start = ScenarioStart(position=[0.0, 0.0, MEASUREMENT_HEIGHT_M])
+    setup = setup.with_scenario(replace(setup.scenario, start=start, figure_eight=None, script=[]))
+    loop = setup.controller.loop(name)
+    model = LinearStudy(setup).sampled(OperatingPoint(hold=loop.hold))
     injection = loop_injection(
         model,
         loop,
-        study.vehicle,
+        setup.vehicle,
         cut,
         size=size,
         lowest=lowest,
         highest=highest,
         periods=periods,
     )
-    session = Session(flight, settings)
-    session.act(injection.action(hold=loop.hold))
+    session = Session(setup)
+    session.do(injection.action(hold=loop.hold))
     while (share := session.injecting) is not None and share < 1.0:
         session.tick(0.5)
         if progress:
@@ -215,7 +212,7 @@ def fly_measurement(
     found = measured_loop(session.injected)
     loops = loop_responses(model, [injection.point])
     return Measurement(
-        vehicle=study.vehicle.name,
+        vehicle=setup.vehicle.name,
         loop=name,
         cut=cut,
         injection=injection,
@@ -225,7 +222,7 @@ def fly_measurement(
     )
 
 
-def _size(model: LinearModel, injection: Injection, vehicle: Vehicle) -> float:
+def _injection_size(model: LinearModel, injection: Injection, vehicle: Vehicle) -> float:
     """Return the rms size for which the linear model of the drone remains valid."""
     frame = thrust_frame(vehicle)
     most = np.array([rotor.max_thrust for rotor in frame.rotors])
@@ -237,9 +234,9 @@ def _size(model: LinearModel, injection: Injection, vehicle: Vehicle) -> float:
     names = [*(f"thrust_{index + 1}" for index in range(len(most))), "roll", "pitch"]
     names += ["v_x", "v_y", "v_z"]
     errors = {
-        name: ERROR * ANGLES[unit]
+        name: INJECTION_ERROR_RAD * ANGLE_UNITS_PER_RAD[unit]
         for name, unit in (law.points if law else {}).items()
-        if unit in ANGLES and name.endswith("_error")
+        if unit in ANGLE_UNITS_PER_RAD and name.endswith("_error")
     }
     names += errors
     found = frequency_response(model, wave.frequency, names, [injection.point])
@@ -248,6 +245,11 @@ def _size(model: LinearModel, injection: Injection, vehicle: Vehicle) -> float:
     response[:, : len(most)] *= lag[:, None]  # the commands, before the lag of the rotors
     sines = np.abs(np.fft.rfft(wave.values)[wave.lines]) / len(wave.values)
     rms = np.sqrt(2.0 * (response**2 * sines[:, None] ** 2).sum(axis=0))
-    allowed = [*(ROOM * np.where(room > 0.0, room, np.inf)), TILT, TILT, *[SPEED] * 3]
+    allowed = [
+        *(INJECTION_ROTOR_SHARE * np.where(room > 0.0, room, np.inf)),
+        INJECTION_TILT_RAD,
+        INJECTION_TILT_RAD,
+        *[INJECTION_SPEED_M_S] * 3,
+    ]
     allowed += errors.values()
     return float((np.array(allowed) / np.maximum(rms, 1e-12)).min())

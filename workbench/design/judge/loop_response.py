@@ -12,11 +12,15 @@ import numpy as np
 
 from workbench.design.linear.model import LinearModel
 
-UNREAD = 1e-12
+MIN_STATE_EFFECT = 1e-12
 """Effect of a state on other states up to which it counts as none."""
-INTEGRATOR = 1e-4
+MAX_INTEGRATOR_RATE = 1e-4
 """Distance of a pole from s = 0 up to which it counts as an integrator [1/s], such as of heading
 and position."""
+
+MAX_DRIFT_RATE = 1e-2
+"""Distance of a pole from s = 0 up to which it drifts if it grows [1/s]: the heading, and the place
+with it, over minutes, where a static error turns with the heading and the reference does not."""
 
 
 @dataclass(frozen=True)
@@ -35,8 +39,8 @@ class LoopResponses:
 
     @property
     def stable(self) -> bool:
-        """Whether the closed loop is stable, apart from integrators outside of all loops."""
-        return growth_rate(self.closed, self.period) < INTEGRATOR
+        """Whether the closed loop is stable, apart from drift and integrators outside of loops."""
+        return not growing_poles(self.closed, self.period).any()
 
     @property
     def highest(self) -> float:
@@ -72,7 +76,7 @@ def loop_responses(model: LinearModel, points: Sequence[str]) -> LoopResponses:
     cuts = np.array([model.cut(point)[0] for point in points], dtype=float).reshape(-1, *A.shape)
     changed = np.abs(A - cuts).max(axis=0, initial=0.0)
     influence = np.abs(A) + np.abs(cuts).max(axis=0, initial=0.0)
-    kept = _read_states(influence, np.diagonal(changed))
+    kept = _effective_states(influence, np.diagonal(changed))
     grid = np.ix_(kept, kept)
     eigenvalues = np.linalg.eigvals(np.concatenate([A[None], cuts])[:, grid[0], grid[1]])
     if model.period:
@@ -90,7 +94,7 @@ def _cancel_integrators(eigenvalues: np.ndarray, period: float) -> None:
         eigenvalues: a row for the closed loop, and one for each cut loop.
         period: between samples [s].
     """
-    near = np.abs(eigenvalues - 1.0) < 0.1 * INTEGRATOR * period
+    near = np.abs(eigenvalues - 1.0) < 0.1 * MAX_INTEGRATOR_RATE * period
     common = int(near.sum(axis=1).min())
     if not common:
         return
@@ -100,9 +104,20 @@ def _cancel_integrators(eigenvalues: np.ndarray, period: float) -> None:
 
 def closed_poles(model: LinearModel) -> np.ndarray:
     """Return the poles of the closed loop (k), without those of states that have no effect."""
-    kept = _read_states(np.abs(model.A), np.zeros(len(model.A)))
+    kept = places_of_effect(model)
     poles: np.ndarray = np.linalg.eigvals(model.A[np.ix_(kept, kept)])
     return poles
+
+
+def effective_system(model: LinearModel) -> tuple[np.ndarray, tuple[str, ...]]:
+    """Return the closed loop without states that have no effect, A (k, k) and names (k)."""
+    kept = places_of_effect(model)
+    return model.A[np.ix_(kept, kept)], tuple(model.state_names[place] for place in kept)
+
+
+def places_of_effect(model: LinearModel) -> np.ndarray:
+    """Return which states of the closed loop have an effect (k)."""
+    return _effective_states(np.abs(model.A), np.zeros(len(model.A)))
 
 
 def spectral_radius(poles: np.ndarray) -> float:
@@ -117,12 +132,21 @@ def growth_rates(poles: np.ndarray, period: float) -> np.ndarray:
     return rates
 
 
+def growing_poles(poles: np.ndarray, period: float) -> np.ndarray:
+    """Return which poles grow faster than what drifts (k)."""
+    growth = growth_rates(poles, period)
+    turn = np.angle(poles) / period if period else poles.imag
+    found: np.ndarray = (growth >= MAX_INTEGRATOR_RATE) & (np.hypot(growth, turn) > MAX_DRIFT_RATE)
+    return found
+
+
 def growth_rate(poles: np.ndarray, period: float) -> float:
-    """Return the largest growth rate of the poles [1/s]."""
-    return float(growth_rates(poles, period).max(initial=-np.inf))
+    """Return the largest growth rate of the poles [1/s], but of a drift if others grow."""
+    growth, growing = growth_rates(poles, period), growing_poles(poles, period)
+    return float((growth[growing] if growing.any() else growth).max(initial=-np.inf))
 
 
-def _read_states(influence: np.ndarray, changed: np.ndarray) -> np.ndarray:
+def _effective_states(influence: np.ndarray, changed: np.ndarray) -> np.ndarray:
     """Return which states have an effect on other states, directly or indirectly.
 
     Args:
@@ -133,7 +157,7 @@ def _read_states(influence: np.ndarray, changed: np.ndarray) -> np.ndarray:
     np.fill_diagonal(effect, changed)
     kept = np.arange(len(effect))
     while True:
-        read = effect.max(axis=0, initial=0.0) > UNREAD
+        read = effect.max(axis=0, initial=0.0) > MIN_STATE_EFFECT
         if read.all():
             return kept
         kept = kept[read]

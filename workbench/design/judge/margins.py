@@ -5,7 +5,7 @@ A grid of frequencies locates crossings and extrema of a response; refinement ma
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from enum import Enum
 
 import numpy as np
@@ -13,24 +13,24 @@ import numpy as np
 from workbench.design.judge.loop_response import LoopResponses, loop_responses
 from workbench.design.linear.model import LinearModel
 
-DECADES = 5.0
+MARGIN_GRID_DECADES = 5.0
 """Span of the grid below the highest frequency [decades]."""
-GRID = 320
+MARGIN_GRID_POINTS = 320
 """Number of frequencies in the grid."""
-_ZOOM = np.linspace(0.0, 1.0, 9)
-_ZOOMS = 3
+_CROSSING_ZOOM_POINTS = np.linspace(0.0, 1.0, 9)
+_CROSSING_ZOOM_STEPS = 3
 """Number of refinements, each of an interval by a factor of eight; linear interpolation then is
 exact to 1e-8."""
-_PHASE = 0
-_SIZE = 1
-_FALL = 2
-_LEAST = 1e-6
+_PHASE_CROSSING = 0
+_GAIN_CROSSING = 1
+_FALL_CROSSING = 2
+_MIN_GAIN_MARGIN = 1e-6
 """Gain margins beyond this, or its inverse, are ignored, as rounding causes crossings there."""
 HALF_POWER = 10.0 ** (-3.0 / 20.0)
 """-3 dB, which defines the bandwidth in python-control."""
-BELOW_CROSSOVER = 0.1
+PLATEAU_CROSSOVER_SHARE = 0.1
 """The reference plateau of the bandwidth lies below this share of the crossover."""
-FLAT = 3e-3
+FLAT_SLOPE = 3e-3
 """A response is flat where it changes with a smaller power of the frequency."""
 
 
@@ -56,7 +56,7 @@ class LoopMargins:
             the value where it first is flat [rad/s]. If it is flat from zero frequency on, this is
             python-control's `bandwidth`.
         crossover: highest frequency at which abs(L) is 1 [rad/s].
-        stable: whether the closed loop is stable, apart from integrators outside of all loops.
+        stable: whether the closed loop is stable, see `LoopResponses.stable`.
     """
 
     gain_margin: float
@@ -69,8 +69,18 @@ class LoopMargins:
     crossover: float
     stable: bool = True
 
+    @property
+    def phase_margin_deg(self) -> float:
+        """The phase margin [deg], as files and JSON have it."""
+        return math.degrees(self.phase_margin)
 
-class Robustness(Enum):
+    def to_json(self) -> dict[str, float]:
+        """Return the numbers for JSON, the phase margin in degrees."""
+        names = ["phase_margin_deg" if f.name == "phase_margin" else f.name for f in fields(self)]
+        return {name: getattr(self, name) for name in names}
+
+
+class RobustnessMeasure(Enum):
     """The measures of robustness in `LoopMargins`."""
 
     PHASE = "phase_margin"
@@ -82,7 +92,9 @@ class Robustness(Enum):
         return found
 
 
-UNSTABLE = LoopMargins(1.0, 1.0, 0.0, 0.0, 0.0, math.inf, math.nan, math.nan, stable=False)
+UNSTABLE_LOOP_MARGINS = LoopMargins(
+    1.0, 1.0, 0.0, 0.0, 0.0, math.inf, math.nan, math.nan, stable=False
+)
 
 
 def loop_margins(model: LinearModel, point: str) -> LoopMargins:
@@ -103,19 +115,22 @@ def all_margins(model: LinearModel, points: Sequence[str]) -> tuple[LoopMargins,
 def response_margins(loops: LoopResponses) -> tuple[LoopMargins, ...]:
     """Return the margins of open loops."""
     if not loops.stable or not len(loops.opened):
-        return (UNSTABLE,) * len(loops.opened)
+        return (UNSTABLE_LOOP_MARGINS,) * len(loops.opened)
     grid = frequency_grid(loops)
     response = loops.at(grid)
-    edges = _edges(loops)
+    edges = _edge_responses(loops)
     plateau = plateaus(grid, response)
     level = HALF_POWER * np.abs(complementary(response))[range(len(response)), plateau]
     loop, kind, frequency, there = _zeros(loops, grid, response, level)
     peaks, disks = _lowest(loops, grid, response, np.nan_to_num(edges[:, 1:]))
     found = []
     for index in range(len(loops.opened)):
-        phase, size, fall = ((loop == index) & (kind == each) for each in (_PHASE, _SIZE, _FALL))
+        phase, size, fall = (
+            (loop == index) & (kind == each)
+            for each in (_PHASE_CROSSING, _GAIN_CROSSING, _FALL_CROSSING)
+        )
         real = -np.append(there[phase].real, edges[index].real)
-        factors = 1.0 / real[(real > _LEAST) & (real < 1.0 / _LEAST)]
+        factors = 1.0 / real[(real > _MIN_GAIN_MARGIN) & (real < 1.0 / _MIN_GAIN_MARGIN)]
         fall &= frequency > grid[plateau[index]]
         crossings = frequency[size]
         turn = (np.angle(there[size]) + math.pi) % (2.0 * math.pi)
@@ -137,7 +152,7 @@ def response_margins(loops: LoopResponses) -> tuple[LoopMargins, ...]:
 def frequency_grid(loops: LoopResponses) -> np.ndarray:
     """Return a logarithmic grid of frequencies (F) [rad/s], denser near poles of low damping."""
     top = loops.highest
-    even = np.geomspace(top * 10.0**-DECADES, top * 0.99999, GRID)
+    even = np.geomspace(top * 10.0**-MARGIN_GRID_DECADES, top * 0.99999, MARGIN_GRID_POINTS)
     poles = np.append(loops.closed, loops.opened)
     if loops.period:
         with np.errstate(divide="ignore"):
@@ -169,8 +184,10 @@ def plateaus(grid: np.ndarray, response: np.ndarray) -> np.ndarray:
     above = np.abs(response) > 1.0
     last = len(grid) - 1 - np.argmax(above[:, ::-1], axis=1)
     crossover = np.where(above.any(axis=1), grid[last], 0.0)
-    steepness[~(grid[1:] < BELOW_CROSSOVER * crossover[:, None]) | np.isnan(steepness)] = np.inf
-    flat = steepness < FLAT
+    steepness[~(grid[1:] < PLATEAU_CROSSOVER_SHARE * crossover[:, None]) | np.isnan(steepness)] = (
+        np.inf
+    )
+    flat = steepness < FLAT_SLOPE
     found: np.ndarray = np.argmax(flat, axis=1)
     return np.where(flat.any(axis=1), found, np.argmin(steepness, axis=1))
 
@@ -185,18 +202,18 @@ def _zeros(
         Number of the loop, kind, frequency [rad/s] and L of each (K).
     """
     with np.errstate(invalid="ignore"):
-        values = _shapes(response, level[:, None])
+        values = _crossing_values(response, level[:, None])
         crosses = (values[..., 1:] > 0.0) != (values[..., :-1] > 0.0)
         crosses &= np.isfinite(values[..., 1:]) & np.isfinite(values[..., :-1])
-    crosses[_FALL] &= values[_FALL, :, :-1] > 0.0
-    crosses[_PHASE] &= (response.real[:, 1:] < 0.0) | (response.real[:, :-1] < 0.0)
+    crosses[_FALL_CROSSING] &= values[_FALL_CROSSING, :, :-1] > 0.0
+    crosses[_PHASE_CROSSING] &= (response.real[:, 1:] < 0.0) | (response.real[:, :-1] < 0.0)
     kind, loop, place = np.nonzero(crosses)
     low, high = grid[place], grid[place + 1]
     rows = np.arange(len(kind))
     first = last = np.zeros(len(kind))
-    for _ in range(_ZOOMS):
-        at = low[:, None] + (high - low)[:, None] * _ZOOM
-        values = _shapes(loops.at(at, loop), level[loop, None])[kind, rows]
+    for _ in range(_CROSSING_ZOOM_STEPS):
+        at = low[:, None] + (high - low)[:, None] * _CROSSING_ZOOM_POINTS
+        values = _crossing_values(loops.at(at, loop), level[loop, None])[kind, rows]
         positive = values > 0.0
         step = np.argmax(positive[:, 1:] != positive[:, :-1], axis=1)
         low, high = at[rows, step], at[rows, step + 1]
@@ -206,7 +223,7 @@ def _zeros(
     return loop, kind, zero, loops.at(zero[:, None], loop)[:, 0]
 
 
-def _shapes(response: np.ndarray, level: np.ndarray) -> np.ndarray:
+def _crossing_values(response: np.ndarray, level: np.ndarray) -> np.ndarray:
     """Return values that are zero where L is real, where |L| is 1, and where |T| is at a level."""
     size = response.real**2 + response.imag**2
     return np.stack(
@@ -229,13 +246,13 @@ def _lowest(
     values = _distances(response).reshape(2 * count, -1)
     place = np.argmin(values, axis=1)
     low, high = grid[np.maximum(place - 1, 0)], grid[np.minimum(place + 1, len(grid) - 1)]
-    for _ in range(_ZOOMS + 1):
-        at = low[:, None] + (high - low)[:, None] * _ZOOM
+    for _ in range(_CROSSING_ZOOM_STEPS + 1):
+        at = low[:, None] + (high - low)[:, None] * _CROSSING_ZOOM_POINTS
         both = _distances(loops.at(at, loop))
         values = np.concatenate([both[0, :count], both[1, count:]])
         place = np.argmin(values, axis=1)
         low = at[rows, np.maximum(place - 1, 0)]
-        high = at[rows, np.minimum(place + 1, len(_ZOOM) - 1)]
+        high = at[rows, np.minimum(place + 1, len(_CROSSING_ZOOM_POINTS) - 1)]
     lowest: np.ndarray = np.fmin(values.min(axis=1).reshape(2, count), _distances(edge)[..., 0])
     return lowest
 
@@ -249,7 +266,7 @@ def _distances(response: np.ndarray) -> np.ndarray:
     return both
 
 
-def _edges(loops: LoopResponses) -> np.ndarray:
+def _edge_responses(loops: LoopResponses) -> np.ndarray:
     """Return L (P, 2) at zero frequency and half the sampling rate, where it is real, else NaN.
 
     Above the highest frequency of a continuous loop it is zero.
@@ -257,5 +274,5 @@ def _edges(loops: LoopResponses) -> np.ndarray:
     edges = loops.at(np.array([0.0, loops.highest]))
     if not loops.period:
         edges[:, 1] = math.nan
-    edges[~(np.abs(edges) < 1.0 / _LEAST) | (edges == 0.0)] = math.nan
+    edges[~(np.abs(edges) < 1.0 / _MIN_GAIN_MARGIN) | (edges == 0.0)] = math.nan
     return edges

@@ -16,11 +16,11 @@ import numpy as np
 from workbench.common.errors import WorkbenchError
 
 if TYPE_CHECKING:
-    from workbench.session.injected import Injected
+    from workbench.session.injected import InjectedSignal
 
-COHERENT = 0.9
+MIN_COHERENCE = 0.9
 """Smallest coherence of a valid measurement."""
-CONFIDENCE = 1.645
+CONFIDENCE_SIGMAS = 1.645
 """Standard deviations below the mean of the lower bound of a one-sided 95 % interval."""
 
 
@@ -32,7 +32,8 @@ class MeasuredLoop:
         point: the loop point where it was opened.
         frequency: (F), increasing [rad/s].
         response: (F) complex L, with negative feedback.
-        coherence: (F), 0 .. 1, see `_coherence`: the smaller one of injection with u and with v.
+        coherence: (F), 0 .. 1, see `_injection_coherence`: the smaller one of injection with u and
+            with v.
         deviation: (F) one-sigma relative error of abs(L); of its phase, the same in rad.
         periods: number of measured periods.
     """
@@ -45,7 +46,7 @@ class MeasuredLoop:
     periods: int
 
 
-def measured_loop(injected: "Injected") -> MeasuredLoop:
+def measured_loop(injected: "InjectedSignal") -> MeasuredLoop:
     """Return the loop response that a flown injection measures.
 
     Args:
@@ -69,13 +70,13 @@ def measured_loop(injected: "Injected") -> MeasuredLoop:
         point=injected.asked.point,
         frequency=injected.multisine.frequency,
         response=response,
-        coherence=np.minimum(_coherence(came), _coherence(went)),
+        coherence=np.minimum(_injection_coherence(came), _injection_coherence(went)),
         deviation=np.sqrt(0.5 * noise) / size,
         periods=periods,
     )
 
 
-def _coherence(spectra: np.ndarray) -> np.ndarray:
+def _injection_coherence(spectra: np.ndarray) -> np.ndarray:
     """Return the coherence of spectra (P, F) with an injection that repeats exactly.
 
     With few periods an estimate is biased upwards. So this is the lower bound of a one-sided 95 %
@@ -86,6 +87,6 @@ def _coherence(spectra: np.ndarray) -> np.ndarray:
     power = (np.abs(spectra) ** 2).mean(axis=0)
     estimate = np.abs(spectra.mean(axis=0)) / np.sqrt(np.maximum(power, 1e-300))
     spread = 1.0 / math.sqrt(2.0 * (count - 1))
-    z = np.arctanh(np.minimum(estimate, 1.0 - 1e-12)) - spread**2 - CONFIDENCE * spread
+    z = np.arctanh(np.minimum(estimate, 1.0 - 1e-12)) - spread**2 - CONFIDENCE_SIGMAS * spread
     found: np.ndarray = np.tanh(np.maximum(z, 0.0)) ** 2
     return found

@@ -20,16 +20,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.design.judge.loop_response import loop_responses
-from workbench.design.judge.margins import UNSTABLE, frequency_grid, response_margins
+from workbench.design.judge.margins import UNSTABLE_LOOP_MARGINS, frequency_grid, response_margins
 from workbench.design.linear.model import LinearModel, frequency_response
 
 _BALANCINGS = 30
 """Number of iterations that balance rows and columns."""
-_ZOOMS = 4
-_ZOOM = np.linspace(0.0, 1.0, 9)
-_CALLS = 200
+_PEAK_ZOOM_STEPS = 4
+_PEAK_ZOOM_POINTS = np.linspace(0.0, 1.0, 9)
+_MAX_SCALE_EVALUATIONS = 200
 """Largest number of matrices whose size the search for scales computes, for each of them."""
-_EXACT = 1e-5
+_BOUND_TOLERANCE = 1e-5
 """Relative error of the bound at the worst frequency."""
 
 
@@ -63,17 +63,19 @@ def multiloop_margin(model: LinearModel, points: Sequence[str] = ()) -> Multiloo
     found = response_margins(loops)
     alone = {name: each.disk_margin for name, each in zip(names, found, strict=True)}
     if not loops.stable:
-        return MultiloopMargin(UNSTABLE.disk_margin, float("nan"), alone)
+        return MultiloopMargin(UNSTABLE_LOOP_MARGINS.disk_margin, float("nan"), alone)
 
     def difference(frequency: np.ndarray) -> np.ndarray:
         """Return S - T (F, k, k): the closed loop from the injection is -T."""
         return np.eye(len(names)) + 2.0 * frequency_response(model, frequency, names, names)
 
-    size, frequency = largest(difference, frequency_grid(loops))
+    size, frequency = largest_bound(difference, frequency_grid(loops))
     return MultiloopMargin(2.0 / size, frequency, alone)
 
 
-def largest(response: Callable[[np.ndarray], np.ndarray], grid: np.ndarray) -> tuple[float, float]:
+def largest_bound(
+    response: Callable[[np.ndarray], np.ndarray], grid: np.ndarray
+) -> tuple[float, float]:
     """Return the largest bound on μ of a response over frequency, and where it is [rad/s].
 
     Args:
@@ -83,8 +85,8 @@ def largest(response: Callable[[np.ndarray], np.ndarray], grid: np.ndarray) -> t
     size, at = _largest_of(response(grid))
     low, high = grid[max(at - 1, 0)], grid[min(at + 1, len(grid) - 1)]
     frequency = float(grid[at])
-    for _ in range(_ZOOMS):
-        finer = low + (high - low) * _ZOOM
+    for _ in range(_PEAK_ZOOM_STEPS):
+        finer = low + (high - low) * _PEAK_ZOOM_POINTS
         value, at = _largest_of(response(finer))
         if value >= size:
             size, frequency = value, float(finer[at])
@@ -102,7 +104,7 @@ def _largest_of(matrices: np.ndarray) -> tuple[float, int]:
     bounds = np.linalg.norm(scaled, 2, axis=(1, 2))
     best, place = 0.0, int(np.argmax(bounds))
     for index in np.argsort(-bounds):
-        if bounds[index] <= best * (1.0 + _EXACT):
+        if bounds[index] <= best * (1.0 + _BOUND_TOLERANCE):
             break
         value = structured_singular_value(matrices[index], scales[index])
         if value > best:
@@ -146,14 +148,14 @@ def structured_singular_value(matrix: np.ndarray, scale: np.ndarray | None = Non
     if len(matrix) == 1:
         return size(start[:-1])
     corners = np.vstack([start[:-1], start[:-1] + 0.3 * np.eye(len(matrix) - 1)])
-    return lowest(size, corners, 1e-5, _EXACT * size(start[:-1]))
+    return minimise_simplex(size, corners, 1e-5, _BOUND_TOLERANCE * size(start[:-1]))
 
 
 class _EnoughError(Exception):
     """A search has computed as many values as it may."""
 
 
-def lowest(
+def minimise_simplex(
     function: Callable[[np.ndarray], float], corners: np.ndarray, near: float, flat: float
 ) -> float:
     """Return the lowest value of a function, by the method of Nelder and Mead (1965).
@@ -167,7 +169,7 @@ def lowest(
         flat: .. and so are their values within this.
     """
     values = np.full(len(corners), np.inf)
-    left = _CALLS * corners.shape[1]
+    left = _MAX_SCALE_EVALUATIONS * corners.shape[1]
 
     def called(at: np.ndarray) -> float:
         nonlocal left

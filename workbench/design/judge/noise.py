@@ -7,21 +7,20 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.common.errors import WorkbenchError
-from workbench.design.linear.model import MEASURED, LinearModel
-from workbench.design.linear.operating_point import HOLDING, OperatingPoint
+from workbench.design.linear.model import MEASURED_SIGNALS, LinearModel
+from workbench.design.linear.operating_point import HOLDING_POINT, OperatingPoint
 from workbench.design.linear.study import LinearStudy
 from workbench.diagram.mounting import find_imu
-from workbench.diagram.sensor_choice import choose_sensors
 from workbench.estimation.imu import imu_noise
 from workbench.estimation.settings import TRUTH
-from workbench.plant.magnetic_field import magnetic_field
+from workbench.plant.magnetic_field import earth_magnetic_field
 from workbench.plant.sensors import Barometer, Gps, Magnetometer, Noise, RangeFinder, Sensor
 from workbench.systems.sensors.barometer import pressure_at
 
-DOUBLINGS = 14
+NOISE_DOUBLINGS = 14
 """RMS values are those after 2^14 control periods: 128 s at 128 Hz. An unobserved heading drifts,
 and has no steady value."""
-ATTITUDE = ("roll", "pitch", "yaw")
+ATTITUDE_OUTPUTS = ("roll", "pitch", "yaw")
 
 
 @dataclass(frozen=True)
@@ -46,7 +45,7 @@ class NoiseEffect:
 
 def noise_effects(
     study: LinearStudy,
-    point: OperatingPoint = HOLDING,
+    point: OperatingPoint = HOLDING_POINT,
     gains: Mapping[str, float] | None = None,
 ) -> tuple[NoiseEffect, ...]:
     """Return the effect of the described noise of each sensor, and of all together.
@@ -63,9 +62,9 @@ def noise_effects(
         WorkbenchError: if the vehicle has no IMU, or cannot fly at the point.
     """
     model = study.noisy(point, gains)
-    deviations = input_deviations(study, model, gains)
+    deviations = input_deviations(study, model)
     hover = model.trim.speeds
-    rows = noise_rows(model)
+    rows = noise_output_rows(model)
     variances = []
     groups = _groups(model)
     for names in groups.values():
@@ -100,7 +99,7 @@ def noise_response(model: LinearModel, sensor: str, frequency: np.ndarray) -> np
     B = model.B(groups[sensor])
     if sensor in ("gyro", "accelerometer"):
         B = B.reshape(len(B), -1, 3).sum(axis=1)
-    rows = noise_rows(model)
+    rows = noise_output_rows(model)
     z = np.exp(1j * frequency * model.period)
     whole = np.eye(len(model.A))
     return np.array(
@@ -108,9 +107,7 @@ def noise_response(model: LinearModel, sensor: str, frequency: np.ndarray) -> np
     )
 
 
-def input_deviations(
-    study: LinearStudy, model: LinearModel, gains: Mapping[str, float] | None = None
-) -> dict[str, float]:
+def input_deviations(study: LinearStudy, model: LinearModel) -> dict[str, float]:
     """Return the standard deviation of each input of a `LinearStudy.noisy` model, by name.
 
     A sensor slower than the updates of the model is treated as if it measured at every update, with
@@ -128,24 +125,24 @@ def input_deviations(
             found[f"{kind}_noise_{axis}_{sample + 1}"] = imu.deviation[place] / math.sqrt(every)
     if study.scenario.estimator == TRUTH:
         return found
-    for choice in reversed(choose_sensors(study.vehicle, study.scenario)):
-        deviations = _measured_deviations(choice.sensor, 1.0 / choice.period, study)
+    for choice in reversed(study.setup.sensors):
+        deviations = _measured_deviations(choice.sensor, study)
         spread = math.sqrt(max(1.0, choice.period / rates.control_period))
         found |= {f"{name}_noise": spread * value for name, value in deviations.items()}
     return found
 
 
-def noise_rows(model: LinearModel) -> np.ndarray:
+def noise_output_rows(model: LinearModel) -> np.ndarray:
     """Return the rows (3 + n) from states to attitude and commands of rotors."""
     commands = [f"command_{rotor + 1}" for rotor in range(model.trim.speeds.size)]
     places = [model.state_names.index(name) for name in commands]
-    return np.vstack([model.C(ATTITUDE), np.eye(len(model.A))[places]])
+    return np.vstack([model.C(ATTITUDE_OUTPUTS), np.eye(len(model.A))[places]])
 
 
 def _variance(model: LinearModel, B: np.ndarray, rows: np.ndarray) -> np.ndarray:
     """Return the variance of each output after 2^14 periods of noise, by doubling."""
     A, P = model.A, B @ B.T
-    for _ in range(DOUBLINGS):
+    for _ in range(NOISE_DOUBLINGS):
         P = P + A @ P @ A.T
         A = A @ A
     found: np.ndarray = np.maximum(np.einsum("ij,jk,ik->i", rows, P, rows), 0.0)
@@ -160,23 +157,25 @@ def _groups(model: LinearModel) -> dict[str, list[str]]:
         "accelerometer": [name for name in names if name.startswith("accel_noise_")],
     }
     for kind in ("gps", "barometer", "magnetometer", "range_finder"):
-        found[kind] = [f"{name}_noise" for name, _ in MEASURED if name.startswith(kind)]
+        found[kind] = [f"{name}_noise" for name, _ in MEASURED_SIGNALS if name.startswith(kind)]
     return found
 
 
-def _measured_deviations(sensor: Sensor, rate: float, study: LinearStudy) -> dict[str, float]:
-    """Return the standard deviations of the quantities of a sensor, by the names of `MEASURED`."""
+def _measured_deviations(sensor: Sensor, study: LinearStudy) -> dict[str, float]:
+    """Return the standard deviations of the quantities of a sensor, by the names of
+    `MEASURED_SIGNALS`.
+    """
     if isinstance(sensor, Gps):
         level, up = sensor.horizontal_position.stddev, sensor.vertical_position.stddev
         slow, climb = sensor.horizontal_velocity.stddev, sensor.vertical_velocity.stddev
-        names = [name for name, _ in MEASURED[:6]]
+        names = [name for name, _ in MEASURED_SIGNALS[:6]]
         return dict(zip(names, (level, level, up, slow, slow, climb), strict=True))
     if isinstance(sensor, Barometer):
-        height = study.home.altitude if sensor.reference_altitude is None else 0.0
+        height = study.setup.home.altitude if sensor.reference_altitude is None else 0.0
         slope = pressure_at(height + 0.5) - pressure_at(height - 0.5)
         return {"barometer_height": abs(sensor.noise.stddev / slope)}
     if isinstance(sensor, Magnetometer):
-        east, north, _ = magnetic_field(study.home).tolist()
+        east, north, _ = earth_magnetic_field(study.setup.home).tolist()
         noise: Noise = sensor.magnetic_field[0]
         return {"magnetometer_heading": noise.stddev / math.hypot(east, north)}
     if isinstance(sensor, RangeFinder):

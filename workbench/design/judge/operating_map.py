@@ -1,6 +1,5 @@
 """Margins and damping over two of speed, tilt, climb, yaw rate and payload."""
 
-import copy
 import csv
 import dataclasses
 import math
@@ -10,21 +9,21 @@ from pathlib import Path
 
 import numpy as np
 
-from workbench.common.errors import WorkbenchError, find_row
+from workbench.common.errors import WorkbenchError, find_named_row
 from workbench.design.judge.loop_judgement import judge_loops
 from workbench.design.judge.modes import least_damping, modes
 from workbench.design.linear.operating_point import OperatingPoint
 from workbench.design.linear.study import LinearStudy
-from workbench.gains.gains import flight_gains
 from workbench.plant.gravity import GRAVITY
 from workbench.scenario.scenario import Scenario
+from workbench.setup import Setup, make_setup
 
-COUNT = 9
+OPERATING_MAP_VALUES = 9
 """Default number of values along each direction."""
 
 
 @dataclass(frozen=True)
-class Direction:
+class MapDirection:
     """An axis of a map.
 
     Attributes:
@@ -42,12 +41,12 @@ class Direction:
     words: str
 
 
-DIRECTIONS = (
-    Direction("speed", "m/s", 0.0, 7.5, "steady flight along x"),
-    Direction("tilt", "rad", 0.0, 0.5, "an instant of acceleration along x at this tilt"),
-    Direction("climb", "m/s", -3.0, 3.0, "steady climb"),
-    Direction("yaw_rate", "rad/s", 0.0, 0.36, "steady turn about the vertical"),
-    Direction("payload", "1", 0.8, 1.3, "mass as a multiple of what the controller knows"),
+MAP_DIRECTIONS = (
+    MapDirection("speed", "m/s", 0.0, 7.5, "steady flight along x"),
+    MapDirection("tilt", "rad", 0.0, 0.5, "an instant of acceleration along x at this tilt"),
+    MapDirection("climb", "m/s", -3.0, 3.0, "steady climb"),
+    MapDirection("yaw_rate", "rad/s", 0.0, 0.36, "steady turn about the vertical"),
+    MapDirection("payload", "1", 0.8, 1.3, "mass as a multiple of what the controller knows"),
 )
 
 
@@ -68,8 +67,8 @@ class OperatingMap:
     """
 
     vehicle: str
-    first: Direction
-    second: Direction
+    first: MapDirection
+    second: MapDirection
     first_values: np.ndarray
     second_values: np.ndarray
     phase_margin: np.ndarray
@@ -83,27 +82,27 @@ class OperatingMap:
             writer = csv.writer(file)
             heads = [f"{each.name} [{each.unit}]" for each in (self.first, self.second)]
             writer.writerow(
-                [*heads, "phase_margin [rad]", "disk_margin [1]", "damping [1]", "weakest_loop"]
+                [*heads, "phase_margin_deg [deg]", "disk_margin [1]", "damping [1]", "weakest_loop"]
             )
             for row, second in enumerate(self.second_values):
                 for column, first in enumerate(self.first_values):
                     numbers = (
                         first,
                         second,
-                        self.phase_margin[row, column],
+                        math.degrees(self.phase_margin[row, column]),
                         self.disk_margin[row, column],
                         self.damping[row, column],
                     )
                     writer.writerow([*(f"{x:.9g}" for x in numbers), self.weakest[row][column]])
 
 
-def find_direction(name: str) -> Direction:
+def find_direction(name: str) -> MapDirection:
     """Return a direction.
 
     Raises:
         WorkbenchError: if there is none with that name.
     """
-    return find_row("direction of a map", name, DIRECTIONS)
+    return find_named_row("direction of a map", name, MAP_DIRECTIONS)
 
 
 def operating_map(
@@ -112,14 +111,14 @@ def operating_map(
     *,
     first_values: Sequence[float] | None = None,
     second_values: Sequence[float] | None = None,
-    scenario: Scenario | None = None,
+    scenario: Scenario | Setup | None = None,
     settings: Mapping[str, float] | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> OperatingMap:
     """Return margins and damping over a grid.
 
     Args:
-        first: name of one of `DIRECTIONS`.
+        first: name of one of `MAP_DIRECTIONS`.
         second: name of another one.
         first_values: (c) in its unit; None for even steps over its usual range.
         second_values: (r), the same for the second.
@@ -134,24 +133,22 @@ def operating_map(
     columns, rows = find_direction(first), find_direction(second)
     if first == second:
         raise WorkbenchError(f"a map goes along two directions: name another one beside {first}")
-    across, up = _values(columns, first_values), _values(rows, second_values)
+    across, up = _direction_values(columns, first_values), _direction_values(rows, second_values)
     shape = (len(up), len(across))
     phase, disk, damping = (np.full(shape, math.nan) for _ in range(3))
     weakest = [[""] * shape[1] for _ in range(shape[0])]
-    scenario = scenario or Scenario()
-    empty = LinearStudy(scenario)
+    setup = make_setup(scenario, settings)
     studies: dict[float, LinearStudy] = {}
     for row, column in np.ndindex(shape):
         values = {columns.name: float(across[column]), rows.name: float(up[row])}
         factor = values.get("payload", 1.0)
         if factor not in studies:
-            studies[factor] = empty.like(_loaded(scenario, factor))
-        study = studies[factor]
-        gains = flight_gains(study.vehicle, scenario.vehicle.gains, settings, study.controller)
+            loaded = dataclasses.replace(setup.variation, mass=factor * setup.variation.mass)
+            studies[factor] = LinearStudy(setup.varied(loaded))
         if progress:
             progress((row * shape[1] + column) / (shape[0] * shape[1]))
         try:
-            model = study.sampled(_point(values), gains)
+            model = studies[factor].sampled(_point(values))
         except WorkbenchError:
             continue  # no such flight: the map is empty there
         found = [
@@ -163,7 +160,7 @@ def operating_map(
         phase[row, column] = min(each[1] for each in found)
         damping[row, column] = least_damping(modes(model))
     return OperatingMap(
-        vehicle=study.vehicle.name,
+        vehicle=setup.vehicle.name,
         first=columns,
         second=rows,
         first_values=across,
@@ -175,22 +172,14 @@ def operating_map(
     )
 
 
-def _values(direction: Direction, values: Sequence[float] | None) -> np.ndarray:
+def _direction_values(direction: MapDirection, values: Sequence[float] | None) -> np.ndarray:
     """Return the values along a direction."""
     if values is None:
-        return np.linspace(direction.low, direction.high, COUNT)
+        return np.linspace(direction.low, direction.high, OPERATING_MAP_VALUES)
     found = np.asarray(values, dtype=float)
     if not len(found) or not np.isfinite(found).all():
         raise WorkbenchError(f"the map has no values along {direction.name}: give finite numbers")
     return found
-
-
-def _loaded(scenario: Scenario, factor: float) -> Scenario:
-    """Return a scenario with a multiple of its mass, unknown to the controller."""
-    loaded = copy.deepcopy(scenario)
-    variation = loaded.vehicle.variation
-    loaded.vehicle.variation = dataclasses.replace(variation, mass=factor * variation.mass)
-    return loaded
 
 
 def _point(values: Mapping[str, float]) -> OperatingPoint:

@@ -9,18 +9,17 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from workbench.design.judge.loop_judgement import LoopJudgement
-from workbench.design.linear.model import FILTERS, LinearModel
+from workbench.design.linear.model import FILTER_PARAMETERS, LinearModel
 from workbench.design.linear.operating_point import OperatingPoint
 from workbench.estimation.settings import TRUTH
-from workbench.scenario.parameters import parameter_table
 
 if TYPE_CHECKING:
     from workbench.design.linear.study import LinearStudy
 
-PARTS = ("law", "filters", "estimator", "delay", "hold", "rotors")
+PHASE_BUDGET_PARTS = ("law", "filters", "estimator", "delay", "hold", "rotors")
 """In the order of output."""
 
-SWITCHES = (*FILTERS, "accel_lowpass")
+FILTER_SWITCHES = (*FILTER_PARAMETERS, "accel_lowpass")
 """Parameters that switch filters on; the last one's matters to estimators alone."""
 
 
@@ -54,7 +53,7 @@ class PhaseBudget:
     @property
     def phase(self) -> float:
         """Phase of L at the crossover [rad]."""
-        return sum(getattr(self, part) for part in PARTS)
+        return sum(getattr(self, part) for part in PHASE_BUDGET_PARTS)
 
 
 class PhaseStudy:
@@ -88,14 +87,16 @@ class PhaseStudy:
             WorkbenchError: if it cannot fly with these gains.
         """
         study, point = self._study, model.trim.point
-        unfiltered = {**(gains or {}), **dict.fromkeys(SWITCHES, 0.0)}
-        filtering = any((gains or study.gains).get(name, study.gains[name]) for name in SWITCHES)
+        unfiltered = {**(gains or {}), **dict.fromkeys(FILTER_SWITCHES, 0.0)}
+        filtering = any(
+            (gains or study.gains).get(name, study.gains[name]) for name in FILTER_SWITCHES
+        )
         plain = study.sampled(point, unfiltered) if filtering else model
         true = plain
         if self._on_truth is not study:
             true = self._on_truth.sampled(point, self._of_truth(unfiltered))
         rates, lag = study.scenario.rates, self._rotor_lag(point, gains)
-        delays = study.scenario.vehicle.variation.delays(rates.physics_step, rates.control_period)
+        delays = study.setup.variation.delays(rates.physics_step, rates.control_period)
         late = (delays.sensing + delays.command) * rates.physics_step
         found = []
         for loop in model.loops:
@@ -121,7 +122,7 @@ class PhaseStudy:
 
     def _of_truth(self, gains: Mapping[str, float]) -> dict[str, float]:
         """Return those values that also exist in a flight on the true motion."""
-        table = parameter_table(self._on_truth.controller)
+        table = self._on_truth.controller.table
         return {name: value for name, value in gains.items() if name in table}
 
     def _rotor_lag(self, point: OperatingPoint, gains: Mapping[str, float] | None) -> float:

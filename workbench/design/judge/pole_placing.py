@@ -7,6 +7,7 @@ within their limits.
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from scipy.optimize import lsq_linear
@@ -15,46 +16,48 @@ from workbench.common.errors import WorkbenchError
 from workbench.design.judge.loop_response import closed_poles
 from workbench.design.judge.modes import natural_poles
 from workbench.design.linear.model import LinearModel
-from workbench.scenario.parameters import ParameterTable
+from workbench.parameters.parameter_table import ParameterTable
 
 Gains = Mapping[str, float]
 ModelOf = Callable[[Gains], LinearModel]
 """Function that returns the sampled closed loop for all gains."""
-DIFFERENCE = 1e-4
+GAIN_DIFFERENCE = 1e-4
 """Relative change of gains for a derivative."""
-SAME = 1e-2
+SAME_POLE_TOLERANCE = 1e-2
 """Relative difference of poles up to which they count as equal: loops about x and y are often
 alike."""
-REAL = 1e-6
+REAL_POLE_TOLERANCE = 1e-6
 """Relative imaginary part up to which a pole counts as real."""
-STEP = 0.15
+MAX_POLE_MOVE = 0.15
 """Largest relative move of a pole in a step, so that it can be tracked."""
-MOST = 0.5
+MAX_GAIN_CHANGE = 0.5
 """Largest relative change of a gain in a step."""
-KNOWN = 0.5
+MAX_POLE_DEVIATION = 0.5
 """Relative deviation from the prediction of its derivatives up to which a pole is the same."""
-HALVINGS = 4
-NEARER = 1e-3
+UNMOVED_POLE_SHARE = 1e-2
+"""A pole that moves by less, as a share of the expected move of the tracked one, is another."""
+MAX_PLACING_HALVINGS = 4
+MIN_PLACING_PROGRESS = 1e-3
 """Relative progress of a step below which the search ends."""
-STEPS = 60
-EXACT = 1e-3
+MAX_PLACING_STEPS = 60
+POLE_TARGET_TOLERANCE = 1e-3
 """Relative tolerance of the target."""
-RIDGE = 1e-3
+GAIN_CHANGE_WEIGHT = 1e-3
 """Weight of the size of the change, to select the smallest one that reaches the target."""
-UNMOVED = 0.02
+MIN_POLE_MOVE = 0.02
 """Relative move of a pole, for doubling a gain, below which gains have no effect on it."""
-LEAST = 1e-3
+PLACER_ZERO_GAIN_SHARE = 1e-3
 """Value used for a gain of 0, as a share of its largest value."""
 
 
 @dataclass(frozen=True)
-class Placed:
+class PlacedPole:
     """Gains of a loop, and the pole with them.
 
     Attributes:
         gains: of the loop, and linked ones, by name.
         pole: its value [1/s].
-        reached: whether it is at the target, to `EXACT`.
+        reached: whether it is at the target, to `POLE_TARGET_TOLERANCE`.
         limit: a gain that is at its limit, "" for none.
         unmoved: whether no gain of the loop moves it noticeably.
     """
@@ -69,7 +72,8 @@ class Placed:
 class PolePlacer:
     """Moves one pole to targets by the gains of a loop, with all other gains constant.
 
-    Each search begins at the previous target, so that dragging is fast.
+    A search begins at the previous target, so that dragging is fast, or at the given gains if
+    their pole is nearer to the target.
 
     Args:
         model_of: returns the model with these poles.
@@ -100,10 +104,10 @@ class PolePlacer:
         self._low = np.array([row.minimum for row in rows])
         self._high = np.array([row.maximum for row in rows])
         self._k = np.array([float(gains[name]) for name in names])
-        self._sizes = np.maximum(np.abs(self._k), LEAST * self._high)
+        self._sizes = np.maximum(np.abs(self._k), PLACER_ZERO_GAIN_SHARE * self._high)
         self._pole = self._nearest(self._poles(self._k), pole)
-        self._moved = False
-        self._is_real = abs(self._pole.imag) < REAL * abs(self._pole)
+        self._given = self._k, self._pole
+        self._is_real = abs(self._pole.imag) < REAL_POLE_TOLERANCE * abs(self._pole)
 
     def values(self, k: np.ndarray) -> dict[str, float]:
         """Return the gains of unknowns (n), with linked ones."""
@@ -113,34 +117,44 @@ class PolePlacer:
                 found[other] = found[name]
         return found
 
-    def place(self, target: complex) -> Placed:
+    def place(self, target: complex) -> PlacedPole:
         """Return gains for which the pole is at a target [1/s], or nearest to it.
 
         A single real pole stays real; for a pair, the target is for the upper one.
         """
         target = complex(target.real, 0.0 if self._is_real else abs(target.imag))
-        k, pole = self._k, self._pole
+        k, pole = min(((self._k, self._pole), self._given), key=lambda at: abs(target - at[1]))
         limit = ""
-        for _ in range(STEPS):
+        for _ in range(MAX_PLACING_STEPS):
             missing = target - pole
-            if abs(missing) < EXACT * abs(target):
+            if abs(missing) <= POLE_TARGET_TOLERANCE * abs(target):
                 break
             slopes = self._slopes(k, pole)
-            moves = float(np.abs(slopes * self._sizes).max()) / max(abs(pole), 1e-9)
-            wanted = missing * min(1.0, STEP * max(abs(pole), STEP * abs(target)) / abs(missing))
-            found = self._stepped(k, pole, slopes, wanted) if moves > UNMOVED else None
+            wanted = missing * min(
+                1.0, MAX_POLE_MOVE * max(abs(pole), MAX_POLE_MOVE * abs(target)) / abs(missing)
+            )
+            movable = self._is_movable(slopes, pole)
+            found = self._stepped(k, pole, slopes, wanted) if movable else None
             if found is None:
                 break
-            if abs(target - found[1]) > abs(missing) * (1.0 - NEARER):
+            if abs(target - found[1]) > abs(missing) * (1.0 - MIN_PLACING_PROGRESS):
                 limit = found[2] or limit
                 break
             k, pole, limit = found
-            self._moved = True
         self._k, self._pole = k, pole
-        reached = abs(target - pole) < EXACT * abs(target)
-        return Placed(
-            self.values(k), pole, reached, "" if reached else limit, not self._moved and not limit
-        )
+        reached = abs(target - pole) <= POLE_TARGET_TOLERANCE * abs(target)
+        if reached:
+            return PlacedPole(self.values(k), pole, reached)
+        return PlacedPole(self.values(k), pole, reached, limit, self._unmoved)
+
+    @cached_property
+    def _unmoved(self) -> bool:
+        k, pole = self._given
+        return not self._is_movable(self._slopes(k, pole), pole)
+
+    def _is_movable(self, slopes: np.ndarray, pole: complex) -> bool:
+        moves = float(np.abs(slopes * self._sizes).max()) / max(abs(pole), 1e-9)
+        return moves > MIN_POLE_MOVE
 
     def _stepped(
         self, k: np.ndarray, pole: complex, slopes: np.ndarray, wanted: complex
@@ -149,13 +163,14 @@ class PolePlacer:
 
         Return None if the pole is not found near the prediction of its derivatives.
         """
-        for _ in range(HALVINGS):
+        poles = self._poles(k)
+        for _ in range(MAX_PLACING_HALVINGS):
             step, limit = self._step(k, slopes, wanted)
-            step *= min(1.0, MOST / max(float(np.abs(step / self._sizes).max()), 1e-12))
+            step *= min(1.0, MAX_GAIN_CHANGE / max(float(np.abs(step / self._sizes).max()), 1e-12))
             way = complex(slopes @ step)
             other = np.clip(k + step, self._low, self._high)
-            found = self._nearest(self._poles(other), pole + way)
-            if abs(found - pole - way) <= KNOWN * abs(way):
+            found = self._nearest(_moved_poles(poles, self._poles(other), way), pole + way)
+            if abs(found - pole - way) <= MAX_POLE_DEVIATION * abs(way):
                 return other, found, limit
             wanted *= 0.5
         return None
@@ -163,7 +178,7 @@ class PolePlacer:
     def _step(self, k: np.ndarray, slopes: np.ndarray, wanted: complex) -> tuple[np.ndarray, str]:
         """Return a change of the gains (n), and a gain that is at its limit."""
         scaled = slopes * self._sizes / max(abs(wanted), 1e-12)
-        rows = np.vstack([scaled.real, scaled.imag, RIDGE * np.eye(len(k))])
+        rows = np.vstack([scaled.real, scaled.imag, GAIN_CHANGE_WEIGHT * np.eye(len(k))])
         aim = np.array([wanted.real, wanted.imag]) / max(abs(wanted), 1e-12)
         low, high = (self._low - k) / self._sizes, (self._high - k) / self._sizes
         found = lsq_linear(rows, np.append(aim, np.zeros(len(k))), (low - 1e-12, high + 1e-12))
@@ -176,16 +191,19 @@ class PolePlacer:
         If several poles coincide, such as those about x and y of a symmetric vehicle, any
         combination of their eigenvectors is valid: the one on which the gains have most effect is
         used.
+
+        Some laws have states only with a gain that is not 0, so a gain is never 0 here.
         """
+        k = np.where(k == 0.0, GAIN_DIFFERENCE * self._sizes, k)
         model = self._model(k)
         z, right = np.linalg.eig(model.A)
         ways, lasting = np.full(len(z), np.inf), z != 0.0
         ways[lasting] = np.abs(np.log(z[lasting].astype(complex)) / model.period - pole)
-        alike = ways <= ways.min() + SAME * abs(pole)
+        alike = ways <= ways.min() + SAME_POLE_TOLERANCE * abs(pole)
         left = np.linalg.pinv(right)[alike]
         slopes = np.zeros(len(k), dtype=complex)
         for place, size in enumerate(self._sizes):
-            step = DIFFERENCE * size
+            step = GAIN_DIFFERENCE * size
             if k[place] + step > self._high[place]:
                 step = -step
             other = k.copy()
@@ -207,6 +225,22 @@ class PolePlacer:
     @staticmethod
     def _nearest(poles: np.ndarray, place: complex) -> complex:
         return complex(poles[np.argmin(np.abs(poles - place))])
+
+
+def _moved_poles(before: np.ndarray, after: np.ndarray, way: complex) -> np.ndarray:
+    """Return the poles that a step of the gains moved, or all poles if it moved none.
+
+    The pole that is nearest to a prediction may be another loop's, if the way leads past its place.
+    That one stays where it was.
+
+    Args:
+        before: all poles before the step (n) [1/s].
+        after: all poles after it (m) [1/s].
+        way: expected move of the tracked pole [1/s].
+    """
+    ways = np.abs(after[:, np.newaxis] - before).min(axis=1)
+    moved = ways > UNMOVED_POLE_SHARE * abs(way)
+    return after[moved] if moved.any() else after
 
 
 def state_shares(model: LinearModel, pole: complex) -> np.ndarray:

@@ -10,14 +10,14 @@ from workbench.design.judge.multiloop import MultiloopMargin, multiloop_margin
 from workbench.design.judge.noise import NoiseEffect, noise_effects
 from workbench.design.judge.phase_budget import PhaseBudget, phase_budgets
 from workbench.design.judge.sampled_stability import SlowestRate, slowest_rate
-from workbench.design.judge.step_pair import STEPS, StepPair, step_pair
+from workbench.design.judge.step_pair import PAPER_STEPS, StepPair, step_pair
 from workbench.design.linear.model import LinearModel
-from workbench.design.linear.operating_point import HOLDING, HOVER, OperatingPoint
+from workbench.design.linear.operating_point import HOLDING_POINT, HOVER_POINT, OperatingPoint
 from workbench.design.linear.study import LinearStudy
 from workbench.design.step_response import step_flier
-from workbench.gains.gains import flight_gains
 from workbench.plant.sensors import Imu
 from workbench.scenario.scenario import Scenario
+from workbench.setup import Setup, make_setup
 
 
 @dataclass(frozen=True)
@@ -62,9 +62,9 @@ class Judgement:
 
 
 def judge(
-    scenario: Scenario | None = None,
+    scenario: Scenario | Setup | None = None,
     *,
-    point: OperatingPoint = HOVER,
+    point: OperatingPoint = HOVER_POINT,
     settings: Mapping[str, float] | None = None,
     progress: Callable[[float], None] | None = None,
     modelled: Callable[[LinearModel, LinearModel | None], None] | None = None,
@@ -82,43 +82,34 @@ def judge(
     Raises:
         WorkbenchError: if the vehicle cannot be read, or cannot fly at the point.
     """
-    scenario = scenario or Scenario()
-    study = LinearStudy(scenario)
-    gains = flight_gains(study.vehicle, scenario.vehicle.gains, settings, study.controller)
+    setup = make_setup(scenario, settings)
+    study, gains = LinearStudy(setup), setup.values
     steers = dataclasses.replace(point, hold=False)
     steering = study.sampled(steers, gains)
-    at_hover = steers == HOVER
-    holding = study.sampled(HOLDING, gains) if at_hover else None
+    at_hover = steers == HOVER_POINT
+    holding = study.sampled(HOLDING_POINT, gains) if at_hover else None
     if modelled:
         modelled(steering, holding)
     say = progress or (lambda share: None)
     steps = []
     if at_hover:
-        flier = step_flier(scenario, settings, len(STEPS))
-        for index, (axis, amplitude) in enumerate(STEPS):
-            say(index / (len(STEPS) + 1))
-            steps.append(
-                step_pair(
-                    steering,
-                    axis,
-                    amplitude,
-                    scenario=scenario,
-                    settings=settings,
-                    flier=flier,
-                )
-            )
+        flier = step_flier(setup, flights=len(PAPER_STEPS))
+        for index, (axis, amplitude) in enumerate(PAPER_STEPS):
+            say(index / (len(PAPER_STEPS) + 1))
+            steps.append(step_pair(steering, axis, amplitude, scenario=setup, flier=flier))
     loops = judge_loops(steering, holding)
     unstable = growing_loops(steering) or (growing_loops(holding) if holding else ())
     has_imu = any(isinstance(sensor, Imu) for sensor in study.vehicle.sensors)
-    slowest = slowest_rate(scenario, point=point, settings=settings, study=study)
+    slowest = slowest_rate(point=point, study=study)
+    joints = [name for name, _ in study.vehicle.small_joint_signals]
     say(1.0)
     return Judgement(
         vehicle=study.vehicle.name,
         point=point,
         period=steering.period,
         loops=loops,
-        modes=modes(steering),
-        modes_holding=modes(holding) if holding else (),
+        modes=modes(steering, joints),
+        modes_holding=modes(holding, joints) if holding else (),
         steps=tuple(steps),
         slowest=slowest,
         unstable=unstable,
@@ -126,8 +117,10 @@ def judge(
         holding=holding,
         plant_input=multiloop_margin(study.plant_input(steers, gains)),
         plant_input_holding=(
-            multiloop_margin(study.plant_input(HOLDING, gains)) if at_hover else None
+            multiloop_margin(study.plant_input(HOLDING_POINT, gains)) if at_hover else None
         ),
         phase=() if unstable else phase_budgets(study, steering, holding, loops, gains),
-        noise=noise_effects(study, HOLDING, gains) if holding and has_imu and not unstable else (),
+        noise=noise_effects(study, HOLDING_POINT, gains)
+        if holding and has_imu and not unstable
+        else (),
     )

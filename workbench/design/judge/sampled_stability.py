@@ -1,6 +1,6 @@
 """The slowest rate of the control law, from the sampled loop at increasing control periods."""
 
-import copy
+import dataclasses
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -9,25 +9,21 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from workbench.design.judge.loop_judgement import judge_loops
-from workbench.design.judge.loop_response import (
-    INTEGRATOR,
-    closed_poles,
-    growth_rate,
-    spectral_radius,
-)
+from workbench.design.judge.loop_response import closed_poles, growing_poles, spectral_radius
 from workbench.design.judge.modes import natural_poles
-from workbench.design.linear.operating_point import HOVER, OperatingPoint
-from workbench.gains.gains import flight_gains
-from workbench.scenario.scenario import SLOWEST, Scenario
+from workbench.design.linear.operating_point import HOVER_POINT, OperatingPoint
+from workbench.scenario.scenario_check import MAX_SCENARIO_PERIODS_S
 
 if TYPE_CHECKING:
     from workbench.design.linear.study import LinearStudy
+    from workbench.scenario.scenario import Scenario
+    from workbench.setup import Setup
 
-SAFE_PHASE = math.radians(30.0)
+SAFE_PHASE_MARGIN_RAD = math.radians(30.0)
 """Smallest phase margin of all loops at a safe rate [rad]."""
-COARSE = (1, 2, 4, 8, 12, 16, 24, 32, 40, 48, 64)
+TRIED_PERIOD_STEPS = (1, 2, 4, 8, 12, 16, 24, 32, 40, 48, 64)
 """Periods tried first, in physics steps; then the limit between two of them is searched."""
-SLOW = 0.05
+SLOW_MODE_RAD_S = 0.05
 """Natural frequency below which modes are those of heading and position [rad/s]."""
 
 
@@ -41,7 +37,7 @@ class RateSample:
         stable: whether no mode grows.
         phase_margin: smallest of all loops [rad], 0 where unstable.
         growth: largest growth rate of a mode [1/s], negative if it decays; modes slower than
-            `SLOW`, of heading and position, are left out. NaN if there are no others.
+            `SLOW_MODE_RAD_S`, of heading and position, are left out. NaN if there are no others.
     """
 
     period: float
@@ -57,8 +53,8 @@ class SlowestRate:
 
     Attributes:
         stable_period: longest control period with a stable loop [s]; NaN if none.
-        safe_period: longest control period with a phase margin of `SAFE_PHASE` in every loop [s];
-            NaN if none.
+        safe_period: longest control period with a phase margin of `SAFE_PHASE_MARGIN_RAD` in every
+            loop [s]; NaN if none.
         samples: all periods tried, in order.
     """
 
@@ -73,9 +69,9 @@ class SlowestRate:
 
 
 def slowest_rate(
-    scenario: Scenario | None = None,
+    scenario: "Scenario | Setup | None" = None,
     *,
-    point: OperatingPoint = HOVER,
+    point: OperatingPoint = HOVER_POINT,
     settings: Mapping[str, float] | None = None,
     study: "LinearStudy | None" = None,
 ) -> SlowestRate:
@@ -90,12 +86,12 @@ def slowest_rate(
     Raises:
         WorkbenchError: if the vehicle cannot be read, or cannot fly at the point.
     """
-    scenario = scenario or Scenario()
     if study is None:
         from workbench.design.linear.study import LinearStudy  # loads Drake; figures do not need it
 
         study = LinearStudy(scenario)
-    most = math.floor(SLOWEST["control_period"] / scenario.rates.physics_step + 1e-9)
+    step = study.setup.rates.physics_step
+    most = math.floor(MAX_SCENARIO_PERIODS_S["control_period"] / step + 1e-9)
     samples: dict[int, RateSample] = {}
 
     def sample(steps: int) -> RateSample:
@@ -105,7 +101,7 @@ def slowest_rate(
 
     def longest(holds: Callable[[RateSample], bool]) -> float:
         good, bad = 0, most + 1
-        for steps in (*(n for n in COARSE if n < most), most):
+        for steps in (*(n for n in TRIED_PERIOD_STEPS if n < most), most):
             if not holds(sample(steps)):
                 bad = steps
                 break
@@ -113,11 +109,11 @@ def slowest_rate(
         while bad - good > 1:
             middle = (good + bad) // 2
             good, bad = (middle, bad) if holds(sample(middle)) else (good, middle)
-        return good * scenario.rates.physics_step if good else math.nan
+        return good * step if good else math.nan
 
     return SlowestRate(
         stable_period=longest(lambda found: found.stable),
-        safe_period=longest(lambda found: found.phase_margin >= SAFE_PHASE),
+        safe_period=longest(lambda found: found.phase_margin >= SAFE_PHASE_MARGIN_RAD),
         samples=tuple(samples[steps] for steps in sorted(samples)),
     )
 
@@ -125,18 +121,18 @@ def slowest_rate(
 def rate_sample(
     study: "LinearStudy",
     steps: int,
-    point: OperatingPoint = HOVER,
+    point: OperatingPoint = HOVER_POINT,
     settings: Mapping[str, float] | None = None,
 ) -> RateSample:
     """Return the closed loop with a control period given in physics steps."""
-    slowed = copy.deepcopy(study.scenario)
-    slowed.rates.control_period = steps * slowed.rates.physics_step
-    gains = flight_gains(study.vehicle, slowed.vehicle.gains, settings, study.controller)
-    model = study.like(slowed).sampled(point, gains)
+    rates = study.scenario.rates
+    slowed = dataclasses.replace(rates, control_period=steps * rates.physics_step)
+    setup = study.setup.with_scenario(dataclasses.replace(study.scenario, rates=slowed))
+    model = study.like(setup).sampled(point, settings)
     loops, poles = judge_loops(model), closed_poles(model)
-    stable = growth_rate(poles, model.period) < INTEGRATOR
+    stable = not growing_poles(poles, model.period).any()
     natural = natural_poles(poles, model.period)
-    growths = natural.real[np.abs(natural) > SLOW]
+    growths = natural.real[np.abs(natural) > SLOW_MODE_RAD_S]
     return RateSample(
         period=model.period,
         spectral_radius=spectral_radius(poles),

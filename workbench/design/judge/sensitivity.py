@@ -7,43 +7,40 @@ air.
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from pydrake.autodiffutils import AutoDiffXd, ExtractValue, InitializeAutoDiff
-from pydrake.systems.analysis import ResetIntegratorFromFlags, Simulator_
-from pydrake.systems.framework import Diagram
+from pydrake.systems.analysis import ResetIntegratorFromFlags, Simulator, Simulator_
+from pydrake.systems.framework import Diagram, System
 
 from workbench.common.errors import WorkbenchError, unknown_name
 from workbench.control.guidance import Guidance, Reference
-from workbench.design.metrics import FLOWN
-from workbench.design.step_response import LEAST_DURATION, START_HEIGHT
+from workbench.design.metrics import FLOWN_METRICS
+from workbench.design.step_response import MIN_STEP_DURATION_S, STEP_START_HEIGHT_M
 from workbench.diagram.core import make_flight_core
-from workbench.gains.gains import flight_gains
-from workbench.plant.loading import make_vehicle
-from workbench.plant.payload import laden, payload_of
+from workbench.diagram.forces import body_places
+from workbench.plant.payload import payload_of, vehicle_with_payload
 from workbench.plant.placing import body_state
 from workbench.plant.thrust_frame import thrust_frame
 from workbench.plant.variation import Variation
 from workbench.plant.vehicle import Vehicle
-from workbench.scenario.axes import AXES
-from workbench.scenario.configured import read_configured
-from workbench.scenario.scenario import Scenario, flown_controller
+from workbench.scenario.axes import AXIS_NAMES
+from workbench.scenario.scenario import Scenario
+from workbench.setup import Setup, make_setup
 
-STEP = 1 / 128
+SENSITIVITY_STEP_S = 1 / 128
 """Step of the integrator, third-order Runge-Kutta, and of the samples of curves [s]."""
-_RATE = {"x": 10, "y": 11, "z": 12, "yaw": 9}
-"""Index of the velocity of an axis in the state of the plant."""
-_BODY = 13
-METRICS = tuple(metric.name for metric in FLOWN)
-SETTLED = 0.02
+_AXIS_VELOCITY_INDEX = {"x": 10, "y": 11, "z": 12, "yaw": 9}
+"""Index of the velocity of an axis in the state of the body."""
+SENSITIVITY_METRICS = tuple(metric.name for metric in FLOWN_METRICS)
+SENSITIVITY_BAND = 0.02
 """Settling band, as a share of the steady state, as in python-control."""
-NOTHING = 1e-6
+MIN_METRIC_VALUE = 1e-6
 """Smaller values of a metric, in its unit or percent, are rounding errors and count as 0."""
 
 
 @dataclass(frozen=True)
-class Curve:
+class CubicCurve:
     """Cubic pieces between samples of a value and its slope, with derivatives by the gains.
 
     Every number read from it (the time of a crossing, a peak) has derivatives, too: a step of
@@ -60,9 +57,9 @@ class Curve:
     value: np.ndarray
     slope: np.ndarray
 
-    def scaled(self, factor: float) -> "Curve":
+    def scaled(self, factor: float) -> "CubicCurve":
         """Return the curve times a factor."""
-        return Curve(self.time, factor * self.value, factor * self.slope)
+        return CubicCurve(self.time, factor * self.value, factor * self.slope)
 
     @property
     def end(self) -> AutoDiffXd:
@@ -96,9 +93,11 @@ class Curve:
         index = int(pieces[0])
         step, data = self._piece(index)
         known = ExtractValue(data).ravel()
-        share = _root(_POWERS @ known - [0.0, 0.0, 0.0, level.value()])
-        beyond = _weights(share) @ data - level
-        return self.time[index] + step * (share - beyond / float(_slope(share) @ known))
+        share = _root(_CUBIC_MATRIX @ known - [0.0, 0.0, 0.0, level.value()])
+        beyond = _cubic_weights(share) @ data - level
+        return self.time[index] + step * (
+            share - beyond / float(_cubic_slope_weights(share) @ known)
+        )
 
     def _peak(self, index: int) -> tuple[AutoDiffXd, AutoDiffXd] | None:
         """Return the largest value and its time in a piece, if the curve has an extremum there."""
@@ -107,11 +106,11 @@ class Curve:
         if not self.slope[index].value() > 0.0 >= self.slope[index + 1].value():
             return None
         step, data = self._piece(index)
-        cubic = _POWERS @ ExtractValue(data).ravel()
+        cubic = _CUBIC_MATRIX @ ExtractValue(data).ravel()
         share = _root(np.polyder(cubic))
         bend = float(np.polyval(np.polyder(cubic, 2), share))
-        turned = share - (_slope(share) @ data) / bend
-        return _weights(share) @ data, self.time[index] + step * turned
+        turned = share - (_cubic_slope_weights(share) @ data) / bend
+        return _cubic_weights(share) @ data, self.time[index] + step * turned
 
     def _piece(self, index: int) -> tuple[float, np.ndarray]:
         """Return length, and values and slopes (4) at the ends, slopes by share of the piece."""
@@ -120,21 +119,21 @@ class Curve:
         return step, np.append(self.value[ends], step * self.slope[ends])
 
 
-_POWERS = np.array(
+_CUBIC_MATRIX = np.array(
     [[2.0, -2.0, 1.0, 1.0], [-3.0, 3.0, -2.0, -1.0], [0.0, 0.0, 1.0, 0.0], [1.0, 0.0, 0.0, 0.0]]
 )
 """Matrix from the data of a piece (values at its ends, slopes at its ends) to its cubic."""
 
 
-def _weights(share: float) -> np.ndarray:
+def _cubic_weights(share: float) -> np.ndarray:
     """Return the weight of each datum (4) in the curve at a share of a piece."""
-    weights: np.ndarray = np.array([share**3, share**2, share, 1.0]) @ _POWERS
+    weights: np.ndarray = np.array([share**3, share**2, share, 1.0]) @ _CUBIC_MATRIX
     return weights
 
 
-def _slope(share: float) -> np.ndarray:
+def _cubic_slope_weights(share: float) -> np.ndarray:
     """Return the same for the derivative by the share."""
-    slope: np.ndarray = np.array([3.0 * share**2, 2.0 * share, 1.0, 0.0]) @ _POWERS
+    slope: np.ndarray = np.array([3.0 * share**2, 2.0 * share, 1.0, 0.0]) @ _CUBIC_MATRIX
     return slope
 
 
@@ -169,7 +168,7 @@ def step_sensitivity(
     *,
     duration: float = 3.0,
     heading: float = 0.0,
-    scenario: Scenario | None = None,
+    scenario: Scenario | Setup | None = None,
     settings: Mapping[str, float] | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> tuple[Sensitivity, ...]:
@@ -181,28 +180,25 @@ def step_sensitivity(
         WorkbenchError: if axis, amplitude or duration are invalid, or the scenario varies the
             vehicle or has a payload unknown to the law, as the flight begins in a known hover.
     """
-    if axis not in AXES:
-        raise unknown_name("axis", axis, AXES)
-    if not LEAST_DURATION <= duration < np.inf or not 0.0 < abs(amplitude) < np.inf:
+    if axis not in AXIS_NAMES:
+        raise unknown_name("axis", axis, AXIS_NAMES)
+    if not MIN_STEP_DURATION_S <= duration < np.inf or not 0.0 < abs(amplitude) < np.inf:
         raise WorkbenchError(
             f"a step of {amplitude:g} over {duration:g} s cannot be measured: give it an amplitude "
-            f"that is not 0 and {LEAST_DURATION:g} s or more"
+            f"that is not 0 and {MIN_STEP_DURATION_S:g} s or more"
         )
-    scenario = scenario or Scenario()
-    if scenario.vehicle.variation != Variation():
+    setup = make_setup(scenario, settings)
+    if setup.variation != Variation():
         raise WorkbenchError(
             "sensitivities are those of the vehicle as its controller knows it: leave the "
             "variation out"
         )
-    description = read_configured(scenario.vehicle)
-    vehicle = make_vehicle(description)
-    controller = flown_controller(scenario)
+    vehicle, controller, values = setup.vehicle, setup.controller, setup.values
     if controller.designed:
         raise WorkbenchError(
             f"sensitivities need derivatives, and {controller.name} designs numbers of its gains: "
             "sweep them instead"
         )
-    values = flight_gains(vehicle, scenario.vehicle.gains, settings, controller)
     payload = payload_of(values)
     if payload.payload_mass != payload.known_payload_mass:
         raise WorkbenchError(
@@ -210,36 +206,47 @@ def step_sensitivity(
             f"known_payload_mass to payload_mass, {payload.payload_mass:g} kg"
         )
     gains = {row.name: values[row.name] for row in controller.parameters}
-    core = make_flight_core(controller, description, vehicle, values)
-    start = _hover(core, laden(vehicle, payload), heading)
+    core = make_flight_core(setup)
+    start = _hover_state(core, vehicle_with_payload(vehicle, payload), heading)
     simulator = _prepared(core.ToAutoDiffXd(), start, axis, amplitude, list(gains.values()))
-    time, state, rate = _flown(simulator, duration, progress)
-    found = carried_metrics(Curve(time, state[:, _RATE[axis]], rate[:, _RATE[axis]]), amplitude)
+    time, state, rate = _flown_states(simulator, duration, progress)
+    own, first = _body_and_rotors(core, vehicle)
+    moved = own[_AXIS_VELOCITY_INDEX[axis]]
+    found = carried_metrics(CubicCurve(time, state[:, moved], rate[:, moved]), amplitude)
     uses = []
-    for place, rotor in enumerate(vehicle.rotors, start=_BODY):
+    for place, rotor in enumerate(vehicle.rotors, start=first):
         limit = rotor.max_rot_velocity
-        use, _ = Curve(time, state[:, place] / limit, rate[:, place] / limit).highest()
+        use, _ = CubicCurve(time, state[:, place] / limit, rate[:, place] / limit).highest()
         uses.append(use)
     found["peak_rotor_use"] = max(uses, key=lambda use: use.value())
-    return tuple(_sensitivity(name, found[name], gains) for name in METRICS)
+    return tuple(_metric_sensitivity(name, found[name], gains) for name in SENSITIVITY_METRICS)
 
 
-def _hover(core: Diagram, vehicle: Vehicle, heading: float) -> np.ndarray:
-    """Return the core's state (13 + n + 3) in hover with a yaw [rad]."""
+def _hover_state(core: Diagram, vehicle: Vehicle, heading: float) -> np.ndarray:
+    """Return the core's state in hover with a yaw [rad], the joints at their start."""
     root = core.CreateDefaultContext()
     frame = thrust_frame(vehicle)
     state: np.ndarray = root.get_continuous_state_vector().CopyToVector()
-    state[:_BODY] = body_state(
-        p_WB=[0.0, 0.0, START_HEIGHT],
+    own, first = _body_and_rotors(core, vehicle)
+    state[own] = body_state(
+        p_WB=[0.0, 0.0, STEP_START_HEIGHT_M],
         roll_pitch_yaw=frame.roll_pitch_yaw([0.0, 0.0, heading]),
         v_WB=[0.0, 0.0, 0.0],
         w_WB=[0.0, 0.0, 0.0],
     )
-    state[_BODY : _BODY + len(vehicle.rotors)] = frame.hover_speeds
+    state[first : first + len(vehicle.rotors)] = frame.hover_speeds
     return state
 
 
-def _prepared(core: Any, start: np.ndarray, axis: str, amplitude: float, gains: list[float]) -> Any:
+def _body_and_rotors(core: Diagram, vehicle: Vehicle) -> tuple[np.ndarray, int]:
+    """Return the places of the body's state in the core's (13), and the first of the rotors'."""
+    plant = core.GetSubsystemByName("plant")
+    return body_places(plant, plant.GetBodyByName(vehicle.base_link)), plant.num_multibody_states()
+
+
+def _prepared(
+    core: System, start: np.ndarray, axis: str, amplitude: float, gains: list[float]
+) -> Simulator:
     """Return a Simulator in hover, just after the command."""
     root = core.CreateDefaultContext()
     root.SetContinuousState(start)
@@ -247,42 +254,42 @@ def _prepared(core: Any, start: np.ndarray, axis: str, amplitude: float, gains: 
     carried = InitializeAutoDiff(np.array(gains)).ravel()
     controller.get_mutable_numeric_parameter(0).SetFromVector(carried)
     reference = np.zeros(len(Reference._fields))
-    reference[AXES.index(axis)] = amplitude
+    reference[AXIS_NAMES.index(axis)] = amplitude
     # as in flight, the position is held until a pilot steers, and also while turning in place
-    hold = Guidance(1.0, 1.0, 1.0, 0.0, 1.0, 1.0, 0.0, 0.0, START_HEIGHT)
+    hold = Guidance(1.0, 1.0, 1.0, 0.0, 1.0, 1.0, 0.0, 0.0, STEP_START_HEIGHT_M)
     core.GetInputPort("reference").FixValue(root, reference)
     core.GetInputPort("guidance").FixValue(root, np.array(hold))
     simulator = Simulator_[AutoDiffXd](core, root)
-    ResetIntegratorFromFlags(simulator, "runge_kutta3", STEP)
+    ResetIntegratorFromFlags(simulator, "runge_kutta3", SENSITIVITY_STEP_S)
     simulator.get_mutable_integrator().set_fixed_step_mode(True)
     simulator.Initialize()
     return simulator
 
 
-def _flown(
-    simulator: Any, duration: float, progress: Callable[[float], None] | None
+def _flown_states(
+    simulator: Simulator, duration: float, progress: Callable[[float], None] | None
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return times (N) of a flight, its states and their slopes (N, m) with derivatives."""
-    count = round(duration / STEP)
+    count = round(duration / SENSITIVITY_STEP_S)
     states, rates = [], []
     for index in range(count + 1):
-        simulator.AdvanceTo(index * STEP)
+        simulator.AdvanceTo(index * SENSITIVITY_STEP_S)
         context = simulator.get_context()
         states.append(context.get_continuous_state_vector().CopyToVector())
         rates.append(simulator.get_system().EvalTimeDerivatives(context).CopyToVector())
         if progress:
             progress(index / count)
-    return STEP * np.arange(count + 1), np.array(states), np.array(rates)
+    return SENSITIVITY_STEP_S * np.arange(count + 1), np.array(states), np.array(rates)
 
 
-def carried_metrics(response: Curve, command: float) -> dict[str, AutoDiffXd]:
+def carried_metrics(response: CubicCurve, command: float) -> dict[str, AutoDiffXd]:
     """Return python-control's step metrics of a curve, with their derivatives, by name."""
     sign = float(np.sign(command))
     curve = response.scaled(sign)
     steady = curve.end
     peak, peak_time = curve.highest()
     lowest, _ = curve.scaled(-1.0).highest()
-    band = [curve.last_crossing((1.0 + side * SETTLED) * steady) for side in (-1.0, 1.0)]
+    band = [curve.last_crossing((1.0 + side * SENSITIVITY_BAND) * steady) for side in (-1.0, 1.0)]
     settled = [time for time in band if np.isfinite(time.value())]
     return {
         "rise_time": curve.first_crossing(0.9 * steady) - curve.first_crossing(0.1 * steady),
@@ -296,9 +303,9 @@ def carried_metrics(response: Curve, command: float) -> dict[str, AutoDiffXd]:
     }
 
 
-def _sensitivity(metric: str, found: AutoDiffXd, gains: Mapping[str, float]) -> Sensitivity:
+def _metric_sensitivity(metric: str, found: AutoDiffXd, gains: Mapping[str, float]) -> Sensitivity:
     """Return the sensitivity of a metric."""
-    value = found.value() if abs(found.value()) >= NOTHING else 0.0
+    value = found.value() if abs(found.value()) >= MIN_METRIC_VALUE else 0.0
     slopes = (found.derivatives() + 0.0).tolist() or [0.0] * len(gains)  # no -0
     derivatives = dict(zip(gains, slopes, strict=True))
     return Sensitivity(

@@ -8,22 +8,23 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from workbench.common.errors import FlightBrokenError
-from workbench.design.judge.loop_response import INTEGRATOR, closed_poles, growth_rate
+from workbench.design.judge.loop_response import closed_poles, growing_poles
 from workbench.design.linear.model import LinearModel
-from workbench.design.linear_step import INPUTS, OUTPUTS, decay_time, linear_step
+from workbench.design.linear_step import STEP_INPUTS, STEP_OUTPUTS, decay_time, linear_step
 from workbench.design.lost import find_loss
-from workbench.design.response_metrics import StepMetrics, step_duration, step_metrics
+from workbench.design.step_metrics import StepMetrics, step_duration, step_metrics
 from workbench.design.step_response import fly_step
 from workbench.plant.thrust_frame import thrust_frame
 from workbench.plant.vehicle import Vehicle
 from workbench.scenario.scenario import Scenario
+from workbench.setup import Setup
 
 if TYPE_CHECKING:
     from workbench.design.flier import Flier
 
-STEPS = (("x", 2.0), ("y", 2.0), ("z", 1.0), ("yaw", 0.2))
+PAPER_STEPS = (("x", 2.0), ("y", 2.0), ("z", 1.0), ("yaw", 0.2))
 """Axes and amplitudes of the steps in the paper [m/s, rad/s]."""
-ASKED = 1.0
+THRUST_WINDOW_S = 1.0
 """Time after a step in which its thrusts are evaluated [s]."""
 
 
@@ -65,7 +66,7 @@ def step_pair(
     axis: str,
     amplitude: float,
     *,
-    scenario: Scenario,
+    scenario: Scenario | Setup,
     settings: Mapping[str, float] | None = None,
     flier: "Flier | None" = None,
 ) -> StepPair:
@@ -93,6 +94,7 @@ def step_pair(
             scenario=scenario,
             settings=settings,
             flier=flier,
+            decay=decay,
         )
     except FlightBrokenError as error:
         broken = str(error)
@@ -101,8 +103,8 @@ def step_pair(
         broken = loss.sentence if loss else ""
         if not broken:
             flown, time = flight, flight.time
-    response = amplitude * linear_step(model, INPUTS[axis], OUTPUTS[axis], len(time))
-    dies_out = growth_rate(closed_poles(model), model.period) < INTEGRATOR
+    response = amplitude * linear_step(model, STEP_INPUTS[axis], STEP_OUTPUTS[axis], len(time))
+    dies_out = not growing_poles(closed_poles(model), model.period).any()
     return StepPair(
         axis=axis,
         amplitude=amplitude,
@@ -127,10 +129,10 @@ def saturating_step(model: LinearModel, axis: str, vehicle: Vehicle) -> float:
     """
     frame = thrust_frame(vehicle)
     most = np.array([rotor.max_thrust for rotor in frame.rotors]) - frame.hover_thrusts
-    samples = round(ASKED / model.period)
+    samples = round(THRUST_WINDOW_S / model.period)
     share = 0.0
     for rotor, room in enumerate(most):
-        thrust = linear_step(model, INPUTS[axis], f"thrust_{rotor + 1}", samples)
+        thrust = linear_step(model, STEP_INPUTS[axis], f"thrust_{rotor + 1}", samples)
         if room > 0.0:
             share = max(share, float(np.abs(thrust).max()) / room)
     return 1.0 / share if share else math.inf

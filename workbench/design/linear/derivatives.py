@@ -1,54 +1,55 @@
 """Exact derivatives of one control update, of the gyro, and of the vehicle in between."""
 
-from collections.abc import Callable, Mapping, Sequence
-from typing import Any, Generic, NamedTuple, TypeVar
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any, NamedTuple
 
 import numpy as np
 from pydrake.autodiffutils import ExtractValue, InitializeAutoDiff
 
-from workbench.common.own_file import own_errors
-from workbench.control.controller import Controller
+from workbench.common.own_file import user_code_errors
 from workbench.control.flight_law import (
     ALL_PARTS,
-    FILTERED,
     ComputerSettings,
     allocate,
     commanded_wrench,
     flight_law,
-    known_vehicle,
-    law_constants,
 )
-from workbench.control.guidance import Guidance, Setpoint
-from workbench.design.linear.seeds import STATE, gradient, state_seeds, whole
-from workbench.design.linear.update import Update, averaged
-from workbench.design.linear.vehicle import Step, VehicleDerivatives
+from workbench.control.guidance import Guidance, LawSetpoint
+from workbench.control.law_constants import known_vehicle, law_constants
+from workbench.control.law_signals import FILTER_STATE_COUNT
+from workbench.design.linear.last_call import LastCall
+from workbench.design.linear.seeds import MOTION_STATE_SIZE, autodiff_values, gradient, state_seeds
+from workbench.design.linear.setpoint_filter import SetpointFilter
+from workbench.design.linear.update import ControlUpdate, averaged_update
+from workbench.design.linear.vehicle import (
+    HeldCommandStep,
+    VehicleDerivatives,
+    built_in_values,
+)
 from workbench.diagram.core import full_supply, make_vehicle_core
 from workbench.dynamics.rotors import loaded_voltage, power_share, static_thrusts
 from workbench.estimation.filters import lowpass
 from workbench.estimation.gyro import (
-    STATES,
+    GYRO_STATE_COUNT,
     GyroSettings,
-    body_rates,
     filtered_rates,
     filters_gyro,
     gyro_filter,
     sample_steps,
-    sensed,
+    state_body_rates,
     stepped_filters,
+    with_sensed_rates,
 )
-from workbench.estimation.imu import carried, mean_force
-from workbench.plant.description import Description
-from workbench.plant.loading import make_vehicle
-from workbench.plant.payload import Payload, payload_of
-from workbench.plant.vehicle import Vehicle
-from workbench.scenario.scenario import Rates
+from workbench.estimation.imu import imu_velocity_state, mean_force
+from workbench.plant.payload import payload_of
+from workbench.setup import Setup
 from workbench.systems.acceleration_estimate import sampled_estimate
 
-REFERENCE = 4
-HELD = 3
+REFERENCE_SIZE = 4
+HELD_SIZE = 3
 """Commanded velocity and yaw rate, and the position held."""
-HOLD_X = Guidance._fields.index("p_x")
-Result = TypeVar("Result")
+HOLD_X_INDEX = Guidance._fields.index("p_x")
 
 
 class Gyro(NamedTuple):
@@ -87,38 +88,34 @@ class Derivatives:
     """The vehicle and its law, as functions of numbers with derivatives.
 
     Its functions, which cache their last call: `update(state, filtered, before, reference,
-    guidance, memory) -> Update`, see `averaged` for laws with slow parts; `whole_update`, the
-    same with all parts; `settled_update`, that of a law without spin-up torque, as there is none in
-    a steady flight;
-    `slopes(state, speeds, commands)`, see `VehicleDerivatives`; `step(state, speeds, commands,
-    yaw_rate) -> Step`, over a physics step; and `steady_commands(speeds)`, which returns the
-    commands that keep rotors at speeds (n), and their derivatives. A battery is full.
+    guidance, memory) -> Update`, see `averaged_update` for laws with slow parts; `whole_update`,
+    the same with all parts; `settled_update`, that of a law without spin-up torque, as there is
+    none in a steady flight; `slopes(state, speeds, commands, joints)`, see
+    `VehicleDerivatives`; `step(state, speeds, commands, joints, yaw_rate) -> HeldCommandStep`, over
+    a physics step; and `steady_commands(speeds)`, which returns the commands that keep rotors at
+    speeds (n), and their derivatives. A battery is full.
 
     Args:
-        controller: with the law that flies.
-        flown: description of the flying vehicle, without its payload.
-        vehicle: as known to the law, without its payload.
-        gains: parameter values by name.
-        rates: of physics and control.
+        setup: what flies.
+        like: others, whose plant is used if it is the same: it depends neither on rates nor on
+            sensors, and takes most of the time to make.
+
+    Attributes:
+        vehicle: as its law knows it, without loads that open hooks have dropped.
+        plant: derivatives of the vehicle alone, for the present `built_in_values`.
     """
 
-    def __init__(
-        self,
-        controller: Controller,
-        flown: Description,
-        vehicle: Vehicle,
-        gains: Mapping[str, float],
-        rates: Rates,
-    ) -> None:
-        self.controller = controller
-        self._law = flight_law(controller)
-        self._flown, self._vehicle = flown, vehicle
-        self._rotors = make_vehicle(flown).rotors
-        self._carry(payload_of(gains), gains)
+    def __init__(self, setup: Setup, like: "Derivatives | None" = None) -> None:
+        gains, rates = setup.values, setup.rates
+        self._setup, self.vehicle, self.controller = setup, setup.vehicle, setup.controller
+        self._law = flight_law(self.controller)
+        shared = like if like and like.has_plant_of(setup) else None
+        self._flown = shared._flown if shared else setup.flown_vehicle
+        self._carry(gains, shared.plant if shared else None)
         self._physics_step, self._control_period = rates.physics_step, rates.control_period
-        self._whole = [1.0] * len(self._rotors)
+        self._whole = [1.0] * len(self._flown.rotors)
         self._estimate = sampled_estimate(rates.control_period)
-        self._supply, self._voltage = full_supply(vehicle, gains), 1.0
+        self._supply, self._voltage = full_supply(setup.vehicle, gains), 1.0
         self._air: tuple[float, ...] = ()
         self.update = LastCall(self._update)
         self.whole_update = LastCall(self._whole_update)
@@ -136,59 +133,90 @@ class Derivatives:
         Raises:
             WorkbenchError: if the law cannot hover with its known payload.
         """
-        payload = payload_of(gains)
-        if payload != self._payload:
-            self._carry(payload, gains)
+        if built_in_values(self.controller, gains) != self._built_in:
+            self._carry(gains)
         known, dt = known_vehicle(self._constants), self._control_period
         self._gains = self._settled = self.controller.gains(gains, known, dt)
         if gains["spin_up_feedforward"] and self._constants.spin_up_time:
             settled = {**gains, "spin_up_feedforward": 0.0}
             self._settled = self.controller.gains(settled, known, dt)
         self._settings = [gains[name] for name in ComputerSettings._fields]
-        gyro = [gains[name] for name in GyroSettings._fields]
+        gyro = GyroSettings(*(gains[name] for name in GyroSettings._fields))
         steps = round(self._control_period / self._physics_step)
-        self.gyro_every = sample_steps(gyro[0], self._physics_step, steps)
-        self.gyro_filters = filters_gyro(gyro, self.gyro_every * self._physics_step)
-        self._gyro_filter = gyro_filter(gyro, self.gyro_every * self._physics_step)
-        self._accel_filter = lowpass(gyro[5], gyro[6], self.gyro_every * self._physics_step)
-        self.gyro.forget()
-        self.update.forget()
-        self.whole_update.forget()
-        self.settled_update.forget()
-        supply = full_supply(self._vehicle, gains)
+        self.gyro_every = sample_steps(gyro.gyro_rate, self._physics_step, steps)
+        sample_period = self.gyro_every * self._physics_step
+        self.gyro_filters = filters_gyro(gyro, sample_period)
+        self._gyro_filter = gyro_filter(gyro, sample_period)
+        self._accel_filter = lowpass(gyro.accel_lowpass, gyro.accel_lowpass_order, sample_period)
+        for known_call in (self.gyro, self.update, self.whole_update, self.settled_update):
+            known_call.forget()
+        supply = full_supply(self._setup.vehicle, gains)
         air = (gains["drag_area"], gains["air_density"], *supply)
         if air != self._air:
-            self._air, self._supply = air, supply
-            self._plant.set_air(gains)
-            self._voltage = self._voltage_at(self._vehicle.hover_speeds.tolist())
-            self.step.forget()
-            self.slopes.forget()
-            self.steady_commands.forget()
+            self._air, self._supply, self._air_gains = air, supply, dict(gains)
+            self._voltage = self._voltage_at(self.vehicle.hover_speeds.tolist())
+            for known_call in (self.step, self.slopes, self.steady_commands):
+                known_call.forget()
 
-    def _carry(self, payload: Payload, gains: Mapping[str, float]) -> None:
-        """Add a payload to the flying vehicle, and to the one known to the law."""
-        self._constants = law_constants(self._vehicle, payload)
-        self._payload = payload
-        self._plant = VehicleDerivatives(
-            make_vehicle_core(self._flown, self._vehicle, gains), self._vehicle
+    def _carry(self, gains: Mapping[str, float], plant: VehicleDerivatives | None = None) -> None:
+        """Let vehicle and law carry what parameter values say.
+
+        Args:
+            gains: parameter values by name, of which those of `built_in_values` are used.
+            plant: derivatives of that vehicle, if already made.
+        """
+        own = self._setup  # as it is, its vehicles are made already
+        setup = (own if gains is own.values else replace(own, values=gains)).without_dropped_loads()
+        self._constants = law_constants(setup.vehicle, payload_of(gains))
+        self.vehicle, self._built_in = setup.vehicle, built_in_values(self.controller, gains)
+        self.plant = plant or VehicleDerivatives(
+            make_vehicle_core(setup), setup.vehicle, self.controller.servos, self._setup.vehicle
         )
         self._air = ()
 
-    def _voltage_at(self, speeds: Sequence[Any]) -> Any:
+    def has_plant_of(self, setup: Setup) -> bool:
+        """Return whether the plant is that of a setup, whatever its law, rates and sensors."""
+        own = self._setup
+        return (
+            own.description is setup.description
+            and own.vehicle is setup.vehicle
+            and own.variation == setup.variation
+            and self.controller.servos == setup.controller.servos
+            and self._built_in == built_in_values(setup.controller, setup.values)
+        )
+
+    @property
+    def commanded_joints(self) -> tuple[str, ...]:
+        """Joints whose servos the law commands, in the order of its commands."""
+        return self.plant.commanded_joints
+
+    @property
+    def setpoint_filter(self) -> SetpointFilter:
+        """What delays and low-passes the setpoints of those servos."""
+        servos = {each.joint: each for each in self._flown.servos}
+        commanded = [servos[joint] for joint in self.commanded_joints]
+        return SetpointFilter(commanded, len(self._flown.rotors), self._control_period)
+
+    @property
+    def measured_joints(self) -> np.ndarray:
+        """Places of what the law measures of joints among their states (h)."""
+        return self.plant.measured_joints
+
+    def _voltage_at(self, speeds: Sequence[float]) -> float:
         """Return the voltage with rotors at speeds (n), over that of a full battery."""
-        statics = static_thrusts(self._rotors, self._whole, speeds)
+        statics = static_thrusts(self._flown.rotors, self._whole, speeds)
         return loaded_voltage(self._supply[0], self._supply[1], sum(map(power_share, statics)))
 
-    def _update(self, *signals: np.ndarray) -> Update:
+    def _update(self, *signals: np.ndarray) -> ControlUpdate:
         dividers = self.controller.dividers
         if not dividers:
             return self.whole_update(*signals)
-        return averaged(lambda count: self._updated(self._gains, count, *signals), dividers)
+        return averaged_update(lambda count: self._updated(self._gains, count, *signals), dividers)
 
-    def _whole_update(self, *signals: np.ndarray) -> Update:
+    def _whole_update(self, *signals: np.ndarray) -> ControlUpdate:
         return self._updated(self._gains, ALL_PARTS, *signals)
 
-    def _settled_update(self, *signals: np.ndarray) -> Update:
+    def _settled_update(self, *signals: np.ndarray) -> ControlUpdate:
         if self._gains == self._settled:
             return self.whole_update(*signals)
         return self._updated(self._settled, ALL_PARTS, *signals)
@@ -203,38 +231,53 @@ class Derivatives:
         reference: np.ndarray,
         guidance: np.ndarray,
         memory: np.ndarray,
-    ) -> Update:
+    ) -> ControlUpdate:
         """Return a control update.
 
         Args:
             gains: of the law.
             count: number of previous updates, see `ALL_PARTS`.
-            state: of the body (13).
-            filtered: states of the stages before the law, see `flight_law.FilterStates`.
-            before: commands of the previous update (n).
+            state: of the body (13), and what the law measures of joints (h).
+            filtered: states of the stages before the law, see `law_signals.FilterStates`.
+            before: commands of the previous update (c).
             reference: see `guidance.Reference` (8).
             guidance: see `guidance.Guidance` (22).
             memory: of the law (k).
         """
         points, closed = len(self.controller.points), np.array(self.controller.closed)
-        sizes = (STATE, FILTERED, before.size, REFERENCE, HELD, points, memory.size)
+        sizes = (
+            MOTION_STATE_SIZE + self.measured_joints.size,
+            FILTER_STATE_COUNT,
+            before.size,
+            REFERENCE_SIZE,
+            HELD_SIZE,
+            points,
+            memory.size,
+        )
         columns = sum(sizes)
         seeds = np.split(np.eye(columns), np.cumsum(sizes)[:-1])
         asked = np.zeros((reference.size, columns))
-        asked[:REFERENCE] = seeds[3]
+        asked[:REFERENCE_SIZE] = seeds[3]
         kept = np.zeros((guidance.size, columns))
-        kept[HOLD_X : HOLD_X + HELD] = seeds[4]
+        kept[HOLD_X_INDEX : HOLD_X_INDEX + HELD_SIZE] = seeds[4]
         probes = np.zeros((closed.size, columns))
         probes[points:] = seeds[5]
         loops: list[Any] = [*_seeded(closed, probes), *[0.0] * points]
         commands = _seeded(before, seeds[2])
-        with own_errors(self.controller.file, "update"):
+        with user_code_errors(self.controller.file, "update"):
             after, remembered = self._law.update(
-                _seeded(state, state_seeds(state[:4]) @ seeds[0]),
+                _seeded(
+                    state,
+                    np.vstack(
+                        [
+                            state_seeds(state[:4]) @ seeds[0][:MOTION_STATE_SIZE],
+                            seeds[0][MOTION_STATE_SIZE:],
+                        ]
+                    ),
+                ),
                 self._voltage,
-                Setpoint(_seeded(reference, asked), _seeded(guidance, kept), (0.0, 0.0, 0.0)),
+                LawSetpoint(_seeded(reference, asked), _seeded(guidance, kept), (0.0, 0.0, 0.0)),
                 gains,
-                self._whole,
                 self._constants,
                 loops,
                 self._estimate,
@@ -244,47 +287,59 @@ class Derivatives:
                 commands,
                 count,
             )
-        return Update(
-            ExtractValue(whole(commands)).ravel(),
+        return ControlUpdate(
+            ExtractValue(autodiff_values(commands)).ravel(),
             gradient(commands, columns),
             gradient(after, columns),
-            ExtractValue(whole(remembered)).ravel() if memory.size else memory,
+            ExtractValue(autodiff_values(remembered)).ravel() if memory.size else memory,
             gradient(remembered, columns) if memory.size else np.zeros((0, columns)),
             gradient(loops[closed.size :], columns),
         )
 
     def _slopes(
-        self, state: np.ndarray, speeds: np.ndarray, commands: np.ndarray
+        self, state: np.ndarray, speeds: np.ndarray, commands: np.ndarray, joints: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        return self._plant.slopes(state, speeds, commands)
+        self.plant.set_air(self._air_gains)  # others may have set theirs
+        return self.plant.slopes(state, speeds, commands, joints)
 
     def _step(
-        self, state: np.ndarray, speeds: np.ndarray, commands: np.ndarray, yaw_rate: np.ndarray
-    ) -> Step:
+        self,
+        state: np.ndarray,
+        speeds: np.ndarray,
+        commands: np.ndarray,
+        joints: np.ndarray,
+        yaw_rate: np.ndarray,
+    ) -> HeldCommandStep:
         """Return a physics step in a trimmed flight, see `VehicleDerivatives.step`."""
-        return self._plant.step(state, speeds, commands, float(yaw_rate), self._physics_step)
+        self.plant.set_air(self._air_gains)  # others may have set theirs
+        return self.plant.step(state, speeds, commands, joints, float(yaw_rate), self._physics_step)
 
     def _gyro(self, state: np.ndarray, last: np.ndarray) -> Gyro:
         """Return the gyro filters and derivatives at a state (13) and an acceleration (6)."""
         known = _seeded(state, state_seeds(state[:4]))
-        w_B = body_rates(known)
-        rates = ExtractValue(whole(w_B)).ravel()
-        columns = STATE + 3
+        w_B = state_body_rates(known)
+        rates = ExtractValue(autodiff_values(w_B)).ravel()
+        columns = MOTION_STATE_SIZE + 3
         seeds = np.eye(columns)
-        moving = _seeded(state, state_seeds(state[:4]) @ seeds[:STATE])
-        seen = gradient(sensed(moving, _seeded(rates, seeds[STATE:]))[7:10], columns)
-        seeds = np.eye(STATES + 3)
-        x, u = _seeded(np.zeros(STATES), seeds[:STATES]), _seeded(np.zeros(3), seeds[STATES:])
-        after = gradient(stepped_filters(self._gyro_filter, x, u), STATES + 3)
-        out = gradient(filtered_rates(self._gyro_filter, x, u), STATES + 3)
+        moving = _seeded(state, state_seeds(state[:4]) @ seeds[:MOTION_STATE_SIZE])
+        seen = gradient(
+            with_sensed_rates(moving, _seeded(rates, seeds[MOTION_STATE_SIZE:]))[7:10], columns
+        )
+        seeds = np.eye(GYRO_STATE_COUNT + 3)
+        x, u = (
+            _seeded(np.zeros(GYRO_STATE_COUNT), seeds[:GYRO_STATE_COUNT]),
+            _seeded(np.zeros(3), seeds[GYRO_STATE_COUNT:]),
+        )
+        after = gradient(stepped_filters(self._gyro_filter, x, u), GYRO_STATE_COUNT + 3)
+        out = gradient(filtered_rates(self._gyro_filter, x, u), GYRO_STATE_COUNT + 3)
         return Gyro(
-            A=after[:, :STATES],
-            B=after[:, STATES:],
-            C=out[:, :STATES],
-            D=out[:, STATES:],
-            rates_by=gradient(w_B, STATE),
-            sensed_by=seen[:, :STATE],
-            sensed_by_rates=seen[:, STATE:],
+            A=after[:, :GYRO_STATE_COUNT],
+            B=after[:, GYRO_STATE_COUNT:],
+            C=out[:, :GYRO_STATE_COUNT],
+            D=out[:, GYRO_STATE_COUNT:],
+            rates_by=gradient(w_B, MOTION_STATE_SIZE),
+            sensed_by=seen[:, :MOTION_STATE_SIZE],
+            sensed_by_rates=seen[:, MOTION_STATE_SIZE:],
             force_by=self._force_by(state, last),
             kept=np.kron(np.eye(3), np.array(self._accel_filter[:4]).reshape(2, 2)),
             taken=np.kron(np.eye(3), np.array(self._accel_filter[4:6])[:, None]),
@@ -297,11 +352,11 @@ class Derivatives:
         period = self.gyro_every * self._physics_step
         later = state.copy()
         later[10:13] += period * last[3:]
-        seeds = np.eye(2 * STATE)
-        before = _seeded(state, state_seeds(state[:4]) @ seeds[:STATE])
-        now = _seeded(later, state_seeds(later[:4]) @ seeds[STATE:])
-        ends = carried(before, self.p_BI), carried(now, self.p_BI)
-        return gradient(mean_force(*ends, period), 2 * STATE)
+        seeds = np.eye(2 * MOTION_STATE_SIZE)
+        before = _seeded(state, state_seeds(state[:4]) @ seeds[:MOTION_STATE_SIZE])
+        now = _seeded(later, state_seeds(later[:4]) @ seeds[MOTION_STATE_SIZE:])
+        ends = imu_velocity_state(before, self.p_BI), imu_velocity_state(now, self.p_BI)
+        return gradient(mean_force(*ends, period), 2 * MOTION_STATE_SIZE)
 
     def sensed(self, gyro: Gyro, motion: np.ndarray, rates: np.ndarray) -> np.ndarray:
         """Return rows of the motion (12) seen by a controller that uses the true motion.
@@ -318,50 +373,28 @@ class Derivatives:
 
     def _steady_commands(self, speeds: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the commands that keep rotors at speeds, and their derivatives (n, n)."""
-        n = len(self._rotors)
+        n = len(self._flown.rotors)
         turning = _seeded(speeds, np.eye(n))
         share = self._voltage_at(turning)
         known = 1.0 + self._supply[2] * (share - 1.0)
         found = [speed / share * known for speed in turning]
-        return ExtractValue(whole(found)).ravel(), gradient(found, n)
+        return ExtractValue(autodiff_values(found)).ravel(), gradient(found, n)
 
     def allocation_at(self, commands: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return derivatives of the wrench by commands (4, n), and of commands by it (n, 4).
+        """Return derivatives of the wrench by commands (4, c), and of commands by it (c, 4).
 
         The wrench is the one that the law expects from commanded speeds, and commands are those of
         the allocation for it.
         """
-        n = len(self._rotors)
+        n = commands.size
         made = commanded_wrench(_seeded(commands, np.eye(n)), self._constants)
-        asked = ExtractValue(whole(made)).ravel()
+        asked = ExtractValue(autodiff_values(made)).ravel()
         speeds: list[Any] = [0.0] * n
-        wanted = _seeded(asked, np.eye(asked.size))
-        allocate(wanted, 1.0, 1.0, self._whole, self._constants, speeds)
+        force, m_x, m_y, m_z = _seeded(asked, np.eye(asked.size))
+        allocate((force, m_x, m_y, m_z), 1.0, 1.0, self._constants, speeds)
         return gradient(made, n), gradient(speeds, asked.size)
 
 
 def _seeded(values: np.ndarray, rows: np.ndarray) -> list[Any]:
     """Return numbers with derivatives."""
     return InitializeAutoDiff(values, rows).ravel().tolist()
-
-
-class LastCall(Generic[Result]):
-    """Caches the last call of a function of arrays.
-
-    A live screen linearises the same hover repeatedly with other gains, where the part of the plant
-    does not change.
-    """
-
-    def __init__(self, function: Callable[..., Result]) -> None:
-        self._function = function
-        self._result: tuple[bytes, Result] | None = None
-
-    def __call__(self, *arrays: np.ndarray) -> Result:
-        key = b"".join(array.tobytes() for array in arrays)
-        if self._result is None or self._result[0] != key:
-            self._result = (key, self._function(*arrays))
-        return self._result[1]
-
-    def forget(self) -> None:
-        """Clear the cache."""
-        self._result = None

@@ -10,49 +10,50 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.design.linear.model import MEASURED, NOMINAL
+from workbench.design.linear.model import MEASURED_SIGNALS, NOMINAL_ERRORS
 from workbench.dynamics.rigid_body import cross, into_body, into_world, rotation
-from workbench.estimation import ekf
+from workbench.estimation import ekf, ekf_measurements, ekf_propagation, ekf_state
 from workbench.estimation.estimators import Estimator, checked_update
 from workbench.estimation.samples import (
     BAROMETER,
     GPS,
     MAGNETOMETER,
     RANGE_FINDER,
-    SAMPLES,
+    SAMPLE_ARRAY_SIZE,
     Mounting,
 )
 from workbench.estimation.settings import EKF
+from workbench.plant.gravity import GRAVITY
 
-DOUBLINGS = 16
+COVARIANCE_DOUBLINGS = 16
 """The covariance is that after 2^16 control periods: 512 s at 128 Hz."""
-DIFFERENCE = 1e-6
+DERIVATIVE_STEP = 1e-6
 """Difference of numbers for derivatives."""
-LEAST = 1e-6
+MIN_DERIVATIVE = 1e-6
 """Derivatives below this are rounding errors: of positions of hundreds of metres, over that
 difference."""
-CHECKED = 128
+UPDATES_PER_CHECK = 128
 """Number of updates between checks whether a memory has settled."""
-SETTLED = 1e-9
+MEMORY_TOLERANCE = 1e-9
 """Relative deviation from a constant rate of change up to which it is settled."""
-MOTION = 12
-IMU = 6
-RATES = 3
+TRUE_MOTION_SIZE = 12
+IMU_SAMPLE_SIZE = 6
+GYRO_OUTPUT_SIZE = 3
 """Sizes of true motion, mean sample of the IMU, and output of the gyro's filters."""
-FLAGS = {
+SAMPLE_FLAGS = {
     "gps": GPS,
     "barometer": BAROMETER,
     "magnetometer": MAGNETOMETER,
     "range_finder": RANGE_FINDER,
 }
 """Index of the flag of a sensor in samples, by its kind."""
-MEASURES = {
+SENSOR_ROWS = {
     "gps": slice(0, 6),
     "barometer": slice(6, 7),
     "magnetometer": slice(7, 8),
     "range_finder": slice(8, 9),
 }
-"""Rows of `ekf.measured` that a sensor fills."""
+"""Rows of `ekf_state.innovations_of` that a sensor fills."""
 
 
 @dataclass(frozen=True)
@@ -61,7 +62,7 @@ class EstimatorModel:
 
     Columns are the true motion (12), the mean sample of the IMU since the previous update (6), the
     filtered angular velocity (3), and the memory of the estimator (e); then, for noise, the
-    measurements of the other sensors (9), see `MEASURED`.
+    measurements of the other sensors (9), see `MEASURED_SIGNALS`.
 
     Attributes:
         memory_by: rows of its memory after the update (e).
@@ -95,38 +96,43 @@ def estimator_model(
         vdot_WB: acceleration in W (3) [m/s²].
     """
     places = mounting.packed()
-    pull = (vdot_WB[0], vdot_WB[1], vdot_WB[2] + ekf.GRAVITY)
+    pull = (vdot_WB[0], vdot_WB[1], vdot_WB[2] + GRAVITY)
     force = np.array(into_body(rotation(state[0:4]), pull))
     imu = np.concatenate([np.zeros(3), force])
     if estimator.name == EKF:
         update, begin = _settled_ekf(settings, places, duties, period, state, imu)
     else:
-        update, begin, state = _averaged(estimator, settings, mounting, duties, period, state, imu)
+        update, begin, state = _mean_update(
+            estimator, settings, mounting, duties, period, state, imu
+        )
     whose = f"{estimator.name}_" if estimator.file else ""  # else v_x would be ambiguous
-    names = (*NOMINAL, *((whose + each.name, each.unit) for each in estimator.memory))
+    names = (*NOMINAL_ERRORS, *((whose + each.name, each.unit) for each in estimator.memory))
 
     def updated(errors: np.ndarray) -> np.ndarray:
         """Return memory and motion seen after an update, as differences from the steady flight."""
-        sizes = np.cumsum([MOTION, IMU, RATES, len(names)])
+        sizes = np.cumsum([TRUE_MOTION_SIZE, IMU_SAMPLE_SIZE, GYRO_OUTPUT_SIZE, len(names)])
         motion, sample, rates, memory, noise = np.split(errors, sizes)
-        true = _moved(state, motion)
+        true = _moved_body(state, motion)
         z = perfect_samples(true, imu + sample, places)
         _add_noise(z, noise, true, places)
-        after = update(_added(begin, memory), z)
-        seen = np.array(ekf.estimate(after[: ekf.NOMINAL], rates, mounting.p_BI))
+        after = update(_memory_with_errors(begin, memory), z)
+        seen = np.array(ekf.motion_estimate(after[: ekf_state.NOMINAL], rates, mounting.p_BI))
         seen[7:10] = into_world(rotation(seen[:4].tolist()), seen[7:10].tolist())
-        return np.concatenate([_difference(begin, after), _motion(state, seen)])
+        return np.concatenate([_memory_errors(begin, after), _motion(state, seen)])
 
-    size = MOTION + IMU + RATES + len(names) + len(MEASURED)
+    size = (
+        TRUE_MOTION_SIZE + IMU_SAMPLE_SIZE + GYRO_OUTPUT_SIZE + len(names) + len(MEASURED_SIGNALS)
+    )
     columns = [
-        (updated(DIFFERENCE * seed) - updated(-DIFFERENCE * seed)) / (2.0 * DIFFERENCE)
+        (updated(DERIVATIVE_STEP * seed) - updated(-DERIVATIVE_STEP * seed))
+        / (2.0 * DERIVATIVE_STEP)
         for seed in np.eye(size)
     ]
     by = np.array(columns).T
-    acting = _acting(by, len(names))
-    rows = np.concatenate([acting, np.full(MOTION, True)])
+    acting = _affects_estimate(by, len(names))
+    rows = np.concatenate([acting, np.full(TRUE_MOTION_SIZE, True)])
     columns_kept = np.full(size, True)
-    columns_kept[MOTION + IMU + RATES :][: len(names)] = acting
+    columns_kept[TRUE_MOTION_SIZE + IMU_SAMPLE_SIZE + GYRO_OUTPUT_SIZE :][: len(names)] = acting
     by = by[np.ix_(rows, columns_kept)]
     names = tuple(name for name, acts in zip(names, acting, strict=True) if acts)
     return EstimatorModel(by[: len(names)], by[len(names) :], names)
@@ -142,7 +148,7 @@ def perfect_samples(state: np.ndarray, imu: np.ndarray, places: np.ndarray) -> n
     """
     R = rotation(state[0:4].tolist())
     w_B = into_body(R, state[7:10].tolist())
-    z = np.zeros(SAMPLES)
+    z = np.zeros(SAMPLE_ARRAY_SIZE)
     z[:6] = imu
     z[[GPS, BAROMETER, MAGNETOMETER, RANGE_FINDER]] = 1.0
     z[GPS + 2 : GPS + 5] = state[4:7] + into_world(R, places[3:6])
@@ -150,13 +156,15 @@ def perfect_samples(state: np.ndarray, imu: np.ndarray, places: np.ndarray) -> n
     z[BAROMETER + 1] = state[6] + into_world(R, places[6:9])[2]
     z[MAGNETOMETER + 1 : MAGNETOMETER + 4] = into_body(R, places[15:18])
     down = -into_world(R, places[12:15])[2]
-    z[RANGE_FINDER] = float(down > ekf.LEAST_LOOK)
-    z[RANGE_FINDER + 1] = (state[6] + into_world(R, places[9:12])[2]) / max(down, ekf.LEAST_LOOK)
+    z[RANGE_FINDER] = float(down > ekf_measurements.MIN_BEAM_COSINE)
+    z[RANGE_FINDER + 1] = (state[6] + into_world(R, places[9:12])[2]) / max(
+        down, ekf_measurements.MIN_BEAM_COSINE
+    )
     return z
 
 
 def _add_noise(z: np.ndarray, noise: np.ndarray, state: np.ndarray, places: np.ndarray) -> None:
-    """Add noise (9) to measurements, see `MEASURED`."""
+    """Add noise (9) to measurements, see `MEASURED_SIGNALS`."""
     z[GPS + 2 : GPS + 8] += noise[:6]
     z[BAROMETER + 1] += noise[6]
     m_x, m_y, _ = places[15:18]
@@ -189,24 +197,27 @@ def settled_gain(
         x: nominal state (16).
         z: perfect samples in the steady flight.
     """
-    F, Q = ekf.transition(x, z[:6], period), ekf.noise(settings, period)
-    H, gaps = ekf.measured(x, z, places, settings)
-    information = np.zeros(ekf.CHANNELS)
+    F, Q = (
+        ekf_propagation.transition(x, z[:6], period),
+        ekf_propagation.process_noise(settings, period),
+    )
+    H, gaps = ekf_measurements.measurement_rows(x, z, places, settings)
+    information = np.zeros(ekf_state.MEASUREMENT_CHANNELS)
     for kind, duty in duties.items():
-        variance = gaps[MEASURES[kind], 1]
-        information[MEASURES[kind]] = np.where(variance > 0.0, duty / variance, 0.0)
+        variance = gaps[SENSOR_ROWS[kind], 1]
+        information[SENSOR_ROWS[kind]] = np.where(variance > 0.0, duty / variance, 0.0)
     information = np.nan_to_num(information)
     A, G, P = F.T, H.T @ (information[:, None] * H), Q
-    for _ in range(DOUBLINGS):
-        W = np.linalg.solve(np.eye(ekf.ERRORS) + G @ P, np.hstack([A, G]))
-        WA, WG = W[:, : ekf.ERRORS], W[:, ekf.ERRORS :]
+    for _ in range(COVARIANCE_DOUBLINGS):
+        W = np.linalg.solve(np.eye(ekf_state.ERRORS) + G @ P, np.hstack([A, G]))
+        WA, WG = W[:, : ekf_state.ERRORS], W[:, ekf_state.ERRORS :]
         A, G, P = A @ WA, G + A @ WG @ A.T, P + A.T @ P @ WA
         P = 0.5 * (P + P.T)
-    after = np.linalg.solve(np.eye(ekf.ERRORS) + P @ (H.T @ (information[:, None] * H)), P)
+    after = np.linalg.solve(np.eye(ekf_state.ERRORS) + P @ (H.T @ (information[:, None] * H)), P)
     return after @ H.T * information, P
 
 
-Update = Callable[[np.ndarray, np.ndarray], np.ndarray]
+EstimatorUpdate = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
 
 def _settled_ekf(
@@ -216,17 +227,17 @@ def _settled_ekf(
     period: float,
     state: np.ndarray,
     imu: np.ndarray,
-) -> tuple[Update, np.ndarray]:
+) -> tuple[EstimatorUpdate, np.ndarray]:
     """Return an update with the settled gain, and the nominal state in the steady flight."""
-    begin = ekf.initial(state, places[0:3], ekf.InitialDeviations())[: ekf.NOMINAL]
+    begin = ekf.initial_ekf(state, places[0:3], ekf.InitialDeviations())[: ekf_state.NOMINAL]
     K, _ = settled_gain(
         settings, places, duties, period, begin, perfect_samples(state, imu, places)
     )
 
     def update(x: np.ndarray, z: np.ndarray) -> np.ndarray:
-        before = np.array(ekf.propagated(x, z[:6], period))
-        _, gaps = ekf.measured(before, z, places, settings)
-        return np.array(ekf.corrected(before, K @ np.nan_to_num(gaps[:, 0])))
+        before = np.array(ekf_propagation.propagated(x, z[:6], period))
+        _, gaps = ekf_measurements.measurement_rows(before, z, places, settings)
+        return np.array(ekf_propagation.corrected(before, K @ np.nan_to_num(gaps[:, 0])))
 
     # it advances by a period in an update; the initial one is that at the previous update
     back = np.array(begin)
@@ -234,7 +245,7 @@ def _settled_ekf(
     return update, back
 
 
-def _averaged(
+def _mean_update(
     estimator: Estimator,
     settings: np.ndarray,
     mounting: Mounting,
@@ -242,7 +253,7 @@ def _averaged(
     period: float,
     state: np.ndarray,
     imu: np.ndarray,
-) -> tuple[Update, np.ndarray, np.ndarray]:
+) -> tuple[EstimatorUpdate, np.ndarray, np.ndarray]:
     """Return the mean of updates with and without each sample, a settled memory, and the state.
 
     The memory is that one period before the state, which has advanced from the given one.
@@ -256,31 +267,31 @@ def _averaged(
 
     def update(memory: np.ndarray, z: np.ndarray) -> np.ndarray:
         none = z.copy()
-        none[list(FLAGS.values())] = 0.0
+        none[list(SAMPLE_FLAGS.values())] = 0.0
         without = one(memory, none)
         found = without.copy()
         for kind, duty in duties.items():
             some = none.copy()
-            some[FLAGS[kind]] = z[FLAGS[kind]]
+            some[SAMPLE_FLAGS[kind]] = z[SAMPLE_FLAGS[kind]]
             found += duty * (one(memory, some) - without)
         return found
 
     motion = np.concatenate([np.zeros(3), period * state[10:13], np.zeros(6)])
-    memory = estimator.begin(state, mounting, np.zeros(ekf.ERRORS), ekf.InitialDeviations())
+    memory = estimator.begin(state, mounting, np.zeros(ekf_state.ERRORS), ekf.InitialDeviations())
     grown = np.full(memory.size, np.inf)
-    for _ in range(2**DOUBLINGS // CHECKED):
+    for _ in range(2**COVARIANCE_DOUBLINGS // UPDATES_PER_CHECK):
         before, last = memory, grown
-        for _ in range(CHECKED):
-            state = _moved(state, motion)
+        for _ in range(UPDATES_PER_CHECK):
+            state = _moved_body(state, motion)
             memory = update(memory, perfect_samples(state, imu, places))
         grown = memory - before
         # a position or a clock advances evenly, and nothing depends on it
-        if np.all(np.abs(grown - last) <= 1e-15 + SETTLED * np.abs(memory)):
+        if np.all(np.abs(grown - last) <= 1e-15 + MEMORY_TOLERANCE * np.abs(memory)):
             break
-    return update, memory, _moved(state, motion)
+    return update, memory, _moved_body(state, motion)
 
 
-def _acting(by: np.ndarray, count: int) -> np.ndarray:
+def _affects_estimate(by: np.ndarray, count: int) -> np.ndarray:
     """Return whether each number in the memory affects the estimate and depends on sensors.
 
     A settled covariance, a clock or a flag does not. The nominal state always counts.
@@ -289,13 +300,13 @@ def _acting(by: np.ndarray, count: int) -> np.ndarray:
         by: derivatives, see `EstimatorModel`, of memory and motion seen.
         count: of numbers in the memory.
     """
-    begin = MOTION + IMU + RATES
-    strong = np.abs(by) > LEAST
+    begin = TRUE_MOTION_SIZE + IMU_SAMPLE_SIZE + GYRO_OUTPUT_SIZE
+    strong = np.abs(by) > MIN_DERIVATIVE
     among = strong[:count, begin : begin + count]
     others = np.delete(strong[:count], np.s_[begin : begin + count], axis=1)
     driven: np.ndarray = np.any(others, axis=1)
     read: np.ndarray = np.any(strong[count:, begin : begin + count], axis=0)
-    driven[: ekf.ERRORS] = read[: ekf.ERRORS] = True
+    driven[: ekf_state.ERRORS] = read[: ekf_state.ERRORS] = True
     for _ in range(count):
         driven = driven | np.any(among[:, driven], axis=1)
         read = read | np.any(among[read], axis=0)
@@ -303,24 +314,26 @@ def _acting(by: np.ndarray, count: int) -> np.ndarray:
     return acting
 
 
-def _moved(state: np.ndarray, motion: np.ndarray) -> np.ndarray:
+def _moved_body(state: np.ndarray, motion: np.ndarray) -> np.ndarray:
     """Return a state of the body (13) changed by angles in W, position and velocities."""
     moved = state.copy()
     R = rotation(state[:4].tolist())
-    moved[:4] = ekf.turned_by(state[:4].tolist(), into_body(R, motion[:3].tolist()))
+    moved[:4] = ekf_propagation.turned_by(state[:4].tolist(), into_body(R, motion[:3].tolist()))
     moved[4:7] += motion[3:6]
     moved[7:] += motion[6:]
     return moved
 
 
 def _motion(state: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """Return the difference of a state of the body from another (12), the inverse of `_moved`."""
+    """Return the difference of a state of the body from another (12), the inverse of
+    `_moved_body`.
+    """
     R = rotation(state[:4].tolist())
-    angles = into_world(R, _turn(state[:4], other[:4]))
+    angles = into_world(R, _small_rotation(state[:4], other[:4]))
     return np.concatenate([angles, other[4:] - state[4:]])
 
 
-def _turn(q: np.ndarray, other: np.ndarray) -> np.ndarray:
+def _small_rotation(q: np.ndarray, other: np.ndarray) -> np.ndarray:
     """Return the small rotation in B from one attitude to another (3)."""
     w, x, y, z = q
     rows = np.array([[-x, w, z, -y], [-y, -z, w, x], [-z, y, -x, w]])
@@ -328,18 +341,23 @@ def _turn(q: np.ndarray, other: np.ndarray) -> np.ndarray:
     return turn
 
 
-def _added(begin: np.ndarray, error: np.ndarray) -> np.ndarray:
+def _memory_with_errors(begin: np.ndarray, error: np.ndarray) -> np.ndarray:
     """Return a memory with errors added: of the nominal state (15), then of the rest."""
     found = begin.copy()
-    found[: ekf.NOMINAL] = ekf.corrected(begin[: ekf.NOMINAL], error[: ekf.ERRORS])
-    found[-(len(error) - ekf.ERRORS) or len(found) :] += error[ekf.ERRORS :]
+    found[: ekf_state.NOMINAL] = ekf_propagation.corrected(
+        begin[: ekf_state.NOMINAL], error[: ekf_state.ERRORS]
+    )
+    found[-(len(error) - ekf_state.ERRORS) or len(found) :] += error[ekf_state.ERRORS :]
     return found
 
 
-def _difference(begin: np.ndarray, after: np.ndarray) -> np.ndarray:
-    """Return the errors of a memory, the inverse of `_added`."""
+def _memory_errors(begin: np.ndarray, after: np.ndarray) -> np.ndarray:
+    """Return the errors of a memory, the inverse of `_memory_with_errors`."""
     nominal = np.concatenate(
-        [_turn(begin[:4], after[:4]), after[4 : ekf.NOMINAL] - begin[4 : ekf.NOMINAL]]
+        [
+            _small_rotation(begin[:4], after[:4]),
+            after[4 : ekf_state.NOMINAL] - begin[4 : ekf_state.NOMINAL],
+        ]
     )
-    rest = after[ekf.NOMINAL :] - begin[ekf.NOMINAL :]
+    rest = after[ekf_state.NOMINAL :] - begin[ekf_state.NOMINAL :]
     return np.concatenate([nominal, rest])

@@ -2,37 +2,42 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from workbench.common.errors import WorkbenchError, unknown_name
-from workbench.control.controller import CUTS, Controller
+from workbench.control.controller import Controller
+from workbench.control.loop import LOOP_CUTS
 from workbench.design.linear.model import LinearModel, Matrices
-from workbench.design.linear.operating_point import HOVER, OperatingPoint, parse_point
+from workbench.design.linear.operating_point import HOVER_POINT, OperatingPoint, parse_point
 from workbench.design.linear.study import LinearStudy
 from workbench.scenario.scenario import Scenario
+from workbench.setup import Setup
 
-CLOSED, VEHICLE = "closed", "vehicle"
-TIMES = ("sampled", "continuous")
-ASKED = ("reference_v_x", "reference_v_y", "reference_v_z", "reference_yaw_rate")
-SHOWN = ("v_x", "v_y", "v_z", "w_z")
-TOLERANCE = 1e-7
+if TYPE_CHECKING:
+    import control
+
+CLOSED_LOOP, VEHICLE_ONLY = "closed", "vehicle"
+MODEL_TIMES = ("sampled", "continuous")
+DEFAULT_INPUTS = ("reference_v_x", "reference_v_y", "reference_v_z", "reference_yaw_rate")
+DEFAULT_OUTPUTS = ("v_x", "v_y", "v_z", "w_z")
+RANK_TOLERANCE = 1e-7
 """Smallest new share of a step of the staircase to count as a direction."""
 
 
 def linearize(
-    scenario: Scenario | None = None,
+    scenario: Scenario | Setup | None = None,
     *,
-    at: OperatingPoint | str = HOVER,
-    loop: str = CLOSED,
+    at: OperatingPoint | str = HOVER_POINT,
+    loop: str = CLOSED_LOOP,
     cut: str = "actuator",
     time: str = "sampled",
     inputs: Sequence[str] | None = None,
     outputs: Sequence[str] | None = None,
     gains: Mapping[str, float] | None = None,
     minimal: bool = False,
-) -> Any:
+) -> "control.StateSpace":
     """Return an exact linear model as a `control.StateSpace` with named signals.
 
     Arguments are those of `linear_matrices`.
@@ -54,10 +59,10 @@ def linearize(
 
 
 def linear_matrices(
-    scenario: Scenario | None = None,
+    scenario: Scenario | Setup | None = None,
     *,
-    at: OperatingPoint | str = HOVER,
-    loop: str = CLOSED,
+    at: OperatingPoint | str = HOVER_POINT,
+    loop: str = CLOSED_LOOP,
     cut: str = "actuator",
     time: str = "sampled",
     inputs: Sequence[str] | None = None,
@@ -84,16 +89,18 @@ def linear_matrices(
         WorkbenchError: if a name is unknown, or the vehicle cannot fly like that.
     """
     point = parse_point(at) if isinstance(at, str) else at
-    if time not in TIMES:
-        raise unknown_name("kind of time", time, TIMES)
+    if time not in MODEL_TIMES:
+        raise unknown_name("kind of time", time, MODEL_TIMES)
     study = LinearStudy(scenario)
     _check_cut(study.controller, loop, cut, point)
-    if loop == VEHICLE:
-        system = _vehicle(study.bare_vehicle(point, gains), time, study, inputs, outputs)
+    if loop == VEHICLE_ONLY:
+        system = _vehicle_model(study.bare_vehicle(point, gains), time, study, inputs, outputs)
     else:
         found = study.sampled if time == "sampled" else study.continuous
-        if loop == CLOSED:
-            system = found(point, gains).matrices(inputs or ASKED, outputs or SHOWN)
+        if loop == CLOSED_LOOP:
+            system = found(point, gains).matrices(
+                inputs or DEFAULT_INPUTS, outputs or DEFAULT_OUTPUTS
+            )
         elif inputs or outputs:
             raise WorkbenchError(
                 "an open loop has the input and output of its cut: leave the names out"
@@ -103,17 +110,17 @@ def linear_matrices(
             if wanted.hold and not point.hold:
                 point = OperatingPoint(hold=True)
             system = found(point, gains).loop_matrices(wanted.point(cut))
-    return least(system) if minimal else system
+    return minimal_realisation(system) if minimal else system
 
 
 def _check_cut(controller: Controller, loop: str, cut: str, point: OperatingPoint) -> None:
     """Refuse an unknown loop or cut."""
-    known = (CLOSED, VEHICLE, *(each.name for each in controller.loops))
+    known = (CLOSED_LOOP, VEHICLE_ONLY, *(each.name for each in controller.loops))
     if loop not in known:
         raise unknown_name("loop", loop, known)
-    if cut not in CUTS:
-        raise unknown_name("place to cut a loop", cut, CUTS)
-    if loop in (CLOSED, VEHICLE):
+    if cut not in LOOP_CUTS:
+        raise unknown_name("place to cut a loop", cut, LOOP_CUTS)
+    if loop in (CLOSED_LOOP, VEHICLE_ONLY):
         if cut != "actuator":
             raise WorkbenchError(f"'{loop}' has no loop to cut: name a loop, or leave the cut out")
     elif controller.loop(loop).hold and point not in (OperatingPoint(), OperatingPoint(hold=True)):
@@ -122,7 +129,7 @@ def _check_cut(controller: Controller, loop: str, cut: str, point: OperatingPoin
         )
 
 
-def _vehicle(
+def _vehicle_model(
     model: LinearModel,
     time: str,
     study: LinearStudy,
@@ -142,7 +149,7 @@ def _vehicle(
     return replace(system, A=held.A, B=held.B, C=held.C, D=held.D, dt=period)
 
 
-def least(system: Matrices) -> Matrices:
+def minimal_realisation(system: Matrices) -> Matrices:
     """Return a minimal realisation: a system of least order with the same transfer functions.
 
     Its states are combinations of the old ones, without names. This is the Kalman decomposition by
@@ -150,9 +157,9 @@ def least(system: Matrices) -> Matrices:
     The one in python-control needs slycot.
     """
     A, B, C = system.A, system.B, system.C
-    reach = reachable(A, _unit(B))
+    reach = reachable(A, _unit_columns(B))
     A, B, C = reach.T @ A @ reach, reach.T @ B, C @ reach
-    seen = reachable(A.T, _unit(C.T))
+    seen = reachable(A.T, _unit_columns(C.T))
     A, B, C = seen.T @ A @ seen, seen.T @ B, C @ seen
     return replace(system, A=A, B=B, C=C, state_labels=())
 
@@ -166,7 +173,7 @@ def reachable(A: np.ndarray, B: np.ndarray) -> np.ndarray:
         for _ in range(2):  # twice is enough against rounding errors
             new = new - basis @ (basis.T @ new)
         left, sizes, _ = np.linalg.svd(new, full_matrices=False)
-        left = left[:, sizes > TOLERANCE * whole]
+        left = left[:, sizes > RANK_TOLERANCE * whole]
         if left.shape[1] == 0:
             break
         basis = np.hstack([basis, left])
@@ -174,7 +181,7 @@ def reachable(A: np.ndarray, B: np.ndarray) -> np.ndarray:
     return basis
 
 
-def _unit(columns: np.ndarray) -> np.ndarray:
+def _unit_columns(columns: np.ndarray) -> np.ndarray:
     """Return normalised columns; zero columns stay zero."""
     sizes = np.linalg.norm(columns, axis=0)
     return columns / np.where(sizes > 0.0, sizes, 1.0)

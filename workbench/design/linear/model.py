@@ -3,20 +3,24 @@
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from workbench.common.errors import WorkbenchError, unknown_name
-from workbench.control.controller import Controller, Loop
+from workbench.control.controller import Controller
+from workbench.control.loop import Loop
 from workbench.design.linear.operating_point import OperatingPoint
 
-FILTERS = ("gyro_lowpass", "gyro_notch", "setpoint_lowpass", "derivative_lowpass")
+if TYPE_CHECKING:
+    import control
+
+FILTER_PARAMETERS = ("gyro_lowpass", "gyro_notch", "setpoint_lowpass", "derivative_lowpass")
 """Parameters that switch filters of the flight computer on."""
 
 
 @dataclass(frozen=True)
-class Signal:
+class ModelSignal:
     """Name and unit of a state, an input or an output."""
 
     name: str
@@ -34,8 +38,7 @@ class Matrices:
         D: (l, k).
         dt: period of a sampled system [s]; 0 for a continuous one.
         state_labels: (m) names; empty if states are combinations without names.
-        input_labels: (k) names.
-        output_labels: (l) names.
+        input_labels, output_labels: (k) and (l) names.
         name: of the system.
     """
 
@@ -54,7 +57,7 @@ class Matrices:
         """Eigenvalues of A (m)."""
         return np.linalg.eigvals(self.A).astype(complex)
 
-    def state_space(self) -> Any:
+    def state_space(self) -> "control.StateSpace":
         """Return the system as a `control.StateSpace`."""
         import control  # takes a second to load
 
@@ -85,7 +88,9 @@ class Trim:
         speeds: of the rotors (n) [rad/s].
         commands: commanded speeds (n) [rad/s], larger if the battery voltage drops under load.
         reference: velocity [m/s] and yaw rate [rad/s] commanded by the pilot (4).
+        p_WB_setpoint: position to hold (3) [m], beside p_WB by what the law leaves.
         memory: of the law (k).
+        joints: positions of the joints, at rest (j) [rad or m].
     """
 
     point: OperatingPoint
@@ -97,11 +102,13 @@ class Trim:
     speeds: np.ndarray
     commands: np.ndarray
     reference: np.ndarray
+    p_WB_setpoint: np.ndarray
     memory: np.ndarray
+    joints: np.ndarray
 
     @property
     def state(self) -> np.ndarray:
-        """The plant's state (13)."""
+        """The state of the body (13)."""
         return np.concatenate([self.q_WB, self.p_WB, self.w_WB, self.v_WB])
 
     @property
@@ -133,9 +140,9 @@ class LinearModel:
     output_matrix: np.ndarray
     feedthrough: np.ndarray
     period: float
-    states: tuple[Signal, ...]
-    inputs: tuple[Signal, ...]
-    outputs: tuple[Signal, ...]
+    states: tuple[ModelSignal, ...]
+    inputs: tuple[ModelSignal, ...]
+    outputs: tuple[ModelSignal, ...]
     trim: Trim
     controller: Controller | None = None
 
@@ -194,11 +201,8 @@ class LinearModel:
             removable: names of states that may be removed.
         """
         read: np.ndarray = np.abs(np.vstack([self.A, self.output_matrix])).max(axis=0) > 0.0
-        kept = [
-            place
-            for place, signal in enumerate(self.states)
-            if read[place] or signal.name not in removable
-        ]
+        lasting = [signal.name not in removable for signal in self.states]
+        kept = np.flatnonzero(read | lasting)
         return replace(
             self,
             A=self.A[np.ix_(kept, kept)],
@@ -207,7 +211,7 @@ class LinearModel:
             states=tuple(self.states[place] for place in kept),
         )
 
-    def open_loop(self, point: str) -> Any:
+    def open_loop(self, point: str) -> "control.StateSpace":
         """Return the open loop L at a loop point as a `control.StateSpace`."""
         return self.loop_matrices(point).state_space()
 
@@ -216,7 +220,7 @@ class LinearModel:
         A, b, c = self.cut(point)
         return self._named(A, b[:, None], -c[None, :], np.zeros((1, 1)), [point], [point])
 
-    def state_space(self, inputs: Sequence[str], outputs: Sequence[str]) -> Any:
+    def state_space(self, inputs: Sequence[str], outputs: Sequence[str]) -> "control.StateSpace":
         """Return the closed loop between selected signals as a `control.StateSpace`."""
         return self.matrices(inputs, outputs).state_space()
 
@@ -267,7 +271,7 @@ def frequency_response(
     return np.asarray(C @ states + D)
 
 
-NOMINAL = tuple(
+NOMINAL_ERRORS = tuple(
     (f"estimated_{name}_{axis}", unit)
     for name, unit in (
         ("angle", "rad"),
@@ -279,7 +283,7 @@ NOMINAL = tuple(
     for axis in "xyz"
 )
 """Errors of the nominal state of every estimator, with units."""
-MEASURED = (
+MEASURED_SIGNALS = (
     *((f"gps_p_{axis}", "m") for axis in "xyz"),
     *((f"gps_v_{axis}", "m/s") for axis in "xyz"),
     ("barometer_height", "m"),
@@ -289,105 +293,107 @@ MEASURED = (
 """Measurements of sensors other than the IMU, with units."""
 
 
-def vector(name: str, unit: str) -> tuple[Signal, ...]:
+def vector_signals(name: str, unit: str) -> tuple[ModelSignal, ...]:
     """Return the signals of a vector, with the axis as suffix of each name."""
-    return tuple(Signal(f"{name}_{axis}", unit) for axis in "xyz")
+    return tuple(ModelSignal(f"{name}_{axis}", unit) for axis in "xyz")
 
 
-def motion(prefix: str = "") -> tuple[Signal, ...]:
+def motion_signals(prefix: str = "") -> tuple[ModelSignal, ...]:
     """Return small angles, position, angular velocity and velocity, in the axes of the heading."""
     return (
-        *(Signal(prefix + name, "rad") for name in ("roll", "pitch", "yaw")),
-        *vector(f"{prefix}p", "m"),
-        *vector(f"{prefix}w", "rad/s"),
-        *vector(f"{prefix}v", "m/s"),
+        *(ModelSignal(prefix + name, "rad") for name in ("roll", "pitch", "yaw")),
+        *vector_signals(f"{prefix}p", "m"),
+        *vector_signals(f"{prefix}w", "rad/s"),
+        *vector_signals(f"{prefix}v", "m/s"),
     )
 
 
-def numbered(name: str, count: int, unit: str) -> tuple[Signal, ...]:
+def rotor_signals(name: str, count: int, unit: str) -> tuple[ModelSignal, ...]:
     """Return a signal for each rotor, numbered from 1."""
-    return tuple(Signal(f"{name}_{index + 1}", unit) for index in range(count))
+    return tuple(ModelSignal(f"{name}_{index + 1}", unit) for index in range(count))
 
 
-def filtered() -> tuple[Signal, ...]:
-    """Return the states of the stages before the law, see `flight_law.FilterStates`."""
+def filter_signals() -> tuple[ModelSignal, ...]:
+    """Return the states of the stages before the law, see `law_signals.FilterStates`."""
     return (
-        *vector("filtered_v", "m/s"),
-        *vector("derivative_lowpass", "m/s^2"),
-        *vector("setpoint_lowpass_v", "m/s"),
-        Signal("setpoint_lowpass_yaw_rate", "rad/s"),
+        *vector_signals("filtered_v", "m/s"),
+        *vector_signals("derivative_lowpass", "m/s^2"),
+        *vector_signals("setpoint_lowpass_v", "m/s"),
+        ModelSignal("setpoint_lowpass_yaw_rate", "rad/s"),
     )
 
 
-def gyro_states() -> tuple[Signal, ...]:
-    """Return the states of the gyro's filters, see `gyro.STATES`."""
+def gyro_states() -> tuple[ModelSignal, ...]:
+    """Return the states of the gyro's filters, see `GYRO_STATE_COUNT`."""
     return tuple(
-        Signal(f"gyro_{kind}_{axis}_{number}", "rad/s")
+        ModelSignal(f"gyro_{kind}_{axis}_{number}", "rad/s")
         for axis in "xyz"
         for kind in ("notch", "lowpass")
         for number in (1, 2)
     )
 
 
-def accel_states() -> tuple[Signal, ...]:
+def accel_states() -> tuple[ModelSignal, ...]:
     """Return the states of the accelerometer's low-pass."""
-    return tuple(Signal(f"accel_lowpass_{axis}_{k}", "m/s^2") for axis in "xyz" for k in (1, 2))
+    return tuple(
+        ModelSignal(f"accel_lowpass_{axis}_{k}", "m/s^2") for axis in "xyz" for k in (1, 2)
+    )
 
 
-def imu() -> tuple[Signal, ...]:
+def imu_signals() -> tuple[ModelSignal, ...]:
     """Return the signals of a reading of the IMU."""
-    return (*vector("imu_w", "rad/s"), *vector("imu_f", "m/s^2"))
+    return (*vector_signals("imu_w", "rad/s"), *vector_signals("imu_f", "m/s^2"))
 
 
-def sensor_noise(samples: int) -> tuple[Signal, ...]:
+def sensor_noise(samples: int) -> tuple[ModelSignal, ...]:
     """Return the noise of the IMU's samples in a period, and of other sensors."""
     if not samples:
         return ()
     return (
         *(
-            Signal(f"{kind}_noise_{axis}_{sample + 1}", unit)
+            ModelSignal(f"{kind}_noise_{axis}_{sample + 1}", unit)
             for sample in range(samples)
             for kind, unit in (("gyro", "rad/s"), ("accel", "m/s^2"))
             for axis in "xyz"
         ),
-        *(Signal(f"{name}_noise", unit) for name, unit in MEASURED),
+        *(ModelSignal(f"{name}_noise", unit) for name, unit in MEASURED_SIGNALS),
     )
 
 
-def estimated() -> tuple[Signal, ...]:
+def estimator_signals() -> tuple[ModelSignal, ...]:
     """Return the states common to all estimators, see `Estimator.memory` for the rest."""
-    return tuple(Signal(name, unit) for name, unit in NOMINAL)
+    return tuple(ModelSignal(name, unit) for name, unit in NOMINAL_ERRORS)
 
 
-def references() -> tuple[Signal, ...]:
+def reference_signals() -> tuple[ModelSignal, ...]:
     """Return the references: velocity and yaw rate, and the position held."""
     return (
-        *vector("reference_v", "m/s"),
-        Signal("reference_yaw_rate", "rad/s"),
-        *vector("reference_p", "m"),
+        *vector_signals("reference_v", "m/s"),
+        ModelSignal("reference_yaw_rate", "rad/s"),
+        *vector_signals("reference_p", "m"),
     )
 
 
-def points(controller: Controller) -> tuple[Signal, ...]:
+def loop_point_signals(controller: Controller) -> tuple[ModelSignal, ...]:
     """Return the loop points: as inputs their injections, as outputs their signals."""
-    return tuple(Signal(name, unit) for name, unit in controller.points.items())
+    return tuple(ModelSignal(name, unit) for name, unit in controller.points.items())
 
 
-def wrench() -> tuple[Signal, ...]:
+def wrench_signals() -> tuple[ModelSignal, ...]:
     """Return the plant's input: force along z and moment in T, see `plant.thrust_frame`."""
-    return (Signal("force", "N"), *vector("moment", "N*m"))
+    return (ModelSignal("force", "N"), *vector_signals("moment", "N*m"))
 
 
-def memory_of(controller: Controller) -> tuple[Signal, ...]:
+def law_memory_signals(controller: Controller) -> tuple[ModelSignal, ...]:
     """Return the memory of the law."""
-    return tuple(Signal(state.name, state.unit) for state in controller.memory)
+    return tuple(ModelSignal(state.name, state.unit) for state in controller.memory)
 
 
-def outputs(rotors: int, controller: Controller) -> tuple[Signal, ...]:
-    """Return the outputs of a closed loop: motion, loop points, thrusts and speeds."""
+def output_signals(rotors: int, controller: Controller) -> tuple[ModelSignal, ...]:
+    """Return the outputs of a closed loop but joints: motion, loop points, thrusts and speeds."""
     return (
-        *motion(),
-        *points(controller),
-        *numbered("thrust", rotors, "N"),
-        *numbered("speed", rotors, "rad/s"),
+        *motion_signals(),
+        *loop_point_signals(controller),
+        *rotor_signals("thrust", rotors, "N"),
+        *rotor_signals("speed", rotors, "rad/s"),
     )

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from workbench.common.errors import WorkbenchError, unknown_name
 
-_KEYS = {
+_POINT_KEYS = {
     "vx": ("velocity", 0),
     "vy": ("velocity", 1),
     "vz": ("velocity", 2),
@@ -14,7 +14,7 @@ _KEYS = {
     "ay": ("acceleration", 1),
     "az": ("acceleration", 2),
 }
-_NAMES = (*_KEYS, "yaw_rate", "hold")
+_POINT_NAMES = (*_POINT_KEYS, "yaw_rate", "hold")
 
 Triple = tuple[float, float, float]
 
@@ -52,7 +52,7 @@ class OperatingPoint:
         """The point as text for `parse_point`."""
         parts = [
             f"{name}={getattr(self, field)[index]:g}"
-            for name, (field, index) in _KEYS.items()
+            for name, (field, index) in _POINT_KEYS.items()
             if getattr(self, field)[index]
         ]
         if self.yaw_rate:
@@ -62,8 +62,8 @@ class OperatingPoint:
         return ",".join(parts) or "hover"
 
 
-HOVER = OperatingPoint()
-HOLDING = OperatingPoint(hold=True)
+HOVER_POINT = OperatingPoint()
+HOLDING_POINT = OperatingPoint(hold=True)
 """Hover while a pilot steers, and while a position is held."""
 
 
@@ -97,8 +97,8 @@ def parse_point(text: str) -> OperatingPoint:
         seen.add(name)
         if name == "hover" and not equals:
             continue
-        if name not in _NAMES:
-            raise unknown_name("quantity of an operating point", name, ("hover", *_NAMES))
+        if name not in _POINT_NAMES:
+            raise unknown_name("quantity of an operating point", name, ("hover", *_POINT_NAMES))
         try:
             number = float(value)
         except ValueError:
@@ -109,8 +109,8 @@ def parse_point(text: str) -> OperatingPoint:
             raise WorkbenchError(
                 f"'{part.strip()}' is not the value of a steady flight: give a finite number"
             )
-        if name in _KEYS:
-            field, index = _KEYS[name]
+        if name in _POINT_KEYS:
+            field, index = _POINT_KEYS[name]
             vector = list(getattr(point, field))
             vector[index] = number
             x, y, z = vector

@@ -19,14 +19,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from workbench.control.controller import load_controller
+from workbench.control.controller_file import load_controller
 from workbench.design.linear.model import LinearModel
 from workbench.design.linear.operating_point import OperatingPoint
 from workbench.design.linear.study import LinearStudy
 
-OTHER_KD = 0.1
+KD_DIFFERENCE = 0.1
 """Difference of kd_velocity in the second model."""
-LEAST_KD = 1.0
+MIN_TILT_KD = 1.0
 """Smallest kd of roll and pitch in both models, as the rate error is derived from its product with
 kd."""
 
@@ -43,11 +43,11 @@ class _Term(NamedTuple):
     signal: str
 
 
-_POSITION = tuple(
+_POSITION_TERMS = tuple(
     _Term(gain, f"velocity_{axis}_error", f"position_{axis}_error")
     for axis, gain in (("x", "kp_position_xy"), ("y", "kp_position_xy"), ("z", "kp_position_z"))
 )
-_VELOCITY = tuple(
+_VELOCITY_TERMS = tuple(
     term
     for axis in "xyz"
     for term in (
@@ -55,7 +55,7 @@ _VELOCITY = tuple(
         _Term(f"kd_velocity_{axis}", f"acceleration_{axis}", f"estimate_{axis}"),
     )
 )
-_ATTITUDE = tuple(
+_ATTITUDE_TERMS = tuple(
     term
     for axis in ("roll", "pitch")
     for term in (
@@ -63,8 +63,8 @@ _ATTITUDE = tuple(
         _Term(f"kd_{axis}", f"{axis}_acceleration", f"{axis}_rate_error"),
     )
 )
-_YAW = _Term("kp_yaw_rate", "yaw_acceleration", "yaw_rate_error")
-TERMS = (*_POSITION, *_VELOCITY, *_ATTITUDE, _YAW)
+_YAW_TERM = _Term("kp_yaw_rate", "yaw_acceleration", "yaw_rate_error")
+TERMS = (*_POSITION_TERMS, *_VELOCITY_TERMS, *_ATTITUDE_TERMS, _YAW_TERM)
 """Terms from the outermost loop inwards."""
 RETUNABLE = frozenset(term.gain for term in TERMS)
 """Names of the gains that these models cover."""
@@ -85,15 +85,15 @@ class RetunedModels:
     def __init__(
         self, study: LinearStudy, point: OperatingPoint, gains: Mapping[str, float]
     ) -> None:
-        self._gains = {**gains, **{name: LEAST_KD for name in ("kd_roll", "kd_pitch")}}
+        self._gains = {**gains, **{name: MIN_TILT_KD for name in ("kd_roll", "kd_pitch")}}
         self._gains |= {f"kd_velocity_{axis}": 0.0 for axis in "xyz"}
         self._model = study.sampled(point, self._gains)
-        other = {f"kd_velocity_{axis}": OTHER_KD for axis in "xyz"}
+        other = {f"kd_velocity_{axis}": KD_DIFFERENCE for axis in "xyz"}
         second = study.sampled(point, {**self._gains, **other})
         states = len(self._model.A)
         self._columns = {s.name: states + i for i, s in enumerate(self._model.inputs)}
         self._rows = {s.name: states + i for i, s in enumerate(self._model.outputs)}
-        self._matrix = self._with_estimates(_whole(self._model), _whole(second))
+        self._matrix = self._with_estimates(_full_matrix(self._model), _full_matrix(second))
 
     def model(self, gains: Mapping[str, float]) -> LinearModel:
         """Return the sampled model with other gains of the loops."""
@@ -119,7 +119,7 @@ class RetunedModels:
         rows = [first]
         for axis in "xyz":
             row = self._rows[f"acceleration_{axis}"]
-            rows.append((second[row] - first[row])[None] / OTHER_KD)
+            rows.append((second[row] - first[row])[None] / KD_DIFFERENCE)
             self._rows[f"estimate_{axis}"] = len(first) + len(rows) - 2
         for axis in ("roll", "pitch"):
             whole, error = self._rows[f"{axis}_acceleration"], f"{axis}_error"
@@ -152,6 +152,6 @@ def retuned_models(study: LinearStudy, point: OperatingPoint, gains: Mapping[str
     return lambda others: study.sampled(point, {**base, **others})
 
 
-def _whole(model: LinearModel) -> np.ndarray:
+def _full_matrix(model: LinearModel) -> np.ndarray:
     """Return the matrix from states and inputs to next states and outputs."""
     return np.block([[model.A, model.input_matrix], [model.output_matrix, model.feedthrough]])

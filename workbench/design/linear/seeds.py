@@ -1,27 +1,26 @@
 """Derivatives by small rotations: how AutoDiff values of a motion begin and are read."""
 
 from collections.abc import Iterable, Sequence
-from typing import Any
 
 import numpy as np
 from pydrake.autodiffutils import AutoDiffXd, ExtractGradient
 
-STATE = 12
+MOTION_STATE_SIZE = 12
 """Angles, position, angular velocity and velocity, all in W."""
 
 
-def constants(values: Iterable[float]) -> np.ndarray:
+def autodiff_constants(values: Iterable[float]) -> np.ndarray:
     """Return numbers as AutoDiff values without derivatives."""
     return np.array([AutoDiffXd(value) for value in values])
 
 
-def gradient(values: Any, columns: int) -> np.ndarray:
+def gradient(values: Iterable[float], columns: int) -> np.ndarray:
     """Return the derivatives of AutoDiff values; those of plain numbers are 0."""
-    found = ExtractGradient(whole(values))
+    found = ExtractGradient(autodiff_values(values))
     return found if found.shape[1] else np.zeros((found.shape[0], columns))
 
 
-def whole(values: Any) -> np.ndarray:
+def autodiff_values(values: Iterable[float]) -> np.ndarray:
     """Return values as AutoDiff numbers; a saturated one may have become a plain number."""
     flat = np.array(values, dtype=object).ravel()
     return np.array([v if isinstance(v, AutoDiffXd) else AutoDiffXd(v) for v in flat])
@@ -46,7 +45,7 @@ def state_seeds(q_WB: np.ndarray) -> np.ndarray:
     return seeds
 
 
-def reduced(q_WB: np.ndarray) -> np.ndarray:
+def reduced_state_seeds(q_WB: np.ndarray) -> np.ndarray:
     """Return the derivatives of angles, position, w and v by a plant state, (12, 13)."""
     rows = np.zeros((12, 13))
     rows[0:3, 0:4] = angles_of(q_WB)

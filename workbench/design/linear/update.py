@@ -16,7 +16,7 @@ import numpy as np
 
 
 @dataclass(frozen=True)
-class Update:
+class ControlUpdate:
     """A control update: commands of the rotors, and derivatives.
 
     Columns are the state seen by the law (12), the states of the stages before the law (10), the
@@ -43,7 +43,9 @@ class Update:
     earlier: tuple[tuple[int, int], ...] = ()
 
 
-def averaged(updated: Callable[[float], Update], dividers: Iterable[int]) -> Update:
+def averaged_update(
+    updated: Callable[[float], ControlUpdate], dividers: Iterable[int]
+) -> ControlUpdate:
     """Return an update of a law with slow parts, as it is on average.
 
     Args:
@@ -54,7 +56,7 @@ def averaged(updated: Callable[[float], Update], dividers: Iterable[int]) -> Upd
     whole = updated(float(math.lcm(*slowest_first)))
     n, k = len(whole.commands_by), len(whole.memory)
     memory = slice(n + len(whole.filtered_by), n + len(whole.filtered_by) + k)
-    rows = _rows(whole)
+    rows = _update_rows(whole)
     first = rows.shape[1] - k
     before = np.eye(k, rows.shape[1], first)
     older = rows[:0]
@@ -63,7 +65,7 @@ def averaged(updated: Callable[[float], Update], dividers: Iterable[int]) -> Upd
     for divider in slowest_first:
         # an update in which quicker parts run, but not this one nor slower ones
         runs = math.lcm(*(each for each in slowest_first if each < divider))
-        without = _rows(updated(float(runs if runs % divider else 1)))
+        without = _update_rows(updated(float(runs if runs % divider else 1)))
         held = (without[memory, first:] == np.eye(k)).all(axis=1) & ~slower
         held &= ~without[memory, :first].any(axis=1)
         slower |= held
@@ -88,7 +90,7 @@ def averaged(updated: Callable[[float], Update], dividers: Iterable[int]) -> Upd
         rows[others] += without[others][:, first + outputs] @ (mean - new)
         changed = memory.start + states
         rows[changed] = before[states] + (rows[changed] - before[states]) / divider
-    return Update(
+    return ControlUpdate(
         commands=whole.commands,
         commands_by=rows[:n],
         filtered_by=rows[n : memory.start],
@@ -99,6 +101,6 @@ def averaged(updated: Callable[[float], Update], dividers: Iterable[int]) -> Upd
     )
 
 
-def _rows(update: Update) -> np.ndarray:
+def _update_rows(update: ControlUpdate) -> np.ndarray:
     """Return the rows of an update, one below the other."""
     return np.vstack([update.commands_by, update.filtered_by, update.memory_by, update.signals_by])

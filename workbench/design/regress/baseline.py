@@ -11,18 +11,17 @@ import numpy as np
 
 from workbench.common.errors import WorkbenchError
 from workbench.common.plain_files import read_plain_text
-from workbench.control.controller import load_controller
+from workbench.common.series import Series
+from workbench.control.controller_file import load_controller
 from workbench.design.regress.spec_names import slug, spec_name
-from workbench.design.regress.verdict import Comparison, Curve, Difference
-from workbench.gains.gains import flight_gains
-from workbench.scenario.configured import configured_vehicle
-from workbench.scenario.parameters import parameter_table, vehicle_parameters
-from workbench.scenario.scenario import Scenario
+from workbench.design.regress.verdict import ConditionChange, CurveComparison
+from workbench.parameters.parameter_table import vehicle_parameters
+from workbench.setup import Setup
 
-MOST_BYTES = 64_000_000
+MAX_BASELINE_BYTES = 64_000_000
 """Size limit of a file."""
-_TIME = "t [s]"
-SAME, TINY = 1e-6, 1e-12
+_TIME_COLUMN = "t [s]"
+BASELINE_REL_TOLERANCE, BASELINE_ABS_TOLERANCE = 1e-6, 1e-12
 """Largest difference, relative and absolute, between values that count as the same."""
 _ROTOR_CONSTANTS = (
     "direction",
@@ -34,7 +33,7 @@ _ROTOR_CONSTANTS = (
     "rotor_drag_coefficient",
     "rolling_moment_coefficient",
 )
-_WHERE_STATED = (
+_OPTIONAL_ROTOR_CONSTANTS = (
     "inflow_coefficient",
     "ground_effect_coefficient",
     "propeller_radius",
@@ -44,7 +43,7 @@ _WHERE_STATED = (
 
 
 def baseline_folder(spec: Path) -> Path:
-    """Return the folder of a spec's baselines: NAME.baseline beside NAME.spec.yaml."""
+    """Return the folder of a spec's baselines: NAME.baseline beside NAME.workbench.yaml."""
     return spec.parent / f"{spec_name(spec)}.baseline"
 
 
@@ -58,7 +57,7 @@ def conditions_file(spec: Path) -> Path:
     return baseline_folder(spec) / "flown-with.csv"
 
 
-def read_curves(path: Path) -> dict[str, Curve]:
+def read_curves(path: Path) -> dict[str, Series]:
     """Return recorded curves by signal; empty without a file.
 
     Raises:
@@ -67,27 +66,27 @@ def read_curves(path: Path) -> dict[str, Curve]:
     if not path.is_file():
         return {}
     try:
-        names, *rows = csv.reader(io.StringIO(read_plain_text(path, MOST_BYTES)))
+        names, *rows = csv.reader(io.StringIO(read_plain_text(path, MAX_BASELINE_BYTES)))
         table = np.array(rows, dtype=float)
     except (ValueError, csv.Error) as error:
         raise WorkbenchError(
             f"{path}: is not a table of curves: {error}: record it again with --update"
         ) from error
-    if names[:1] != [_TIME] or len(table) < 2 or table.shape[1:] != (len(names),):
+    if names[:1] != [_TIME_COLUMN] or len(table) < 2 or table.shape[1:] != (len(names),):
         raise WorkbenchError(f"{path}:1: is not a table of curves: record it again with --update")
     time = table[:, 0]
     if not (np.diff(time) > 0.0).all() or not np.isfinite(table).all():
         raise WorkbenchError(f"{path}: its times do not rise, or a value is not a number")
+    heads = [name.removesuffix("]").partition(" [") for name in names[1:]]
     return {
-        name.split(" [")[0]: Curve(time, table[:, index])
-        for index, name in enumerate(names)
-        if index
+        name: Series(name, unit, time, values)
+        for (name, _, unit), values in zip(heads, table.T[1:], strict=True)
     }
 
 
-def curves_text(curves: Sequence[Comparison]) -> str:
+def curves_text(curves: Sequence[CurveComparison]) -> str:
     """Return the table of the curves of one flight, with a row for each time."""
-    names = [_TIME, *(f"{curve.signal} [{curve.unit}]" for curve in curves)]
+    names = [_TIME_COLUMN, *(f"{curve.signal} [{curve.unit}]" for curve in curves)]
     columns = [curves[0].flown.time, *(curve.flown.values for curve in curves)]
     rows = [",".join(f"{value:.7g}" for value in row) for row in zip(*columns, strict=True)]
     return "\n".join([",".join(names), *rows]) + "\n"
@@ -102,7 +101,7 @@ def read_conditions(path: Path) -> dict[str, float]:
     if not path.is_file():
         return {}
     try:
-        rows = list(csv.reader(io.StringIO(read_plain_text(path, MOST_BYTES))))
+        rows = list(csv.reader(io.StringIO(read_plain_text(path, MAX_BASELINE_BYTES))))
         return {name: float(value) for name, value in rows[1:]}
     except (ValueError, csv.Error) as error:
         raise WorkbenchError(f"{path}: has no NAME,VALUE lines: {error}") from error
@@ -114,18 +113,11 @@ def conditions_text(values: Mapping[str, float]) -> str:
     return "\n".join(["name,value", *lines]) + "\n"
 
 
-def conditions(scenario: Scenario, settings: Mapping[str, float]) -> dict[str, float]:
-    """Return all numbers common to the flights of a spec, by name.
-
-    Args:
-        scenario: with vehicle, gain file, rates and variation of the plant.
-        settings: parameter values that replace those of the vehicle.
-    """
-    vehicle = configured_vehicle(scenario.vehicle)
-    controller = load_controller(scenario.controller)
-    values = flight_gains(vehicle, scenario.vehicle.gains, settings, controller)
-    rows = vehicle_parameters(vehicle, parameter_table(controller))
-    found = {row.name: values[row.name] for row in rows}
+def conditions(setup: Setup) -> dict[str, float]:
+    """Return all numbers common to the flights of a spec, by name."""
+    vehicle = setup.vehicle
+    rows = vehicle_parameters(vehicle, setup.table)
+    found = {row.name: setup.values[row.name] for row in rows}
     found["mass"] = vehicle.mass
     found |= {f"center_of_mass_{axis}": p for axis, p in zip("xyz", vehicle.p_BoBcm_B, strict=True)}
     for i, row in enumerate("xyz"):
@@ -134,7 +126,7 @@ def conditions(scenario: Scenario, settings: Mapping[str, float]) -> dict[str, f
     for number, rotor in enumerate(vehicle.rotors, start=1):
         for name in _ROTOR_CONSTANTS:
             found[f"rotor {number} {name}"] = float(getattr(rotor, name))
-        stated = {name: float(getattr(rotor, name)) for name in _WHERE_STATED}
+        stated = {name: float(getattr(rotor, name)) for name in _OPTIONAL_ROTOR_CONSTANTS}
         found |= {f"rotor {number} {name}": value for name, value in stated.items() if value}
         for axis, place in zip("xyz", rotor.p_BR, strict=True):
             found[f"rotor {number} p_{axis}"] = place
@@ -143,23 +135,29 @@ def conditions(scenario: Scenario, settings: Mapping[str, float]) -> dict[str, f
         found["battery resistance"] = vehicle.battery.resistance
         for index, point in enumerate(vehicle.battery.open_circuit_voltage):
             found[f"battery point {index} charge"], found[f"battery point {index} voltage"] = point
-    for name, value in dataclasses.asdict(scenario.rates).items():
+    for name, value in dataclasses.asdict(setup.rates).items():
         found[f"rates {name}"] = value
-    for name, value in dataclasses.asdict(scenario.vehicle.variation).items():
+    for name, value in dataclasses.asdict(setup.variation).items():
         found[f"variation {name}"] = float(value)
     return found
 
 
-def differences(baseline: Mapping[str, float], now: Mapping[str, float]) -> tuple[Difference, ...]:
+def changed_conditions(
+    baseline: Mapping[str, float], now: Mapping[str, float]
+) -> tuple[ConditionChange, ...]:
     """Return the values that differ: present ones in order, then those that no longer exist.
 
     A live parameter that is newer than the baseline had its default.
     """
-    known = {**parameter_table().defaults(), **baseline}
+    known = {**load_controller().table.defaults(), **baseline}
     names = [*now, *(name for name in baseline if name not in now)]
-    found = [Difference(name, known.get(name, math.nan), now.get(name, math.nan)) for name in names]
+    found = [
+        ConditionChange(name, known.get(name, math.nan), now.get(name, math.nan)) for name in names
+    ]
     return tuple(
         each
         for each in found
-        if not math.isclose(each.baseline, each.now, rel_tol=SAME, abs_tol=TINY)
+        if not math.isclose(
+            each.baseline, each.now, rel_tol=BASELINE_REL_TOLERANCE, abs_tol=BASELINE_ABS_TOLERANCE
+        )
     )

@@ -12,14 +12,14 @@ from workbench.common.plain_text import html_text, visible
 from workbench.design.plots import PALETTE, inline_svg, legend, styled, widen
 from workbench.design.regress.verdict import (
     CaseResult,
-    Check,
-    Comparison,
+    CurveComparison,
+    LimitCheck,
+    results_summary,
     since_baseline,
-    summary,
     with_unit,
 )
 
-_STYLE = """
+_RESULTS_STYLE = """
 body { font: 15px/1.45 system-ui, sans-serif; color: #222; max-width: 62em; margin: 2em auto;
        padding: 0 1em; }
 h1 { font-size: 1.5em; } h2 { font-size: 1.15em; margin: 1.6em 0 .3em; }
@@ -44,16 +44,16 @@ def results_page(results: Sequence[CaseResult], title: str) -> str:
     numbered = list(enumerate(results))
     numbered.sort(key=lambda pair: pair[1].passed)
     failed = not all(result.passed for result in results)
-    verdict = summary(results)
+    verdict = results_summary(results)
     rows = "\n".join(_summary_row(number, result) for number, result in numbered)
     cases = "\n".join(_case(number, result) for number, result in numbered)
     return f"""<!DOCTYPE html>
 <html lang="en">
 <head><meta charset="utf-8"><title>{html_text(title)}: {verdict}</title>
-<meta name="viewport" content="width=device-width"><style>{_STYLE}</style></head>
+<meta name="viewport" content="width=device-width"><style>{_RESULTS_STYLE}</style></head>
 <body>
 <h1>{html_text(title)}: <span class="{"failed" if failed else "passed"}">{verdict}</span></h1>
-{_changes(results)}
+{_changes_section(results)}
 <table>
 <tr><th>spec</th><th>case</th><th></th><th>what</th></tr>
 {rows}
@@ -64,7 +64,7 @@ def results_page(results: Sequence[CaseResult], title: str) -> str:
 """
 
 
-def _changes(results: Sequence[CaseResult]) -> str:
+def _changes_section(results: Sequence[CaseResult]) -> str:
     """Return the differences from the baselines."""
     return "".join(f"<p>{html_text(changed)}</p>\n" for changed in since_baseline(results))
 
@@ -75,7 +75,7 @@ def _summary_row(number: int, result: CaseResult) -> str:
         reason += f" (and {len(result.failures) - 1} more)"
     return (
         f'<tr><td>{html_text(result.spec)}</td><td><a href="#case{number}">'
-        f"{html_text(result.case)}</a></td><td>{_verdict(result)}</td>"
+        f"{html_text(result.case)}</a></td><td>{_result_verdict(result)}</td>"
         f"<td>{html_text(reason or '; '.join(result.skips))}</td></tr>"
     )
 
@@ -90,29 +90,30 @@ def _case(number: int, result: CaseResult) -> str:
             "<table><tr><th>metric</th><th>value</th><th>demanded</th><th></th></tr>\n"
             f"{rows}</table>"
         )
-    parts += map(_curve, result.curves)
+    parts += map(_curve_figure, result.curves)
     return (
         f'<h2 id="case{number}">{html_text(result.spec)}: {html_text(result.case)} '
-        f"{_verdict(result)}</h2>\n"
+        f"{_result_verdict(result)}</h2>\n"
         f"<details{'' if result.passed else ' open'}><summary>limits and curves</summary>\n"
         + "\n".join(parts)
         + "</details>"
     )
 
 
-def _check_row(check: Check) -> str:
+def _check_row(check: LimitCheck) -> str:
     doubt = f" ({check.doubt})" if check.doubt else ""
     beyond = "" if check.met else f" by {with_unit(check.excess, check.unit)}"
+    verdict = _SKIPPED if check.skipped else _verdict_word(check.met)
     return (
         f"<tr><td>{html_text(check.name)}</td>"
         f'<td class="number">{html_text(with_unit(check.value, check.unit))}</td>'
         f'<td class="number">{html_text(check.demand)}</td>'
-        f"<td>{_SKIPPED if check.skipped else _word(check.met)}{html_text(beyond + doubt)}</td>"
+        f"<td>{verdict}{html_text(beyond + doubt)}</td>"
         "</tr>"
     )
 
 
-def _curve(curve: Comparison) -> str:
+def _curve_figure(curve: CurveComparison) -> str:
     """Return the figure of a curve with a sentence."""
     if not curve.met:
         said = f'<p class="failed">{html_text(curve.sentence)}</p>'
@@ -124,11 +125,11 @@ def _curve(curve: Comparison) -> str:
     return said + (inline_svg(plot_curve(curve)) if len(curve.flown.time) else "")
 
 
-def _verdict(result: CaseResult) -> str:
-    return _SKIPPED if result.skipped else _word(result.passed)
+def _result_verdict(result: CaseResult) -> str:
+    return _SKIPPED if result.skipped else _verdict_word(result.passed)
 
 
-def _word(good: bool) -> str:
+def _verdict_word(good: bool) -> str:
     return '<span class="passed">passed</span>' if good else '<span class="failed">failed</span>'
 
 
@@ -169,12 +170,12 @@ def _counts(results: Sequence[CaseResult]) -> dict[str, str]:
     }
 
 
-LEAST_SPAN = 1e-3
+MIN_AXIS_SPAN = 1e-3
 """Smallest span of an axis, so that numerical noise does not fill a figure."""
 
 
 @styled
-def plot_curve(curve: Comparison) -> Figure:
+def plot_curve(curve: CurveComparison) -> Figure:
     """Return the figure of a curve: the flown one, the baseline, the band, and violations of it.
 
     A second panel shows differences from the baseline, which makes a narrow band visible.
@@ -182,17 +183,17 @@ def plot_curve(curve: Comparison) -> Figure:
     beside = curve.baseline is not None
     figure = Figure(figsize=(10.0 if beside else 6.2, 2.5), layout="constrained")
     panels = figure.subplots(1, 2 if beside else 1, squeeze=False)[0]
-    _draw(panels[0], curve, np.zeros(len(curve.flown.time)))
+    _draw_band_curves(panels[0], curve, np.zeros(len(curve.flown.time)))
     panels[0].set_ylabel(f"{curve.signal} [{curve.unit}]")
     if curve.baseline is not None:
         middle = np.interp(curve.flown.time, curve.baseline.time, curve.baseline.values)
-        _draw(panels[1], curve, middle)
+        _draw_band_curves(panels[1], curve, middle)
         panels[1].set_ylabel(f"difference [{curve.unit}]")
         legend(panels[1])
     return figure
 
 
-def _draw(axes: Axes, curve: Comparison, less: np.ndarray) -> None:
+def _draw_band_curves(axes: Axes, curve: CurveComparison, less: np.ndarray) -> None:
     """Draw all curves, minus some values at the flown times."""
     time, values = curve.flown.time, curve.flown.values - less
     shown = [values]
@@ -207,6 +208,6 @@ def _draw(axes: Axes, curve: Comparison, less: np.ndarray) -> None:
     if outside.any():
         beyond = np.where(outside, values, np.nan)
         axes.plot(time, beyond, color=PALETTE.limit, lw=2.6, label="out of band")
-    widen(axes, *shown, least=LEAST_SPAN)
+    widen(axes, *shown, least=MIN_AXIS_SPAN)
     axes.set_xlim(time[0], time[-1])
     axes.set_xlabel("time since the edge [s]")

@@ -12,38 +12,44 @@ from typing import NamedTuple
 import numpy as np
 
 from workbench.common.errors import WorkbenchError, unknown_name
+from workbench.common.series import Series
 from workbench.common.yaml_files import read_yaml
 from workbench.design.executor.executor import Executor, InThisProcess, LocalProcesses, Task
 from workbench.design.metrics import find_metric
 from workbench.design.regress.baseline import (
+    changed_conditions,
     conditions,
     conditions_file,
     conditions_text,
     curves_file,
     curves_text,
-    differences,
     read_conditions,
     read_curves,
 )
+from workbench.design.regress.case_log import JudgedLog
 from workbench.design.regress.flight import (
+    CaseFlight,
     Changes,
-    Flight,
-    JudgedLog,
-    UnknownError,
-    changed,
+    MissingInputError,
+    changed_scenario,
     fly_case,
 )
 from workbench.design.regress.loading import check_named, load_spec
-from workbench.design.regress.measures import MEASURED, Need, find_measure
-from workbench.design.regress.spec import Case, Limit, Spec
-from workbench.design.regress.spec_names import MARGINS, spec_title
-from workbench.design.regress.verdict import CaseResult, Check, Comparison, Curve, band
-from workbench.design.step_responses import SHORTEST
-from workbench.gains.gains import flight_gains
+from workbench.design.regress.measures import LOOP_LOG_METRICS, Need, find_measure
+from workbench.design.regress.spec import Spec, SpecCase, SpecLimit
+from workbench.design.regress.spec_names import MARGINS_PART, spec_title
+from workbench.design.regress.verdict import (
+    CaseResult,
+    CurveComparison,
+    LimitCheck,
+    band,
+)
+from workbench.design.step_responses import MIN_CONSTANT_COMMAND_S
 from workbench.scenario.scenario import Scenario
+from workbench.setup import Setup, make_setup
 
 Progress = Callable[[float], None]
-ReadLog = Callable[[Spec, Case], JudgedLog]
+ReadLog = Callable[[Spec, SpecCase], JudgedLog]
 
 
 class Recorded(NamedTuple):
@@ -59,7 +65,7 @@ class Job:
 
     Attributes:
         spec: the one it belongs to.
-        part: name of a case, or `MARGINS`.
+        part: name of a case, or `MARGINS_PART`.
         changes: of the run from the spec.
         logged: flight of a case with a log, see `with_log`.
     """
@@ -70,13 +76,13 @@ class Job:
     logged: JudgedLog | None = None
 
     @property
-    def case(self) -> Case | None:
+    def case(self) -> SpecCase | None:
         """The case; None for margins.
 
         Raises:
             WorkbenchError: if the spec has no case with that name.
         """
-        if self.part == MARGINS:
+        if self.part == MARGINS_PART:
             return None
         cases = {case.name: case for case in self.spec.content.cases}
         if self.part not in cases:
@@ -86,7 +92,7 @@ class Job:
     @property
     def task(self) -> Task[CaseResult]:
         """The work of an executor: to judge it, without its baseline."""
-        return Task(changed(self.spec, self.changes), _judge, (self,))
+        return Task(changed_scenario(self.spec, self.changes), _judge_job, (self,))
 
     def with_log(self, read: ReadLog) -> "Job":
         """Return the job with the flight of its log, if its case has one.
@@ -112,7 +118,7 @@ class Job:
             raise WorkbenchError(f"{self.spec.path}: {case.name}: {error}") from None
 
 
-def _judge(common: Scenario, job: Job) -> CaseResult:
+def _judge_job(common: Scenario, job: Job) -> CaseResult:
     """Fly the case of a job, or compute the margins; the baseline is not read.
 
     Args:
@@ -125,22 +131,26 @@ def _judge(common: Scenario, job: Job) -> CaseResult:
     began = time.perf_counter()
     case, path, settings = job.case, job.spec.path, job.changes.settings
     result = CaseResult(spec_title(path), path, job.part)
+    try:
+        setup = make_setup(common, settings)
+    except WorkbenchError as error:
+        raise WorkbenchError(f"{path}: {job.part}: {error}") from None
     if case is None:
-        result = dataclasses.replace(result, checks=_check_loops(job.spec, common, settings))
+        result = dataclasses.replace(result, checks=_check_loop_margins(job.spec, setup))
     else:
         try:
-            result = _judged(result, case, _flight(job, case, common))
+            result = _judged_result(result, case, _case_flight(job, case, setup))
         except WorkbenchError as error:
             raise WorkbenchError(f"{path}: {case.name}: {error}") from None
     return dataclasses.replace(
-        result, seconds=time.perf_counter() - began, conditions=conditions(common, settings)
+        result, seconds=time.perf_counter() - began, conditions=conditions(setup)
     )
 
 
-def _flight(job: Job, case: Case, common: Scenario) -> Flight:
+def _case_flight(job: Job, case: SpecCase, setup: Setup) -> CaseFlight:
     """Return the flight of a case, simulated now or from its log."""
     if case.log is None:
-        return fly_case(case, common, job.changes.settings)
+        return fly_case(case, setup)
     if job.logged is None:
         raise WorkbenchError(
             "is judged from a log: give regress and record "
@@ -176,8 +186,8 @@ def regress(
         WorkbenchError: if a spec is invalid or its vehicle cannot be built.
     """
     jobs = _jobs(specs, changes or Changes(), read_log)
-    results = _run(jobs, executor or local(processes), progress)
-    return [compare(job, each) for job, each in zip(jobs, results, strict=True)]
+    results = _run_jobs(jobs, executor or local_executor(processes), progress)
+    return [compare_to_baseline(job, each) for job, each in zip(jobs, results, strict=True)]
 
 
 def record(
@@ -205,14 +215,14 @@ def record(
     for path in specs:
         check_named(Path(path), controller)
     jobs = _jobs(specs, Changes(controller=controller), read_log)
-    results = _run(jobs, executor or local(processes), progress)
+    results = _run_jobs(jobs, executor or local_executor(processes), progress)
     files: dict[Path, str] = {}
     for job, each in zip(jobs, results, strict=True):
         files |= baseline_files(job, each)
     return Recorded(results, files)
 
 
-def local(processes: int) -> Executor:
+def local_executor(processes: int) -> Executor:
     """Return an executor with this number of processes; 1 is the present process."""
     return LocalProcesses(processes) if processes > 1 else InThisProcess()
 
@@ -222,12 +232,16 @@ def _jobs(specs: Sequence[Path | str], changes: Changes, read_log: ReadLog | Non
     found = []
     for path in specs:
         spec = load_spec(path, changes.controller)
-        parts = [case.name for case in spec.content.cases] + [MARGINS] * bool(spec.content.margins)
+        parts = [case.name for case in spec.content.cases] + [MARGINS_PART] * bool(
+            spec.content.margins
+        )
         found += [Job(spec, part, changes) for part in parts]
     return [job.with_log(read_log) for job in found] if read_log else found
 
 
-def _run(jobs: Sequence[Job], executor: Executor, progress: Progress | None) -> list[CaseResult]:
+def _run_jobs(
+    jobs: Sequence[Job], executor: Executor, progress: Progress | None
+) -> list[CaseResult]:
     """Return the results of jobs, in their order."""
     found: dict[int, CaseResult] = {}
     for index, result in executor.run([job.task for job in jobs]):
@@ -237,7 +251,7 @@ def _run(jobs: Sequence[Job], executor: Executor, progress: Progress | None) -> 
     return [found[index] for index in range(len(jobs))]
 
 
-def compare(job: Job, result: CaseResult) -> CaseResult:
+def compare_to_baseline(job: Job, result: CaseResult) -> CaseResult:
     """Return the result of a job with baselines of curves, and with changed conditions.
 
     Raises:
@@ -245,11 +259,11 @@ def compare(job: Job, result: CaseResult) -> CaseResult:
     """
     path, case = job.spec.path, job.case
     recorded = read_conditions(conditions_file(path))
-    changes = differences(recorded, result.conditions) if recorded else ()
+    changes = changed_conditions(recorded, result.conditions) if recorded else ()
     curves = result.curves
     if case is not None and not (result.trouble or result.absent):
         baselines = read_curves(curves_file(path, case.name)) if case.baseline else {}
-        curves = tuple(_beside(curve, case, baselines, path) for curve in curves)
+        curves = tuple(_curve_with_baseline(curve, case, baselines, path) for curve in curves)
     return dataclasses.replace(result, curves=curves, differences=changes)
 
 
@@ -277,28 +291,29 @@ def baseline_files(job: Job, result: CaseResult) -> dict[Path, str]:
     return files
 
 
-def _judged(result: CaseResult, case: Case, flight: Flight) -> CaseResult:
+def _judged_result(result: CaseResult, case: SpecCase, flight: CaseFlight) -> CaseResult:
     """Return a result with the checks and curves of a flight, or the reason for none."""
     if isinstance(flight, JudgedLog) and flight.absent:
         return dataclasses.replace(result, absent=flight.absent)
     names = dict.fromkeys([*case.baseline, *filter(None, [flight.signal])])
-    curves = tuple(_curve(name, flight) for name in names)
+    curves = tuple(_flown_curve(name, flight) for name in names)
     if flight.trouble:
         return dataclasses.replace(result, trouble=flight.trouble, curves=curves)
     checks = [each for name, limit in case.limits.items() for each in _checks(name, limit, flight)]
     return dataclasses.replace(result, checks=tuple(checks), curves=curves)
 
 
-def _curve(name: str, flight: Flight) -> Comparison:
+def _flown_curve(name: str, flight: CaseFlight) -> CurveComparison:
     """Return a flown curve; an empty one if the log lacks its signals."""
-    unit = flight.find_signal(name).unit
     try:
-        return Comparison(name, unit, flight.curve(name))
-    except UnknownError as reason:
-        return Comparison(name, unit, Curve(np.empty(0), np.empty(0)), missing=str(reason))
+        return CurveComparison(flight.curve(name))
+    except MissingInputError as reason:
+        unit = flight.find_signal(name).unit
+        none = Series(name, unit, np.empty(0), np.empty(0))
+        return CurveComparison(none, missing=str(reason))
 
 
-def _checks(name: str, limit: Limit, flight: Flight) -> list[Check]:
+def _checks(name: str, limit: SpecLimit, flight: CaseFlight) -> list[LimitCheck]:
     """Return the check of a limit; for a log with several steps, one for each."""
     measure = find_measure(name)
     parts = flight.parts if measure.need is Need.COMMAND else {flight.edge: flight}
@@ -308,25 +323,25 @@ def _checks(name: str, limit: Limit, flight: Flight) -> list[Check]:
         for begin, part in parts.items():
             said = f"{name} of the step at {begin:.2f} s" if many else name
             value, doubt = measure.measured(part)
-            found.append(Check(said, measure.unit_of(part), value, limit, doubt))
+            found.append(LimitCheck(said, measure.unit_of(part), value, limit, doubt))
         if not found:
-            raise UnknownError(
-                f"the setpoint has no step that is constant for {SHORTEST:g} s before and after "
-                f"its edge: {' and '.join(MEASURED[:2])} work with any flight"
+            raise MissingInputError(
+                f"the setpoint has no step that is constant for {MIN_CONSTANT_COMMAND_S:g} s "
+                "before and after "
+                f"its edge: {' and '.join(LOOP_LOG_METRICS[:2])} work with any flight"
             )
-    except UnknownError as reason:
+    except MissingInputError as reason:
         skipped = isinstance(flight, JudgedLog) and flight.skip
-        return [Check(name, measure.unit_of(flight), math.nan, limit, str(reason), skipped)]
+        return [LimitCheck(name, measure.unit_of(flight), math.nan, limit, str(reason), skipped)]
     return found
 
 
-def _check_loops(spec: Spec, common: Scenario, settings: Mapping[str, float]) -> tuple[Check, ...]:
+def _check_loop_margins(spec: Spec, setup: Setup) -> tuple[LimitCheck, ...]:
     """Return the checks of the margins of a spec's loops, cut at their actuators.
 
     Args:
         spec: with its loops.
-        common: vehicle and rates, with the changes of a run.
-        settings: parameter values that replace those of the vehicle.
+        setup: vehicle and rates, with the changes of a run.
 
     Raises:
         WorkbenchError: if the vehicle cannot be built, or cannot fly at the operating point of the
@@ -337,28 +352,28 @@ def _check_loops(spec: Spec, common: Scenario, settings: Mapping[str, float]) ->
     from workbench.design.linear.operating_point import parse_point
     from workbench.design.linear.study import LinearStudy
 
-    study = LinearStudy(common)
-    values = flight_gains(study.vehicle, common.vehicle.gains, settings, study.controller)
+    study = LinearStudy(setup)
     loops = [study.controller.loop(name) for name in spec.content.margins]
     point = parse_point(spec.content.at)
     # a loop that is closed only while a position is held is judged in that state
     points = [dataclasses.replace(point, hold=point.hold or loop.hold) for loop in loops]
     try:
-        models = {at: study.sampled(at, values) for at in {point, *points}}
+        models = {at: study.sampled(at) for at in {point, *points}}
     except WorkbenchError as error:
         raise WorkbenchError(f"{read_yaml(spec.path).where('at')}{error}") from None
     found = []
     for loop, at in zip(loops, points, strict=True):
         margins = loop_margins(models[at], loop.point("actuator"))
-        for margin, limit in spec.content.margins[loop.name].items():
-            value = float(getattr(margins, margin))
-            found.append(Check(f"{loop.name} {margin}", find_metric(margin).unit, value, limit))
+        for name, limit in spec.content.margins[loop.name].items():
+            value = float(getattr(margins, name))
+            unit = find_metric(name).file_unit
+            found.append(LimitCheck(f"{loop.name} {name}", unit, value, limit))
     return tuple(found)
 
 
-def _beside(
-    curve: Comparison, case: Case, baselines: Mapping[str, Curve], path: Path
-) -> Comparison:
+def _curve_with_baseline(
+    curve: CurveComparison, case: SpecCase, baselines: Mapping[str, Series], path: Path
+) -> CurveComparison:
     """Return a flown curve with its baseline and its band, if required."""
     if curve.missing or curve.signal not in case.baseline:
         return curve

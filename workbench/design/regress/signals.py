@@ -1,7 +1,8 @@
 """Signals of a flight that a spec can name.
 
-Those of the recording are in `SIGNALS`. A name with a dot is that of a sensor: `imu.f_z` is the
-last sample of the sensor `imu` at each time of the recording.
+Those of the recording are in `RECORDED_SIGNALS`. A name with a dot is that of a sensor: `imu.f_z`
+is the last sample of the sensor `imu` at each time of the recording. Or it is of a part that only
+some vehicles have: `joint.arm_q`, `joint_setpoint.arm`, `tension.sling`, `contact.leg1_link.z`.
 """
 
 from collections.abc import Callable, Iterable
@@ -10,23 +11,25 @@ from functools import partial
 
 import numpy as np
 
-from workbench.common.errors import WorkbenchError, find_row, unknown_name
+from workbench.common.errors import WorkbenchError, find_named_row, unknown_name
 from workbench.design.step_response import unwrapped_yaw
-from workbench.scenario.loads import LOAD_ROWS, MOTIONS
-from workbench.scenario.parameters import MOST_ROTORS
-from workbench.session.recording import Recording
-from workbench.systems.sensors.samples import Samples
+from workbench.parameters.flight_parameters import MAX_WEAKENED_ROTORS
+from workbench.plant.vehicle import Vehicle
+from workbench.scenario.attitude_axes import tilt_angles
+from workbench.scenario.loads import LOAD_RESPONSES, LOAD_ROWS
+from workbench.session.recording import PART_FIELDS, Recording, part_signals
+from workbench.systems.sensors.samples import RecordedSamples
 
-USE = "use"
-"""Name in `Signal.reads` for the speeds of rotors, or commanded shares of them in a log."""
-POINT = "."
+ROTOR_USE_INPUT = "use"
+"""Name in `RecordedSignal.reads` for the speeds of rotors, or commanded shares of them in a log."""
+SENSOR_SEPARATOR = "."
 """Separator between the name of a sensor and the channel of its samples."""
-LATE = 1e-9
+DELIVERY_TOLERANCE_S = 1e-9
 """Tolerance of delivery times, as sums of periods have rounding errors [s]."""
 
 
 @dataclass(frozen=True)
-class Signal:
+class RecordedSignal:
     """A signal.
 
     Attributes:
@@ -42,16 +45,16 @@ class Signal:
     reads: tuple[str, ...] = ()
 
 
-def find_signal(name: str) -> Signal:
+def find_signal(name: str) -> RecordedSignal:
     """Return the signal with a name.
 
     Raises:
         WorkbenchError: if there is none.
     """
-    return find_row("signal", name, SIGNALS)
+    return find_named_row("signal", name, RECORDED_SIGNALS)
 
 
-def sensor_signal(name: str, samples: Iterable[Samples]) -> Signal:
+def sensor_signal(name: str, samples: Iterable[RecordedSamples]) -> RecordedSignal:
     """Return the signal of a sensor's name and a channel of its samples.
 
     Args:
@@ -62,7 +65,7 @@ def sensor_signal(name: str, samples: Iterable[Samples]) -> Signal:
         WorkbenchError: if there is no such sensor or channel; the signal raises it, too, if the
             sensor has not delivered anything by the requested time.
     """
-    sensor, _, channel_name = name.partition(POINT)
+    sensor, _, channel_name = name.partition(SENSOR_SEPARATOR)
     found = {each.sensor: each for each in samples}
     if not found:
         raise WorkbenchError(
@@ -70,11 +73,11 @@ def sensor_signal(name: str, samples: Iterable[Samples]) -> Signal:
         )
     if sensor not in found:
         raise unknown_name("sensor of this flight", sensor, found)
-    channel = find_row(f"signal of '{sensor}'", channel_name, found[sensor].channels)
+    channel = find_named_row(f"signal of '{sensor}'", channel_name, found[sensor].channels)
     delivered = found[sensor].stamps + found[sensor].latency
 
     def held(recording: Recording) -> np.ndarray:
-        last = np.searchsorted(delivered, recording.time + LATE, side="right") - 1
+        last = np.searchsorted(delivered, recording.time + DELIVERY_TOLERANCE_S, side="right") - 1
         if len(last) and last[0] < 0:
             when = f"first at {delivered[0]:.3g} s" if len(delivered) else "not at all"
             raise WorkbenchError(
@@ -83,20 +86,44 @@ def sensor_signal(name: str, samples: Iterable[Samples]) -> Signal:
             )
         return channel.values[last]
 
-    return Signal(name, channel.unit, held)
+    return RecordedSignal(name, channel.unit, held)
 
 
-def _roll(recording: Recording) -> np.ndarray:
-    w, x, y, z = recording.q_WB.T
-    return np.arctan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y))
+def is_part_signal(name: str) -> bool:
+    """Return whether a signal is one of joints, servos, cables or contacts."""
+    return name.partition(SENSOR_SEPARATOR)[0] in PART_FIELDS
 
 
-def _pitch(recording: Recording) -> np.ndarray:
-    w, x, y, z = recording.q_WB.T
-    return np.arcsin(np.clip(2 * (w * y - x * z), -1.0, 1.0))
+def part_signal(name: str, vehicle: Vehicle) -> RecordedSignal:
+    """Return the signal of such a part, named as in the table of a recording.
+
+    Args:
+        name: such as `joint.arm_q`.
+        vehicle: the flying one.
+
+    Raises:
+        WorkbenchError: if it has no such part.
+    """
+    group, _, part = name.partition(SENSOR_SEPARATOR)
+    _, field, rows = next(each for each in part_signals(vehicle) if each.group == group)
+    names = [each for each, _ in rows]
+    if part not in names:
+        raise unknown_name(f"{group} of {vehicle.name}", part, names)
+    index = names.index(part)
+    return RecordedSignal(
+        name, rows[index][1], lambda recording: getattr(recording, field)[:, index], (field,)
+    )
 
 
-def _column(recording: Recording, field: str, index: int) -> np.ndarray:
+def _roll_angle(recording: Recording) -> np.ndarray:
+    return tilt_angles(recording.q_WB)[0]
+
+
+def _pitch_angle(recording: Recording) -> np.ndarray:
+    return tilt_angles(recording.q_WB)[1]
+
+
+def _recorded_column(recording: Recording, field: str, index: int) -> np.ndarray:
     columns: np.ndarray = getattr(recording, field)
     if index >= columns.shape[1]:
         raise WorkbenchError(
@@ -106,44 +133,53 @@ def _column(recording: Recording, field: str, index: int) -> np.ndarray:
     return columns[:, index]
 
 
-def _vector(name: str, unit: str, field: str) -> list[Signal]:
+def _recorded_vector(name: str, unit: str, field: str) -> list[RecordedSignal]:
     """Return the three components of a recorded vector in W."""
     reads = ("thrusts", "q_WB") if field == "force_W" else (field,)
     return [
-        Signal(f"{name}_{axis}", unit, partial(_column, field=field, index=index), reads)
+        RecordedSignal(
+            f"{name}_{axis}", unit, partial(_recorded_column, field=field, index=index), reads
+        )
         for index, axis in enumerate("xyz")
     ]
 
 
-def _rotors(name: str, unit: str, field: str) -> list[Signal]:
+def _recorded_rotors(name: str, unit: str, field: str) -> list[RecordedSignal]:
     return [
-        Signal(f"{name}_{number + 1}", unit, partial(_column, field=field, index=number), (field,))
-        for number in range(MOST_ROTORS)
+        RecordedSignal(
+            f"{name}_{number + 1}",
+            unit,
+            partial(_recorded_column, field=field, index=number),
+            (field,),
+        )
+        for number in range(MAX_WEAKENED_ROTORS)
     ]
 
 
-SIGNALS: tuple[Signal, ...] = (
-    *_vector("v", "m/s", "v_WB"),
-    Signal("yaw_rate", "rad/s", lambda flown: flown.w_WB[:, 2], ("w_WB",)),
-    *_vector("p", "m", "p_WB"),
-    Signal("roll", "rad", _roll, ("q_WB",)),
-    Signal("pitch", "rad", _pitch, ("q_WB",)),
-    Signal("yaw", "rad", lambda flown: unwrapped_yaw(flown.q_WB), ("q_WB",)),
-    Signal("tilt", "rad", lambda flown: flown.tilt, ("q_WB",)),
-    *_vector("w", "rad/s", "w_WB"),
-    *_vector("a", "m/s^2", "vdot_WB"),
-    *_vector("force", "N", "force_W"),
-    Signal("thrust", "N", lambda flown: flown.total_thrust, ("thrusts",)),
-    Signal("rotor_use", "1", lambda flown: flown.rotor_use, (USE,)),
-    Signal("charge", "1", lambda flown: flown.charge, ("charge",)),
-    *_rotors("speed", "rad/s", "rotor_speeds"),
-    *_rotors("thrust", "N", "thrusts"),
+RECORDED_SIGNALS: tuple[RecordedSignal, ...] = (
+    *_recorded_vector("v", "m/s", "v_WB"),
+    RecordedSignal("yaw_rate", "rad/s", lambda flown: flown.w_WB[:, 2], ("w_WB",)),
+    *_recorded_vector("p", "m", "p_WB"),
+    RecordedSignal("roll", "rad", _roll_angle, ("q_WB",)),
+    RecordedSignal("pitch", "rad", _pitch_angle, ("q_WB",)),
+    RecordedSignal("yaw", "rad", lambda flown: unwrapped_yaw(flown.q_WB), ("q_WB",)),
+    RecordedSignal("tilt", "rad", lambda flown: flown.tilt, ("q_WB",)),
+    *_recorded_vector("w", "rad/s", "w_WB"),
+    *_recorded_vector("a", "m/s^2", "vdot_WB"),
+    *_recorded_vector("force", "N", "force_W"),
+    RecordedSignal("thrust", "N", lambda flown: flown.total_thrust, ("thrusts",)),
+    RecordedSignal("rotor_use", "1", lambda flown: flown.rotor_use, (ROTOR_USE_INPUT,)),
+    RecordedSignal("charge", "1", lambda flown: flown.charge, ("charge",)),
+    *_recorded_rotors("speed", "rad/s", "rotor_speeds"),
+    *_recorded_rotors("thrust", "N", "thrusts"),
 )
 """v, p, w, a and force in W: velocity, position, angular velocity, acceleration, total force of
 rotors; a thrust is the mean over the past control period.
 """
-_MOVED = dict(zip(MOTIONS, ("p_x", "p_y", "p_z", "roll", "pitch", "yaw_rate"), strict=True))
+_MOTION_SIGNALS = dict(
+    zip(LOAD_RESPONSES, ("p_x", "p_y", "p_z", "roll", "pitch", "yaw_rate"), strict=True)
+)
 AXIS_SIGNALS = {"x": "v_x", "y": "v_y", "z": "v_z", "yaw": "yaw_rate"} | {
-    row.name: _MOVED[row.response] for row in LOAD_ROWS
+    row.name: _MOTION_SIGNALS[row.response] for row in LOAD_ROWS
 }
 """The signals of steps along each axis, and of responses to loads."""

@@ -4,17 +4,17 @@ import math
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from workbench.control.controller import DEFAULT
+from workbench.control.installed_laws import DEFAULT_CONTROLLER
 from workbench.estimation.settings import TRUTH
-from workbench.scenario.scenario import Action, Rates, Start, VehicleConfig
+from workbench.scenario.scenario import Action, Rates, ScenarioStart, VehicleConfig
 from workbench.scenario.sensors_config import SensorsConfig
 
-OF = " of "
+STATISTIC_SEPARATOR = " of "
 """Separator in the name of a metric between statistic and signal: `mean of imu.f_z`."""
 
 
 @dataclass
-class Limit:
+class SpecLimit:
     """A smallest and a largest value; one of them may be missing."""
 
     min: float = -math.inf
@@ -37,7 +37,7 @@ class Tolerance:
     time_shift: float = 0.0
 
 
-FAIL, SKIP = MISSING = ("fail", "skip")
+MISSING_FAIL, MISSING_SKIP = MISSING_CHOICES = ("fail", "skip")
 """Handling of limits on metrics that a log cannot provide, and of cases with a missing log."""
 
 
@@ -52,7 +52,7 @@ class LogConfig:
         order: for each rotor of the description the number of its motor in the log, from 1; empty
             for the order of the log.
         span: begin and end [s]; empty for the whole log.
-        missing: `FAIL` or `SKIP`.
+        missing: `MISSING_FAIL` or `MISSING_SKIP`.
     """
 
     file: str = ""
@@ -60,11 +60,11 @@ class LogConfig:
     number: int = 0
     order: list[int] = field(default_factory=list)
     span: list[float] = field(default_factory=list)
-    missing: str = FAIL
+    missing: str = MISSING_FAIL
 
 
 @dataclass
-class Case:
+class SpecCase:
     """A flight and the demands on it.
 
     Attributes:
@@ -95,19 +95,19 @@ class Case:
     acts: float | None = None
     amplitude: float | None = None
     duration: float = 3.0
-    start: Start | None = None
+    start: ScenarioStart | None = None
     script: list[Action] = field(default_factory=list)
     edge: float = 0.0
     signal: str = ""
     command: float | None = None
     set: dict[str, float] = field(default_factory=dict)
-    limits: dict[str, Limit] = field(default_factory=dict)
+    limits: dict[str, SpecLimit] = field(default_factory=dict)
     baseline: dict[str, Tolerance] = field(default_factory=dict)
 
     @property
     def signals(self) -> list[str]:
         """The signals named in it, without duplicates."""
-        of_limits = [name.partition(OF)[2] for name in self.limits]
+        of_limits = [name.partition(STATISTIC_SEPARATOR)[2] for name in self.limits]
         named = (self.signal, *self.baseline, *of_limits)
         return list(dict.fromkeys(name for name in named if name))
 
@@ -126,14 +126,14 @@ class SpecFile:
 
     title: str = ""
     vehicle: VehicleConfig = field(default_factory=VehicleConfig)
-    controller: str = DEFAULT
+    controller: str = DEFAULT_CONTROLLER
     estimator: str = TRUTH
     world: str = "empty"
     sensors: SensorsConfig = field(default_factory=SensorsConfig)
     rates: Rates = field(default_factory=Rates)
-    cases: list[Case] = field(default_factory=list)
+    cases: list[SpecCase] = field(default_factory=list)
     at: str = "hover"
-    margins: dict[str, dict[str, Limit]] = field(default_factory=dict)
+    margins: dict[str, dict[str, SpecLimit]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

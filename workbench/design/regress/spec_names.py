@@ -1,14 +1,24 @@
 """Names and files of the parts of a spec; fast to import while pytest collects tests."""
 
+import logging
+from collections.abc import Iterable
 from pathlib import Path
 
 from workbench.common.errors import WorkbenchError
-from workbench.common.resources import existing, find_spec, list_specs, specs_dir
+from workbench.common.resources import (
+    SPEC_SUFFIX,
+    existing_path,
+    find_spec,
+    list_specs,
+    specs_dir,
+)
 from workbench.common.yaml_files import read_yaml
 
-SUFFIX = ".spec.yaml"
-"""Suffix of the name of a spec."""
-MARGINS = "margins"
+OLD_SPEC_SUFFIX = ".spec.yaml"
+"""Suffix of the name of a spec before 1.0; read until 1.1."""
+_log = logging.getLogger(__name__)
+SPEC_SUFFIXES = (SPEC_SUFFIX, OLD_SPEC_SUFFIX)
+MARGINS_PART = "margins"
 """The name of the part with the margins of loops."""
 
 
@@ -20,20 +30,40 @@ def find_specs(names: list[str]) -> list[Path]:
     """
     found: list[Path] = []
     for name in names or list_specs():
-        folder = None if name in list_specs() else existing(name)
+        folder = None if name in list_specs() else existing_path(name)
         if folder is not None and folder.is_dir():
-            inside = sorted(folder.glob(f"*{SUFFIX}"))
+            inside = sorted(path for suffix in SPEC_SUFFIXES for path in folder.glob(f"*{suffix}"))
             if not inside:
-                raise WorkbenchError(f"{name}: has no file named *{SUFFIX}: name another folder")
+                raise WorkbenchError(
+                    f"{name}: has no file named *{SPEC_SUFFIX}: name another folder"
+                )
             found += inside
         else:
             found.append(find_spec(name))
+    note_old_names(found)
     return list(dict.fromkeys(found))
+
+
+def note_old_names(paths: Iterable[Path]) -> None:
+    """Say once which specs have a name of the form before 1.0."""
+    old = [path.name for path in paths if path.name.endswith(OLD_SPEC_SUFFIX)]
+    if old:
+        others = f" and {len(old) - 1} more" if len(old) > 1 else ""
+        _log.warning(
+            "%s%s: specs are named *%s now; *%s is read until 1.1",
+            old[0],
+            others,
+            SPEC_SUFFIX,
+            OLD_SPEC_SUFFIX,
+        )
 
 
 def spec_name(path: Path) -> str:
     """Return the name of a spec, as used on the command line for a shipped one."""
-    return path.name.removesuffix(SUFFIX) if path.name.endswith(SUFFIX) else path.stem
+    for suffix in SPEC_SUFFIXES:
+        if path.name.endswith(suffix):
+            return path.name.removesuffix(suffix)
+    return path.stem
 
 
 def spec_title(path: Path) -> str:
@@ -59,7 +89,7 @@ def part_names(path: Path) -> list[str]:
         if not isinstance(name, str):
             raise WorkbenchError(f"{file.where('cases', index)}a case needs a name in text")
         names.append(name)
-    return names + [MARGINS] * bool(file.data.get("margins"))
+    return names + [MARGINS_PART] * bool(file.data.get("margins"))
 
 
 def slug(name: str) -> str:

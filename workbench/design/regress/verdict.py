@@ -7,22 +7,14 @@ from pathlib import Path
 
 import numpy as np
 
-from workbench.design.regress.spec import Limit, Tolerance
-
-
-@dataclass(frozen=True)
-class Curve:
-    """A signal over time: time (N) from the edge on [s] and its values (N)."""
-
-    time: np.ndarray
-    values: np.ndarray
-
+from workbench.common.series import Series
+from workbench.design.regress.spec import SpecLimit, Tolerance
 
 Band = tuple[np.ndarray, np.ndarray]
 """Smallest and largest allowed values (N) each."""
 
 
-def band(baseline: Curve, tolerance: Tolerance, time: np.ndarray) -> Band:
+def band(baseline: Series, tolerance: Tolerance, time: np.ndarray) -> Band:
     """Return the band around a baseline, from its shifts in time and the tolerance.
 
     Args:
@@ -46,7 +38,7 @@ def band(baseline: Curve, tolerance: Tolerance, time: np.ndarray) -> Band:
 
 
 @dataclass(frozen=True)
-class Check:
+class LimitCheck:
     """A number and the demand on it.
 
     Attributes:
@@ -62,7 +54,7 @@ class Check:
     name: str
     unit: str
     value: float
-    limit: Limit
+    limit: SpecLimit
     doubt: str = ""
     skipped: bool = False
 
@@ -102,24 +94,30 @@ class Check:
 
 
 @dataclass(frozen=True)
-class Comparison:
+class CurveComparison:
     """A flown curve with its baseline.
 
     Attributes:
-        signal: its name.
-        unit: of its values.
-        flown: the flown curve.
+        flown: the flown curve, from the edge on.
         baseline: the recorded curve; None without one, or if not required.
         band: limits of the curve at the flown times; None without a baseline.
         missing: why a required baseline is missing, else "".
     """
 
-    signal: str
-    unit: str
-    flown: Curve
-    baseline: Curve | None = None
+    flown: Series
+    baseline: Series | None = None
     band: Band | None = None
     missing: str = ""
+
+    @property
+    def signal(self) -> str:
+        """Name of the signal."""
+        return self.flown.name
+
+    @property
+    def unit(self) -> str:
+        """Unit of its values."""
+        return self.flown.unit
 
     @property
     def excesses(self) -> np.ndarray:
@@ -161,7 +159,7 @@ class Comparison:
 
 
 @dataclass(frozen=True)
-class Difference:
+class ConditionChange:
     """A value that differs from that of the baseline; NaN if it does not exist."""
 
     name: str
@@ -194,11 +192,11 @@ class CaseResult:
     spec: str
     path: Path
     case: str
-    checks: tuple[Check, ...] = ()
-    curves: tuple[Comparison, ...] = ()
+    checks: tuple[LimitCheck, ...] = ()
+    curves: tuple[CurveComparison, ...] = ()
     trouble: str = ""
     conditions: Mapping[str, float] = field(default_factory=dict)
-    differences: tuple[Difference, ...] = ()
+    differences: tuple[ConditionChange, ...] = ()
     seconds: float = 0.0
     absent: str = ""
 
@@ -242,7 +240,7 @@ def with_unit(value: float, unit: str) -> str:
     return f"{value:.4g}" if unit in ("", "1") else f"{value:.4g} {unit}"
 
 
-def summary(results: Sequence[CaseResult]) -> str:
+def results_summary(results: Sequence[CaseResult]) -> str:
     """Return the numbers of passed, failed and skipped results in words."""
     skipped = sum(result.skipped for result in results)
     beside = f", {skipped} skipped" if skipped else ""

@@ -11,32 +11,32 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from workbench.common.errors import FlightBrokenError
-from workbench.control.controller import COMMON, Controller
+from workbench.control.controller import COMMON_PARAMETERS, Controller
+from workbench.control.controller_file import controller_or_default
 from workbench.design.rollout.candidates import start_state
 from workbench.design.rollout.engine import RolloutEngine
-from workbench.design.rollout.senses import make_senses
-from workbench.gains.gains import flight_gains
+from workbench.design.step_response import recorded_each_update
 from workbench.plant.vehicle import Vehicle
-from workbench.scenario.parameters import parameter_table
-from workbench.scenario.scenario import Scenario, Start, at_own_period
+from workbench.scenario.scenario import Scenario, ScenarioStart
 from workbench.session.recording import Recording
 from workbench.session.session import Session
+from workbench.setup import make_setup
 
-HEIGHT = 50.0
+TRIAL_HEIGHT_M = 50.0
 """At which trials begin, with the ceiling far above: nothing ends them early [m]."""
-CEILING = 100.0
-SPREAD = 2.0
+TRIAL_CEILING_M = 100.0
+GAIN_SPREAD_FACTOR = 2.0
 """Gains are between this part of the vehicle's own and this many times as much."""
-FASTEST, CLIMB, TURN = 8.0, 4.0, 1.0
+MAX_TRIAL_SPEED_M_S, MAX_TRIAL_CLIMB_M_S, MAX_TRIAL_TURN_RAD_S = 8.0, 4.0, 1.0
 """Of commands: level and vertical speed [m/s] and yaw rate [rad/s]."""
-THROWN_SPEED, THROWN_RATE = 5.0, 6.0
+MAX_THROWN_SPEED_M_S, MAX_THROWN_RATE_RAD_S = 5.0, 6.0
 """Of what is thrown, on each axis [m/s, rad/s]."""
-SATURATED = 0.995
+SATURATED_USE = 0.995
 """Share of its speed limit from which a rotor counts as saturated."""
 
 
 @dataclass(frozen=True)
-class Trial:
+class AgreementTrial:
     """A flight for both.
 
     Attributes:
@@ -46,7 +46,7 @@ class Trial:
     """
 
     gains: Mapping[str, float]
-    start: Start
+    start: ScenarioStart
     command: tuple[float, float, float, float]
 
 
@@ -77,7 +77,7 @@ def random_trials(
     count: int,
     seed: int,
     controller: Controller | None = None,
-) -> list[Trial]:
+) -> list[AgreementTrial]:
     """Return trials of which every other is thrown.
 
     Args:
@@ -87,32 +87,37 @@ def random_trials(
         seed: of what is drawn.
         controller: whose gains they are; the default one where none is given.
     """
-    table = parameter_table(controller)
+    law = controller_or_default(controller)
+    table = law.table
     rng = np.random.default_rng(seed)
-    rows = table.controller.parameters
-    common = {row.name for row in COMMON}
+    rows = law.parameters
+    common = {row.name for row in COMMON_PARAMETERS}
     tuned = [row.name for row in rows if row.name in own and row.name not in common]
     trials = []
     for number in range(count):
-        gains = {"max_height": CEILING}
+        gains = {"max_height": TRIAL_CEILING_M}
         for name in tuned:
             row = table.find(name)
-            value = own[name] * SPREAD ** rng.uniform(-1.0, 1.0)
+            value = own[name] * GAIN_SPREAD_FACTOR ** rng.uniform(-1.0, 1.0)
             gains[name] = float(np.clip(value, row.minimum, row.maximum))
-        start = Start(position=[0.0, 0.0, HEIGHT])
+        start = ScenarioStart(position=[0.0, 0.0, TRIAL_HEIGHT_M])
         if number % 2:
             start.roll_pitch_yaw = rng.uniform(-np.pi, np.pi, 3).tolist()
-            start.velocity = rng.uniform(-THROWN_SPEED, THROWN_SPEED, 3).tolist()
-            start.angular_velocity = rng.uniform(-THROWN_RATE, THROWN_RATE, 3).tolist()
-        most = np.array([FASTEST, FASTEST, CLIMB, TURN])
+            start.velocity = rng.uniform(-MAX_THROWN_SPEED_M_S, MAX_THROWN_SPEED_M_S, 3).tolist()
+            start.angular_velocity = rng.uniform(
+                -MAX_THROWN_RATE_RAD_S, MAX_THROWN_RATE_RAD_S, 3
+            ).tolist()
+        most = np.array(
+            [MAX_TRIAL_SPEED_M_S, MAX_TRIAL_SPEED_M_S, MAX_TRIAL_CLIMB_M_S, MAX_TRIAL_TURN_RAD_S]
+        )
         v_x, v_y, v_z, turn = (most * rng.uniform(-1.0, 1.0, 4)).tolist()
-        trials.append(Trial(gains, start, (v_x, v_y, v_z, turn)))
+        trials.append(AgreementTrial(gains, start, (v_x, v_y, v_z, turn)))
     return trials
 
 
 def agreement(
     scenario: Scenario,
-    trials: Sequence[Trial],
+    trials: Sequence[AgreementTrial],
     *,
     duration: float = 5.0,
     progress: Callable[[float], None] | None = None,
@@ -128,30 +133,19 @@ def agreement(
     Raises:
         WorkbenchError: if the vehicle cannot be flown.
     """
-    scenario = at_own_period(scenario)
-    rates = replace(scenario.rates, record_period=scenario.rates.control_period)
-    session = Session(
+    setup = make_setup(
         Scenario(
             vehicle=scenario.vehicle,
             controller=scenario.controller,
             estimator=scenario.estimator,
             sensors=scenario.sensors,
-            rates=rates,
+            rates=recorded_each_update(scenario).rates,
             duration=duration,
         )
     )
-    law = session.controller
-    own = flight_gains(session.vehicle, scenario.vehicle.gains, controller=law)
-    variation = scenario.vehicle.variation
-    engine = RolloutEngine(
-        session.vehicle,
-        rates,
-        variation,
-        seed=scenario.sensors.seed,
-        own=own,
-        controller=law,
-        senses=make_senses(session.vehicle, scenario),
-    )
+    rates = replace(setup.rates, record_period=setup.rates.control_period)
+    setup = setup.with_scenario(replace(setup.scenario, rates=rates))
+    session, engine = Session(setup), RolloutEngine.of(setup)
     flights = engine.fly_from(
         [each.gains for each in trials],
         np.array([start_state(session.vehicle, each.start) for each in trials]),
@@ -161,13 +155,13 @@ def agreement(
     count = len(trials)
     found = Agreement(
         *np.zeros((4, count)),
-        saturated=flights.peak_rotor_use >= SATURATED,
+        saturated=flights.peak_rotor_use >= SATURATED_USE,
         lost=np.isfinite(flights.diverged_at),
     )
     for number, trial in enumerate(trials):
-        flown = _flown(session, trial, duration)
+        flown = _diagram_flight(session, trial, duration)
         states = flights.states[number, : len(flown.time)]
-        turned = 2.0 * np.abs(_between(states[:, 0:4], flown.q_WB))
+        turned = 2.0 * np.abs(_rotation_vectors(states[:, 0:4], flown.q_WB))
         for differences, apart in (
             (found.position, states[:, 4:7] - flown.p_WB),
             (found.attitude, turned),
@@ -181,7 +175,7 @@ def agreement(
     return found
 
 
-def _flown(session: Session, trial: Trial, duration: float) -> Recording:
+def _diagram_flight(session: Session, trial: AgreementTrial, duration: float) -> Recording:
     """Return a flight on the diagram, recorded at each control period."""
     session.scenario.start = trial.start
     session.reset()
@@ -193,7 +187,7 @@ def _flown(session: Session, trial: Trial, duration: float) -> Recording:
     return session.recording()
 
 
-def _between(one: np.ndarray, two: np.ndarray) -> np.ndarray:
+def _rotation_vectors(one: np.ndarray, two: np.ndarray) -> np.ndarray:
     """Return the vector parts of the small rotations between attitudes (M, 3), half their angle."""
     one = one / np.linalg.norm(one, axis=1, keepdims=True)
     two = two / np.linalg.norm(two, axis=1, keepdims=True)

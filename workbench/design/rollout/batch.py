@@ -4,217 +4,59 @@ What the user of a batch reads and writes are views of the flights' records.
 """
 
 import dataclasses
-import operator
-import os
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import nullcontext
-from functools import lru_cache
-from typing import Any
 
 import numpy as np
 
-from workbench.common.compiled import Compiled, compile_cached
 from workbench.common.errors import WorkbenchError, unknown_name
-from workbench.common.jitable import unique
-from workbench.common.own_file import own_errors
-from workbench.control.controller import DEFAULT, Controller
-from workbench.design.rollout.candidates import start_state
-from workbench.design.rollout.engine import OPTIONS, SOURCES, RolloutEngine, make_schedule
-from workbench.design.rollout.flights import begin, is_whole, make_rings
-from workbench.design.rollout.gyro import KNOW_TRUTH
-from workbench.design.rollout.motion import BODIES, LANES, ROTORS, Room, make_room
-from workbench.design.rollout.period import (
-    Rings,
-    give_speeds,
-    give_wrench,
-    make_fly_period,
-    make_times,
-    make_update,
-    write_flight,
+from workbench.common.own_file import user_code_errors
+from workbench.control.installed_laws import DEFAULT_CONTROLLER
+from workbench.design.executor.executor import available_cores
+from workbench.design.rollout.batch_arrays import (
+    BatchArrays,
+    Columns,
+    FlightSelection,
+    checked_whole_number,
+    frozen_values,
+    parameter_columns,
+    selected_flights,
+    setpoint_views,
 )
+from workbench.design.rollout.batch_steps import compiled_steps
+from workbench.design.rollout.candidates import start_state
+from workbench.design.rollout.engine import RolloutEngine
+from workbench.design.rollout.flights import begin_flights, make_delay_rings
+from workbench.design.rollout.lane_times import make_lane_times
+from workbench.design.rollout.lanes import (
+    LANE_BODIES_DTYPE,
+    LANE_ROTORS_DTYPE,
+    LANES,
+    aligned_zeros,
+    make_lane_workspace,
+)
+from workbench.design.rollout.planned_flights import make_schedule
 from workbench.dynamics.air.settings import AirSettings, gust_settings, push_settings
-from workbench.gains.gains import flight_gains
+from workbench.parameters.flight_parameters import MAX_WEAKENED_ROTORS
+from workbench.parameters.parameter_table import flight_table
 from workbench.plant.gravity import GRAVITY
 from workbench.plant.variation import Variation
 from workbench.plant.vehicle import Vehicle
-from workbench.scenario.configured import configured_vehicle
-from workbench.scenario.parameters import MOST_ROTORS, parameter_table
-from workbench.scenario.scenario import (
-    Rates,
-    Scenario,
-    Start,
-    VehicleConfig,
-    at_own_period,
-    check_scenario,
-    flown_controller,
-)
+from workbench.scenario.scenario import Rates, Scenario, ScenarioStart, VehicleConfig
+from workbench.session.action_check import finite_floats
 from workbench.session.live_context import start_position
-from workbench.session.pilot_numbers import finite
+from workbench.setup import make_setup
 from workbench.systems.noise import noise_seed
 
-ACTIONS = ("setpoint", "wrench", "rotors")
+BATCH_ACTIONS = ("setpoint", "wrench", "rotors")
 """What the user of a batch may ask for."""
-MOST_FLIGHTS = 1_000_000
-CHUNK = 50_000
+MAX_BATCH_FLIGHTS = 1_000_000
+BLOCK_PERIODS_PER_CALL = 50_000
 """Control periods of blocks in a call, so that it lasts no longer than some tenths of a second."""
-Which = np.ndarray | Sequence[bool] | Sequence[int] | slice | int | None
-"""Flights, by a mask or by their numbers; None for all."""
 
 
-@lru_cache(maxsize=64)
-def compiled_steps(controller: Controller | None, actions: str) -> Compiled:
-    """Return the steps of a batch, compiled at their first call.
-
-    Args:
-        controller: whose law flies; None where none does.
-        actions: that are asked for, see `batch.ACTIONS`.
-    """
-    whose = f" with {controller.name}" if controller and not controller.shipped else ""
-    key = controller.key if controller else actions
-    return compile_cached(
-        make_step_flights(controller, actions, key),
-        SOURCES,
-        f"batches of flights{whose}",
-        parts=170,
-        text=f"{actions} {controller.digest if controller else ''}",
-        file=str(controller.file) if controller else "",
-        **OPTIONS,
-    )
-
-
-def make_step_flights(controller: Controller | None, actions: str, key: str) -> Callable[..., None]:
-    """Return a function that flies blocks of 16 flights for some control periods.
-
-    Args:
-        controller: whose law flies; None where none does.
-        actions: that are asked for, see `batch.ACTIONS`.
-        key: see `jitable.unique`.
-    """
-    update = give_wrench if actions == "wrench" else give_speeds
-    if controller:
-        update = make_update(controller)
-    fly_period = make_fly_period(update, KNOW_TRUTH, f"batch_{key}")
-
-    def step_flights(first, last, periods, flights, rings, bodies, rotors, room, times, clock):
-        """Fly on, 16 flights at a time; this is what gets compiled.
-
-        Args:
-            first: number of the first block.
-            last: number of the block after the last one.
-            periods: number of control periods.
-            flights: all records, see `record.flight_dtype`.
-            rings: of all flights, see `Rings`.
-            bodies: of all blocks, see `motion.BODIES`.
-            rotors: of all blocks (blocks, n), see `motion.ROTORS`.
-            room: places for the integrator; its bodies and rotors are not used.
-            times: see `period.Times`.
-            clock: see `period.Clock`.
-        """
-        for number in range(first, last):
-            since, to = number * LANES, (number + 1) * LANES
-            some, late = flights[since:to], Rings(rings.seen[since:to], rings.asked[since:to])
-            own = Room(
-                bodies[number : number + 1],
-                rotors[number],
-                room.begun,
-                room.moved,
-                room.slopes,
-                room.sizes,
-            )
-            for i in range(LANES):  # what the user may have written since the last call
-                flight = some[min(i, len(some) - 1)]
-                write_flight(flight, own, i)
-                if flight.lost_at < 0.0 and not is_whole(flight):
-                    flight.lost_at = flight.count
-            for _ in range(periods):
-                fly_period(some, late, own, times, clock, None)
-
-    return unique(step_flights, key)
-
-
-def shown(values: Any) -> str:
-    """Return how values from outside begin, on a line."""
-    return " ".join(f"{values!r}".split())[:60]
-
-
-def write(name: str, array: np.ndarray, values: Any) -> None:
-    """Write values into an array, a number for all or an array of its shape.
-
-    Args:
-        name: of the array, for the message.
-        array: that is written.
-        values: from outside, so they may be anything.
-
-    Raises:
-        WorkbenchError: if they do not fit.
-    """
-    try:
-        array[...] = values
-    except (TypeError, ValueError):
-        raise WorkbenchError(
-            f"{name} of a batch is {shown(values)}: give a number, or an array {array.shape} of "
-            "them"
-        ) from None
-
-
-class Columns(Mapping[str, np.ndarray]):
-    """Arrays (n) by name; to set one, as `columns[name] = 3.0`, writes into the array."""
-
-    def __init__(self, columns: Mapping[str, np.ndarray]) -> None:
-        self._columns = dict(columns)
-
-    def __getitem__(self, name: str) -> np.ndarray:
-        if name not in self._columns:
-            raise unknown_name("parameter of a batch", name, self._columns)
-        return self._columns[name]
-
-    def __setitem__(self, name: str, values: Any) -> None:
-        write(name, self[name], values)
-
-    def __contains__(self, name: object) -> bool:
-        return name in self._columns
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._columns)
-
-    def __len__(self) -> int:
-        return len(self._columns)
-
-
-class _Arrays:
-    """Has arrays: to set one that is there writes into it, and no other one takes its place."""
-
-    def __setattr__(self, name: str, value: Any) -> None:
-        there = getattr(self, name, None)
-        if name.startswith("_") or there is None:
-            super().__setattr__(name, value)
-        elif isinstance(there, np.ndarray) and there.flags.writeable:
-            write(name, there, value)
-        elif there is not value:
-            raise WorkbenchError(
-                f"{name} of a batch cannot be set: write its state, setpoint, parameters or starts"
-            )
-
-
-@dataclasses.dataclass(eq=False)
-class Setpoint(_Arrays):
-    """What is asked of n flights, in W.
-
-    Attributes:
-        velocity: (n, 3) [m/s].
-        yaw_rate: (n) [rad/s].
-        position: (n, 3) a point to go to [m], where `follow` is 1.
-        follow: (n) whether it is gone to, 0 or 1; the velocity is added to what leads there.
-    """
-
-    velocity: np.ndarray
-    yaw_rate: np.ndarray
-    position: np.ndarray
-    follow: np.ndarray
-
-
-class Batch(_Arrays):
+class Batch(BatchArrays):
     """Flies n vehicles of one description together, each as a `Session` would fly it alone.
 
     These are the compiled flights of `RolloutEngine`, continued from call to call: the same law,
@@ -270,54 +112,49 @@ class Batch(_Arrays):
         self,
         count: int,
         model: str | VehicleConfig = "dh_drone",
-        controller: str = DEFAULT,
+        controller: str = DEFAULT_CONTROLLER,
         *,
         gains: str = "",
         parameters: Mapping[str, float | Sequence[float] | np.ndarray] | None = None,
         actions: str = "setpoint",
         seed: int = 0,
-        start: Start | None = None,
+        start: ScenarioStart | None = None,
         rates: Rates | None = None,
         variations: Variation | Sequence[Variation] | None = None,
         threads: int | None = None,
     ) -> None:
-        count = _whole("count", count, 1, MOST_FLIGHTS)
-        seed = _whole("seed", seed, 0, 2**62)
-        if actions not in ACTIONS:
-            raise unknown_name("kind of action", actions, ACTIONS)
+        count = checked_whole_number("count", count, 1, MAX_BATCH_FLIGHTS)
+        seed = checked_whole_number("seed", seed, 0, 2**62)
+        if actions not in BATCH_ACTIONS:
+            raise unknown_name("kind of action", actions, BATCH_ACTIONS)
         config = VehicleConfig(model) if isinstance(model, str) else model
-        scenario = Scenario(vehicle=config, controller=controller, start=start or Start())
+        config = dataclasses.replace(config, gains=gains or config.gains)
+        scenario = Scenario(vehicle=config, controller=controller, start=start or ScenarioStart())
         if rates:
             scenario.rates = rates
-        scenario = at_own_period(scenario)
-        check_scenario(scenario)
+        setup = make_setup(scenario)
         if scenario.start.mode != "hovering":
             raise WorkbenchError("a batch flies in the air alone: let its start be hovering")
-        self.rates = scenario.rates
+        self.rates = setup.rates
         if not (self.rates.mode_period / self.rates.control_period).is_integer():
             raise WorkbenchError(
                 f"the flight mode every {self.rates.mode_period:g} s is not flown in a batch with "
                 f"a law every {self.rates.control_period:g} s: make it a multiple of that"
             )
-        law = flown_controller(scenario)
-        self.controller = law if actions == "setpoint" else None
-        self.vehicle: Vehicle = configured_vehicle(config)
-        cores = len(os.sched_getaffinity(0))
-        self._threads = _whole("threads", cores if threads is None else threads, 1, 256)
+        self.controller = setup.controller if actions == "setpoint" else None
+        self.vehicle: Vehicle = setup.vehicle
+        cores = available_cores()
+        self._threads = checked_whole_number(
+            "threads", cores if threads is None else threads, 1, 256
+        )
         self._pool: ThreadPoolExecutor | None = None
         one = config.variation if variations is None else variations
         several = None if isinstance(one, Variation) else list(one)
-        engine = RolloutEngine(
-            self.vehicle,
-            self.rates,
-            one if isinstance(one, Variation) else None,
-            own=flight_gains(self.vehicle, gains or config.gains, controller=law),
-            controller=law,
-        )
+        engine = RolloutEngine.of(setup.varied(one if isinstance(one, Variation) else Variation()))
         begin = scenario.start
         place = start_position(begin, self.vehicle)
         planned = engine.plan(
-            _columns(parameters or {}, count),
+            parameter_columns(parameters or {}, count),
             np.zeros(4),
             start_state(self.vehicle, dataclasses.replace(begin, position=place)),
             make_schedule(self.rates, 0.0, 1.0, 1),
@@ -327,12 +164,13 @@ class Batch(_Arrays):
         self._engine, self._payloads = engine, planned.candidates.payloads
         self._flights = planned.flights
         self._crafts = planned.crafts.chosen(planned.which)
-        self._rings = make_rings(self._crafts)
+        self._rings = make_delay_rings(self._crafts)
         rotors, blocks = len(self.vehicle.rotors), -(-count // LANES)
-        self._bodies, self._rotors = np.zeros(blocks, BODIES), np.zeros((blocks, rotors), ROTORS)
+        self._bodies = aligned_zeros((blocks,), LANE_BODIES_DTYPE)
+        self._rotors = aligned_zeros((blocks, rotors), LANE_ROTORS_DTYPE)
         for number in range(blocks):
             some = slice(number * LANES, (number + 1) * LANES)
-            room = make_room(rotors)
+            room = make_lane_workspace(rotors)
             self._crafts.chosen(some).furnish(room)
             self._bodies[number], self._rotors[number] = room.bodies[0], room.rotors
         self._steps = compiled_steps(self.controller, actions)
@@ -341,8 +179,8 @@ class Batch(_Arrays):
         self.state, self.rotor_speeds = self._flights["state"], self._flights["speeds"]
         self.starts = planned.candidates.starts
         self.parameters = self._by_name()
-        asks = {name: name == actions for name in ACTIONS}
-        self.setpoint = _steered(self._flights["reference"]) if asks["setpoint"] else None
+        asks = {name: name == actions for name in BATCH_ACTIONS}
+        self.setpoint = setpoint_views(self._flights["reference"]) if asks["setpoint"] else None
         self.wrench = self._flights["wrench"] if asks["wrench"] else None
         self.rotor_commands = self._flights["commands"] if asks["rotors"] else None
         self.reset()
@@ -377,17 +215,17 @@ class Batch(_Arrays):
     @property
     def time(self) -> np.ndarray:
         """Time since each flight began (n) [s]."""
-        return _told(self._flights["count"] * self.rates.control_period)
+        return frozen_values(self._flights["count"] * self.rates.control_period)
 
     @property
     def lost(self) -> np.ndarray:
         """Whether each flight is lost (n), as it was when it was."""
-        return _told(self._flights["lost_at"] >= 0.0)
+        return frozen_values(self._flights["lost_at"] >= 0.0)
 
     @property
     def mode(self) -> np.ndarray:
         """Flight mode of each (n), see `control.mode.FlightMode`: one of those that fly."""
-        return _told(self._flights["mode"].astype(int))
+        return frozen_values(self._flights["mode"].astype(int))
 
     def step(self, periods: int = 1) -> None:
         """Fly all on for some control periods.
@@ -396,18 +234,18 @@ class Batch(_Arrays):
             WorkbenchError: if that is not a number of periods, or the law cannot be compiled, or
                 design with the gains that are there.
         """
-        left = _whole("periods", periods, 0, 2**31)
+        left = checked_whole_number("periods", periods, 0, 2**31)
         self._design()
         blocks = len(self._bodies)
-        most = max(1, CHUNK // blocks)
+        most = max(1, BLOCK_PERIODS_PER_CALL // blocks)
         file = self.controller.file if self.controller else None
         while left:
             part = min(left, most)
-            with own_errors(file, "update") if file else nullcontext():
+            with user_code_errors(file, "update") if file else nullcontext():
                 self._fly(blocks, part)
             left -= part
 
-    def reset(self, which: Which = None, *, seeds: Sequence[int] | None = None) -> None:
+    def reset(self, which: FlightSelection = None, *, seeds: Sequence[int] | None = None) -> None:
         """Start flights again at their `starts`; the others go on unchanged.
 
         Args:
@@ -418,7 +256,7 @@ class Batch(_Arrays):
         Raises:
             WorkbenchError: if a number is not a flight's, or the seeds are more or fewer.
         """
-        chosen = self._chosen(which)
+        chosen = selected_flights(which, len(self))
         if seeds is not None:
             given = np.atleast_1d(seeds).tolist()
             if len(given) != len(chosen):
@@ -426,7 +264,8 @@ class Batch(_Arrays):
                     f"there are {len(given)} seeds for {len(chosen)} flights: give each one"
                 )
             self._flights["air_seed"][chosen] = [
-                float(noise_seed(_whole("seed", seed, 0, 2**62), "air")) for seed in given
+                float(noise_seed(checked_whole_number("seed", seed, 0, 2**62), "air"))
+                for seed in given
             ]
         if self.wrench is not None:
             self.wrench[chosen] = 0.0
@@ -435,14 +274,14 @@ class Batch(_Arrays):
         some = self._flights[chosen]
         some["reference"] = 0.0
         memory = self.controller.initial_memory if self.controller else []
-        begin(some, self.starts[chosen], self._crafts.speeds[chosen], memory)
+        begin_flights(some, self.starts[chosen], self._crafts.speeds[chosen], memory)
         self._flights[chosen] = some
-        self._rings.seen[chosen] = some["state"][:, None]
-        self._rings.asked[chosen] = some["commands"][:, None]
+        self._rings.states[chosen] = some["state"][:, None]
+        self._rings.commands[chosen] = some["commands"][:, None]
 
     def push(
         self,
-        which: Which = None,
+        which: FlightSelection = None,
         *,
         force: Sequence[float] = (0.0, 0.0, 0.0),
         point: Sequence[float] = (0.0, 0.0, 0.0),
@@ -461,12 +300,12 @@ class Batch(_Arrays):
         Raises:
             WorkbenchError: if a number is out of the range of its parameter.
         """
-        force, point = finite("push", force, 3), finite("point of the push", point, 3)
-        torque = finite("torque of the push", torque, 3)
+        force, point = finite_floats("push", force, 3), finite_floats("point of the push", point, 3)
+        torque = finite_floats("torque of the push", torque, 3)
         self._blow(which, push_settings(force, point, 0.0, duration, torque), "push_start")
 
     def gust(
-        self, which: Which = None, *, velocity: Sequence[float], duration: float = 1.0
+        self, which: FlightSelection = None, *, velocity: Sequence[float], duration: float = 1.0
     ) -> None:
         """Let a gust rise and fall from now on, as `Session.gust` does.
 
@@ -478,14 +317,14 @@ class Batch(_Arrays):
         Raises:
             WorkbenchError: if a number is out of the range of its parameter.
         """
-        velocity = finite("gust", velocity, 3)
+        velocity = finite_floats("gust", velocity, 3)
         self._blow(which, gust_settings(velocity, 0.0, duration), "gust_start")
 
-    def _blow(self, which: Which, settings: Mapping[str, float], start: str) -> None:
+    def _blow(self, which: FlightSelection, settings: Mapping[str, float], start: str) -> None:
         """Give flights settings of the air, one of which is the time now."""
-        chosen = self._chosen(which)
+        chosen = selected_flights(which, len(self))
         now = self.time[chosen]
-        for name, value in parameter_table(self.controller).checked(settings).items():
+        for name, value in flight_table().checked(settings).items():
             self.parameters[name][chosen] = now if name == start else value
 
     def _fly(self, blocks: int, periods: int) -> None:
@@ -500,8 +339,8 @@ class Batch(_Arrays):
                 self._rings,
                 self._bodies,
                 self._rotors,
-                make_room(len(self.vehicle.rotors)),
-                make_times(),
+                make_lane_workspace(len(self.vehicle.rotors)),
+                make_lane_times(),
                 self._engine.clock,
             )
 
@@ -516,19 +355,6 @@ class Batch(_Arrays):
         work(0, ends[1])
         for each in begun:
             each.result()
-
-    def _chosen(self, which: Which) -> np.ndarray:
-        """Return the numbers of flights (k)."""
-        numbers = np.arange(len(self))
-        if which is None:
-            return numbers
-        try:
-            return np.atleast_1d(numbers[which])
-        except (IndexError, TypeError, ValueError):
-            raise WorkbenchError(
-                f"no flights of a batch of {len(self)} are {shown(which)}: give a mask of as many, "
-                f"or numbers from 0 to {len(self) - 1}"
-            ) from None
 
     def _own_gains(self) -> np.ndarray:
         """Return a copy of what the controller designs by (n, p); none where it does not."""
@@ -552,58 +378,9 @@ class Batch(_Arrays):
         """Return the live columns by their parameters' names."""
         flights = self._flights
         names = [row.name for row in self.controller.parameters] if self.controller else []
-        weak = min(flights["shares"].shape[1], MOST_ROTORS)
+        weak = min(flights["shares"].shape[1], MAX_WEAKENED_ROTORS)
         return Columns(
             {name: self._gains[:, place] for place, name in enumerate(names)}
             | {name: flights["air"][name] for name in AirSettings._fields}
             | {f"rotor_{k + 1}": flights["shares"][:, k] for k in range(weak)}
         )
-
-
-def _told(values: np.ndarray) -> np.ndarray:
-    """Return values that nobody writes, as no flight would know of it."""
-    values.setflags(write=False)
-    return values
-
-
-def _whole(name: str, number: Any, least: int, most: int) -> int:
-    """Return a whole number within limits.
-
-    Raises:
-        WorkbenchError: if it is not one.
-    """
-    try:
-        found = operator.index(number)
-    except TypeError:
-        found = least - 1
-    if not least <= found <= most:
-        raise WorkbenchError(
-            f"the {name} of a batch is {number!r:.60}: give a whole number from {least} to {most}"
-        )
-    return found
-
-
-def _columns(parameters: Mapping[str, Any], count: int) -> list[dict[str, float]]:
-    """Return values by name of each flight."""
-    if not isinstance(parameters, Mapping):
-        raise WorkbenchError(
-            f"the parameters of a batch are {parameters!r:.60}: give values by name, as "
-            "{'wind_x': 3.0}"
-        )
-    columns = {}
-    for name, values in parameters.items():
-        try:
-            column = np.broadcast_to(np.asarray(values, dtype=float), count)
-        except (TypeError, ValueError):
-            column = np.full(count, np.nan)
-        if not np.isfinite(column).all():
-            raise WorkbenchError(
-                f"{name} of a batch is {shown(values)}: give a finite number, or {count} of them"
-            )
-        columns[name] = column.tolist()
-    return [{name: column[k] for name, column in columns.items()} for k in range(count)]
-
-
-def _steered(references: np.ndarray) -> Setpoint:
-    """Return the views of references (n, 8), see `guidance.Reference`."""
-    return Setpoint(references[:, 0:3], references[:, 3], references[:, 4:7], references[:, 7])

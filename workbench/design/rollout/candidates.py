@@ -10,15 +10,16 @@ from workbench.common.errors import WorkbenchError, unknown_name
 from workbench.control.controller import Controller
 from workbench.control.flight_law import ComputerSettings
 from workbench.control.guidance import Reference
-from workbench.design.rollout.senses import Senses
-from workbench.design.step_response import HOVER, START_HEIGHT
+from workbench.design.rollout.senses import SensorSet
+from workbench.design.step_response import REST_VELOCITY_M_S, STEP_START_HEIGHT_M
 from workbench.dynamics.air.settings import AirSettings
 from workbench.estimation.gyro import GyroSettings
+from workbench.parameters.flight_parameters import MAX_WEAKENED_ROTORS
+from workbench.parameters.parameter_table import flight_table
 from workbench.plant.payload import Payload
 from workbench.plant.thrust_frame import thrust_frame
 from workbench.plant.vehicle import Vehicle
-from workbench.scenario.parameters import MOST_ROTORS, parameter_table
-from workbench.scenario.scenario import Start
+from workbench.scenario.scenario import ScenarioStart
 from workbench.systems.noise import noise_seed
 
 
@@ -34,11 +35,11 @@ class Candidates(NamedTuple):
         computers: (N, 3) see `ComputerSettings`.
         commands: (N, 8) from the edge on; see `guidance.Reference`.
         before: (N, 8) the same before the edge.
-        starts: (N, 13) state of the plant, see `rigid_body.State`; its place is held while no
+        starts: (N, 13) state of the body, see `record.flight_dtype`; its place is held while no
             pilot steers.
         seeds: (N) of the turbulence.
         filters: (N, k) settings of the estimator, none on the truth; and so the next two.
-        noises: (N, 5) what the noise of the sensors starts from, see `Senses.seeds`.
+        noises: (N, 5) what the noise of the sensors starts from, see `SensorSet.seeds`.
         memories: (N, size) of the estimators at the start.
     """
 
@@ -69,8 +70,8 @@ def make_candidates(
     commands: np.ndarray,
     starts: np.ndarray,
     seeds: Sequence[int],
-    before: Sequence[float] = HOVER,
-    senses: Senses | None = None,
+    before: Sequence[float] = REST_VELOCITY_M_S,
+    senses: SensorSet | None = None,
 ) -> Candidates:
     """Return candidates as arrays.
 
@@ -93,48 +94,50 @@ def make_candidates(
         WorkbenchError: if a name is unknown, a value no number, one of a payload out of its limits,
             or an array of another size.
     """
-    weak = [f"rotor_{number}" for number in range(1, min(rotors, MOST_ROTORS) + 1)]
-    parameters = [row.name for row in controller.parameters]
-    many = len(parameters)
-    columns = (*parameters, *AirSettings._fields)
-    around: tuple[str, ...] = (*GyroSettings._fields, *ComputerSettings._fields)
-    if senses:
-        around += senses.settings
-    names = (*columns, *Payload._fields, *around, *weak)
+    weakened = [f"rotor_{number}" for number in range(1, min(rotors, MAX_WEAKENED_ROTORS) + 1)]
+    parts: dict[str, Sequence[str]] = {  # names of the columns of a table of all candidates
+        "gains": [row.name for row in controller.parameters],
+        "air": AirSettings._fields,
+        "payloads": Payload._fields,
+        "gyros": GyroSettings._fields,
+        "computers": ComputerSettings._fields,
+        "filters": senses.settings if senses else (),
+        "shares": weakened,
+    }
+    names = [name for part in parts.values() for name in part]
     if isinstance(gains, np.ndarray):
         table = _from_array(gains, [own[name] for name in names], controller)
     else:
-        known = frozenset(row.name for row in parameter_table(controller))
+        known = frozenset(row.name for row in controller.table)
         table = _from_mappings(gains, names, own, known)
+    ends = np.cumsum([len(part) for part in parts.values()])
+    columns = dict(zip(parts, np.split(table, ends[:-1], axis=1), strict=True))
     shares = np.ones((len(table), rotors))
-    behind = len(columns) + len(Payload._fields)
-    signals = behind + len(GyroSettings._fields)
-    filters = signals + len(ComputerSettings._fields)
-    shares[:, : len(weak)] = table[:, behind + len(around) :]
-    references, earlier = (np.zeros((len(table), len(Reference._fields))) for _ in range(2))
+    shares[:, : len(weakened)] = columns["shares"]
+    references, references_before = np.zeros((2, len(table), len(Reference._fields)))
     references[:, :4] = _for_each("commands", commands, len(table), 4)
-    earlier[:, :3] = before
-    begun = _for_each("starts", starts, len(table), 13)
-    noises, memories = _begun(senses, begun, seeds)
+    references_before[:, :3] = before
+    states = _for_each("starts", starts, len(table), 13)
+    noises, memories = _initial_sensor_states(senses, states, seeds)
     return Candidates(
-        gains=table[:, :many].copy(),
-        air=table[:, many : len(columns)].copy(),
+        gains=columns["gains"].copy(),
+        air=columns["air"].copy(),
         shares=shares,
-        payloads=_checked(table[:, len(columns) : behind]),
-        gyros=table[:, behind:signals].copy(),
-        computers=table[:, signals:filters].copy(),
+        payloads=_checked_payloads(columns["payloads"]),
+        gyros=columns["gyros"].copy(),
+        computers=columns["computers"].copy(),
         commands=references,
-        before=earlier,
-        starts=begun,
+        before=references_before,
+        starts=states,
         seeds=_air_seeds(seeds, len(table)),
-        filters=table[:, filters : behind + len(around)].copy(),
+        filters=columns["filters"].copy(),
         noises=noises,
         memories=memories,
     )
 
 
-def _begun(
-    senses: Senses | None, starts: np.ndarray, seeds: Sequence[int]
+def _initial_sensor_states(
+    senses: SensorSet | None, starts: np.ndarray, seeds: Sequence[int]
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return what noises start from, and what estimators remember at the starts."""
     count = len(starts)
@@ -155,14 +158,14 @@ def _begun(
     )
 
 
-def _checked(payloads: np.ndarray) -> np.ndarray:
+def _checked_payloads(payloads: np.ndarray) -> np.ndarray:
     """Return payloads (N, 8) if each has numbers that a payload can have.
 
     Those of law and air are taken as they are; of these no body could be made.
     """
     for name, column in zip(Payload._fields, payloads.T, strict=True):
         for value in np.unique(column).tolist():
-            parameter_table().find(name).check(value)
+            flight_table().find(name).check(value)
     return payloads.copy()
 
 
@@ -224,8 +227,8 @@ def _from_mappings(
     return table
 
 
-def start_state(vehicle: Vehicle, start: Start) -> np.ndarray:
-    """Return the plant's state (13), see `rigid_body.State`, at a start in the air.
+def start_state(vehicle: Vehicle, start: ScenarioStart) -> np.ndarray:
+    """Return the body's state (13), see `record.flight_dtype`, at a start in the air.
 
     Args:
         vehicle: whose attitude is that of the frame in which its rotors lift upwards.
@@ -233,5 +236,5 @@ def start_state(vehicle: Vehicle, start: Start) -> np.ndarray:
     """
     attitude = RollPitchYaw(np.array(thrust_frame(vehicle).roll_pitch_yaw(start.roll_pitch_yaw)))
     q_WB = attitude.ToRotationMatrix().ToQuaternion().wxyz()
-    p_WB = start.position or [0.0, 0.0, START_HEIGHT]
+    p_WB = start.position or [0.0, 0.0, STEP_START_HEIGHT_M]
     return np.array([*q_WB, *p_WB, *start.angular_velocity, *start.velocity])

@@ -6,36 +6,36 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from workbench.control.flight_law import law_constants
+from workbench.control.law_constants import law_constants
 from workbench.design.rollout.fields import packed_dtype
-from workbench.design.rollout.motion import LANES, Room
+from workbench.design.rollout.lanes import LANES, LaneWorkspace
 from workbench.design.rollout.record import law_dtype, law_record
 from workbench.dynamics.rigid_body import rigid_body
 from workbench.dynamics.rotors import RotorConstants
-from workbench.plant.payload import NO_PAYLOAD, Payload, laden
+from workbench.plant.payload import NO_PAYLOAD, Payload, vehicle_with_payload
 from workbench.plant.rotors import Rotor
 from workbench.plant.variation import Variation
 from workbench.plant.vehicle import Vehicle
 from workbench.scenario.scenario import Rates
 
-BODY = packed_dtype({"mass": (), "inertia": (6,), "inverse": (6,), "p_BoBcm_B": (3,)})
+BODY_DTYPE = packed_dtype({"mass": (), "inertia": (6,), "inverse": (6,), "p_BoBcm_B": (3,)})
 """See `rigid_body.RigidBody`."""
-ROTOR = packed_dtype(
+ROTOR_DTYPE = packed_dtype(
     {name: (3,) if name in ("p_BR", "axis_B") else () for name in RotorConstants._fields}
 )
 """See `RotorConstants`."""
 
 
-class Crafts(NamedTuple):
+class VehicleBatch(NamedTuple):
     """K vehicles with n rotors.
 
     Attributes:
         law: (K) what the law knows, see `record.law_dtype`.
-        bodies: (K) see `BODY`.
-        rotors: (K, n) see `ROTOR`.
+        bodies: (K) see `BODY_DTYPE`.
+        rotors: (K, n) see `ROTOR_DTYPE`.
         speeds: (K, n) of the rotors at the start [rad/s].
-        seen: (K, 2) see `variation.Delays.seen`.
-        acting: (K, 2) see `variation.Delays.acting`.
+        seen: (K, 2) see `variation.Delays.sensing_delay`.
+        acting: (K, 2) see `variation.Delays.command_delay`.
         lags: (K) time constants of the quickest rotors [s].
     """
 
@@ -47,25 +47,26 @@ class Crafts(NamedTuple):
     acting: np.ndarray
     lags: np.ndarray
 
-    def chosen(self, which: Any) -> "Crafts":
+    def chosen(self, which: Any) -> "VehicleBatch":
         """Return some of them, and some perhaps more than once, by their numbers."""
-        return Crafts(*(part[which] for part in self))
+        return VehicleBatch(*(part[which] for part in self))
 
-    def furnish(self, room: Room) -> None:
+    def furnish(self, room: LaneWorkspace) -> None:
         """Write what does not change in flight into a room, whose lanes they are (up to 16)."""
         lanes = np.minimum(np.arange(LANES), len(self.bodies) - 1)
-        for name in BODY.fields or ():
+        for name in BODY_DTYPE.fields or ():
             room.bodies[name][0] = self.bodies[name][lanes].T
-        for name in ROTOR.fields or ():
-            room.rotors[name] = np.moveaxis(self.rotors[name][lanes], 0, -1)
+        for name in ROTOR_DTYPE.fields or ():
+            values = self.rotors[name][lanes]  # lanes come last in a room
+            room.rotors[name] = values.transpose(*range(1, values.ndim), 0)
 
 
-def make_crafts(
+def make_vehicle_batch(
     vehicle: Vehicle,
     variations: Sequence[Variation],
     rates: Rates,
     payloads: Sequence[Payload] | None = None,
-) -> Crafts:
+) -> VehicleBatch:
     """Return a vehicle that differs in some ways from what its law knows.
 
     Args:
@@ -81,30 +82,35 @@ def make_crafts(
     known = {each: law_record(law_constants(vehicle, each)) for each in {p.known for p in payloads}}
     delays = [each.delays(rates.physics_step, rates.control_period) for each in variations]
     flown = zip(variations, payloads, strict=True)
-    return prompt_crafts(
-        [laden(_varied(vehicle, variation), payload) for variation, payload in flown],
+    return undelayed_vehicles(
+        [
+            vehicle_with_payload(_varied(vehicle, variation), payload)
+            for variation, payload in flown
+        ],
         np.concatenate([known[each.known] for each in payloads])
         if payloads
         else np.zeros(0, law_dtype(len(vehicle.rotors))),
         np.array([vehicle.hover_speeds] * len(variations)),
     )._replace(
-        seen=np.array([each.seen for each in delays]),
-        acting=np.array([each.acting for each in delays]),
+        seen=np.array([each.sensing_delay for each in delays]),
+        acting=np.array([each.command_delay for each in delays]),
     )
 
 
-def prompt_crafts(vehicles: Sequence[Vehicle], law: np.ndarray, speeds: np.ndarray) -> Crafts:
+def undelayed_vehicles(
+    vehicles: Sequence[Vehicle], law: np.ndarray, speeds: np.ndarray
+) -> VehicleBatch:
     """Return vehicles (K) whose laws see and act without delay.
 
     Args:
         vehicles: as they fly.
-        law: see `Crafts`.
-        speeds: see `Crafts`.
+        law: see `VehicleBatch`.
+        speeds: see `VehicleBatch`.
     """
-    return Crafts(
+    return VehicleBatch(
         law=law,
         bodies=body_records(vehicles),
-        rotors=np.array([rotor_records(each.rotors) for each in vehicles], dtype=ROTOR),
+        rotors=np.array([rotor_records(each.rotors) for each in vehicles], dtype=ROTOR_DTYPE),
         speeds=speeds,
         seen=np.zeros((len(vehicles), 2)),
         acting=np.zeros((len(vehicles), 2)),
@@ -113,15 +119,15 @@ def prompt_crafts(vehicles: Sequence[Vehicle], law: np.ndarray, speeds: np.ndarr
 
 
 def body_records(vehicles: Sequence[Vehicle]) -> np.ndarray:
-    """Return the bodies of vehicles as records (K), see `BODY`."""
+    """Return the bodies of vehicles as records (K), see `BODY_DTYPE`."""
     bodies = [rigid_body(each.mass, each.inertia, each.p_BoBcm_B) for each in vehicles]
-    return np.array([tuple(each) for each in bodies], dtype=BODY)
+    return np.array([tuple(each) for each in bodies], dtype=BODY_DTYPE)
 
 
 def rotor_records(rotors: Sequence[Rotor]) -> np.ndarray:
-    """Return rotors as records (n), see `ROTOR`."""
+    """Return rotors as records (n), see `ROTOR_DTYPE`."""
     rows = [tuple(getattr(each, name) for name in RotorConstants._fields) for each in rotors]
-    return np.array(rows, dtype=ROTOR)
+    return np.array(rows, dtype=ROTOR_DTYPE)
 
 
 def _varied(vehicle: Vehicle, variation: Variation) -> Vehicle:

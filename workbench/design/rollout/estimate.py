@@ -1,4 +1,4 @@
-"""What laws know by an estimator: IMU, GPS, barometer, magnetometer and range finder of a flight.
+"""The state from an estimator, and its IMU, GPS, barometer, magnetometer and range finder.
 
 They are those of the diagram: `systems.flight_imu`, `systems.sensors` and `systems.navigation`.
 """
@@ -9,12 +9,19 @@ from typing import Any
 
 import numpy as np
 
-from workbench.common.jitable import register_jitable, unique
-from workbench.design.rollout.fields import fetch, store
-from workbench.design.rollout.period import Knowing, is_multiple, next_multiple
-from workbench.design.rollout.record import MOTION, SECTION
-from workbench.design.rollout.senses import CHANNELS, MOST, Senses
-from workbench.dynamics.air.normals import COUNT, counted_draws, draw_normals
+from workbench.common.jitable import give_unique_name, register_jitable
+from workbench.common.vectors import Numbers
+from workbench.design.rollout.fields import get_field, set_field
+from workbench.design.rollout.lane_times import PeriodClock, is_multiple, next_multiple
+from workbench.design.rollout.period import StateSource
+from workbench.design.rollout.record import FILTER_COEFFICIENTS, IMU_MOTION_SIZE
+from workbench.design.rollout.senses import (
+    MAX_NOISE_CHANNELS,
+    NOISE_CHANNELS,
+    EstimatorInputs,
+    SensorSet,
+)
+from workbench.dynamics.air.normals import NORMALS_PER_SAMPLE, counted_draws, draw_normals
 from workbench.dynamics.motion_between import (
     body_rate,
     mean_specific_force,
@@ -22,31 +29,37 @@ from workbench.dynamics.motion_between import (
     point_motion,
 )
 from workbench.dynamics.rigid_body import into_body, into_world, rotation
-from workbench.estimation.ekf import NOMINAL
-from workbench.estimation.ekf import estimate as estimated_motion
+from workbench.estimation.ekf import motion_estimate as estimated_motion
+from workbench.estimation.ekf_state import NOMINAL
 from workbench.estimation.estimators import Estimator
-from workbench.estimation.filters import after, output
+from workbench.estimation.filters import section_output, section_states
 from workbench.estimation.gyro import (
-    at_rest,
-    body_rates,
     filtered_rates,
+    state_body_rates,
+    steady_gyro_states,
     stepped_filters,
 )
-from workbench.estimation.imu import mean_rate, measured
-from workbench.estimation.samples import AGES, BAROMETER, GPS, MAGNETOMETER, RANGE_FINDER, SAMPLES
-from workbench.estimation.settings import HEARD
+from workbench.estimation.imu import ideal_imu_sample, mean_rate
+from workbench.estimation.samples import (
+    AGES,
+    BAROMETER,
+    GPS,
+    MAGNETOMETER,
+    RANGE_FINDER,
+    SAMPLE_ARRAY_SIZE,
+)
+from workbench.estimation.settings import AIDING_SENSORS
 from workbench.plant.gravity import GRAVITY
 from workbench.systems.sensors.barometer import altitude_at, pressure_at
 
-KINDS = len(CHANNELS)
-FIX = HEARD.index("gps")
-PRESSURE = HEARD.index("barometer")
-FIELD = HEARD.index("magnetometer")
-DISTANCE = HEARD.index("range_finder")
-"""Kinds of sensors, in the order of `settings.HEARD`."""
+AIDING_SENSOR_COUNT = len(NOISE_CHANNELS)
+GPS_KIND = AIDING_SENSORS.index("gps")
+BAROMETER_KIND = AIDING_SENSORS.index("barometer")
+MAGNETOMETER_KIND = AIDING_SENSORS.index("magnetometer")
+"""Kinds of sensors, in the order of `AIDING_SENSORS`."""
 
 
-def estimate_fields(senses: Senses) -> dict[str, Any]:
+def estimate_fields(senses: SensorSet) -> dict[str, Any]:
     """Return the fields that a flight's record has for sensors and estimator.
 
     estimate        (13) motion that the estimator tells
@@ -57,44 +70,46 @@ def estimate_fields(senses: Senses) -> dict[str, Any]:
     readings        (kinds, depth, 1 + numbers) samples that wait, newest first: stamp [s] and
                     values
     biases, drifts  (kinds, numbers) of the noise
-    heard           (kinds) stamps of the samples that the estimator had last [s]
+    delivered       (kinds) stamps of the samples that the estimator had last [s]
     """
     return {
         "estimate": (13,),
         "estimator": (senses.memory_size,),
         "settings": (len(senses.settings),),
-        "seeds": (1 + KINDS,),
+        "seeds": (1 + AIDING_SENSOR_COUNT,),
         "bias": (6,),
         "drift": (6,),
-        "accel_filter": (SECTION,),
+        "accel_filter": (FILTER_COEFFICIENTS,),
         "accel_filters": (),
         "accel_states": (6,),
-        "readings": (KINDS, senses.hearing.depth, 1 + MOST),
-        "biases": (KINDS, MOST),
-        "drifts": (KINDS, MOST),
-        "heard": (KINDS,),
+        "readings": (AIDING_SENSOR_COUNT, senses.inputs.depth, 1 + MAX_NOISE_CHANNELS),
+        "biases": (AIDING_SENSOR_COUNT, MAX_NOISE_CHANNELS),
+        "drifts": (AIDING_SENSOR_COUNT, MAX_NOISE_CHANNELS),
+        "delivered": (AIDING_SENSOR_COUNT,),
     }
 
 
 @register_jitable
-def _read_imu(flight, clock, sensors, z):
+def _read_imu(
+    flight: np.record, clock: PeriodClock, sensors: EstimatorInputs, z: np.ndarray
+) -> None:
     """Simulate the IMU since the last control update, as `systems.flight_imu` does.
 
     Mean angular velocity [rad/s] and mean specific force [m/s²], in B with noise, go to the first
     six places of z. The record gets the filtered `rates`, the states of the filters, the `motion`
     of now and the next `drift`. At the first update there is one sample.
     """
-    state, p_BS, step = fetch(flight, "state"), sensors.p_BS, clock.step
+    state, p_BS, step = get_field(flight, "state"), sensors.p_BS, clock.step
     steps, number = round(clock.period / step), int(flight.count)
     steps_per_sample = int(flight.gyro_every)
-    now, before, end, middle = np.empty((4, MOTION))
+    now, before, end, middle = np.empty((4, IMU_MOTION_SIZE))
     motion = point_motion(state, p_BS)
-    for k in range(MOTION):
+    for k in range(IMU_MOTION_SIZE):
         now[k] = motion[k]
         before[k] = flight.motion[k]
     has_previous, samples, parts = flight.sampled > 0.0, 1, 1
-    w_B = body_rates(state)
-    force = measured(state, fetch(flight, "acceleration"), p_BS)[3:6]
+    w_B = state_body_rates(state)
+    force = ideal_imu_sample(state, get_field(flight, "acceleration"), p_BS)[3:6]
     mean_rates = w_B
     if has_previous:
         samples = steps // steps_per_sample
@@ -102,8 +117,8 @@ def _read_imu(flight, clock, sensors, z):
         parts = samples if filtered else 2 - samples % 2  # without filters two do
         mean_rates = mean_rate(before[0:4], now[0:4], clock.period)
     share, samples_per_part = 1.0 / parts, samples // parts
-    coefficients, states = fetch(flight, "gyro_filter"), fetch(flight, "gyro_states")
-    rates, noise, drawn = w_B, np.zeros(6), np.empty(COUNT)
+    coefficients, states = get_field(flight, "gyro_filter"), get_field(flight, "gyro_states")
+    rates, noise, drawn = w_B, np.zeros(6), np.empty(NORMALS_PER_SAMPLE)
     mean_force, gyro_noise = np.zeros(3), np.zeros(3)
     for part in range(parts):
         if has_previous:
@@ -111,7 +126,7 @@ def _read_imu(flight, clock, sensors, z):
             motion_between(flight.motion, now, clock.period, share * (part + 0.5), middle)
             w_B = body_rate(end)
             force = mean_specific_force(before, middle, end, share * clock.period, GRAVITY)
-            for k in range(MOTION):
+            for k in range(IMU_MOTION_SIZE):
                 before[k] = end[k]
         # of a part the gyro has the noise of the last sample, the force the mean of all
         noise[3:6] = 0.0
@@ -126,18 +141,18 @@ def _read_imu(flight, clock, sensors, z):
         w_B = (w_B[0] + noise[0], w_B[1] + noise[1], w_B[2] + noise[2])
         force = (force[0] + noise[3], force[1] + noise[4], force[2] + noise[5])
         if not has_previous:
-            states = at_rest(w_B)
-            store(flight, "accel_states", (0.0, force[0], 0.0, force[1], 0.0, force[2]))
+            states = steady_gyro_states(w_B)
+            set_field(flight, "accel_states", (0.0, force[0], 0.0, force[1], 0.0, force[2]))
         rates = filtered_rates(coefficients, states, w_B)
         states = stepped_filters(coefficients, states, w_B)
         section, smooth = flight.accel_filter, flight.accel_states
         for axis in range(3):
             x_1, x_2 = smooth[2 * axis], smooth[2 * axis + 1]
-            mean_force[axis] += share * output(section, x_1, x_2, force[axis])
-            smooth[2 * axis], smooth[2 * axis + 1] = after(section, x_1, x_2, force[axis])
-    store(flight, "rates", rates)
-    store(flight, "gyro_states", states)
-    store(flight, "motion", motion)
+            mean_force[axis] += share * section_output(section, x_1, x_2, force[axis])
+            smooth[2 * axis], smooth[2 * axis + 1] = section_states(section, x_1, x_2, force[axis])
+    set_field(flight, "rates", rates)
+    set_field(flight, "gyro_states", states)
+    set_field(flight, "motion", motion)
     flight.sampled = 1.0
     for axis in range(3):
         z[axis] = mean_rates[axis] + gyro_noise[axis]
@@ -149,7 +164,9 @@ def _read_imu(flight, clock, sensors, z):
 
 
 @register_jitable
-def _draw_noise(flight, sensors, number, every, drawn):
+def _draw_noise(
+    flight: np.record, sensors: EstimatorInputs, number: int, every: int, drawn: np.ndarray
+) -> None:
     """Write bias and noise of the IMU's sample at a step of physics, in B (6).
 
     Noise has the even numbers of draws, drift the odd ones.
@@ -164,25 +181,27 @@ def _draw_noise(flight, sensors, number, every, drawn):
 
 
 @register_jitable
-def _hear(flight, sensors, now, z):
+def _deliver_samples(
+    flight: np.record, sensors: EstimatorInputs, now: float, z: np.ndarray
+) -> None:
     """Write what other sensors newly deliver, see `estimation.samples`."""
-    for kind in range(KINDS):
+    for kind in range(AIDING_SENSOR_COUNT):
         readings, taken = flight.readings[kind], -1
         for age in range(len(readings)):
-            if readings[age, 0] + sensors.late[kind] <= now:  # the stamp of none is NaN
+            if readings[age, 0] + sensors.latencies[kind] <= now:  # the stamp of none is NaN
                 taken = age
                 break
-        if taken < 0 or readings[taken, 0] == flight.heard[kind]:
+        if taken < 0 or readings[taken, 0] == flight.delivered[kind]:
             continue
         stamp, values = readings[taken, 0], readings[taken, 1:]
-        flight.heard[kind] = stamp
-        if kind == FIX:
+        flight.delivered[kind] = stamp
+        if kind == GPS_KIND:
             z[GPS], z[GPS + 1] = 1.0, now - stamp
             z[GPS + 2 : GPS + 8] = values[:6]
-        elif kind == PRESSURE:
+        elif kind == BAROMETER_KIND:
             z[BAROMETER], z[BAROMETER + 1] = 1.0, altitude_at(values[0]) - sensors.reference
             z[AGES] = now - stamp
-        elif kind == FIELD:
+        elif kind == MAGNETOMETER_KIND:
             field = into_world(sensors.R_BM, (values[0], values[1], values[2]))
             z[MAGNETOMETER], z[AGES + 1] = 1.0, now - stamp
             for k in range(3):
@@ -193,33 +212,35 @@ def _hear(flight, sensors, now, z):
 
 
 @register_jitable
-def _due(sensors, now):
+def _due(sensors: EstimatorInputs, now: float) -> float:
     """Return when a sensor next takes a sample [s]."""
     found = math.inf
-    for kind in range(KINDS):
+    for kind in range(AIDING_SENSOR_COUNT):
         if sensors.periods[kind] > 0.0:
             found = min(found, next_multiple(now, sensors.periods[kind]))
     return found
 
 
 @register_jitable
-def _sample(flight, sensors, now):
+def _sample(flight: np.record, sensors: EstimatorInputs, now: float) -> None:
     """Take the samples that are due."""
-    for kind in range(KINDS):
+    for kind in range(AIDING_SENSOR_COUNT):
         period = sensors.periods[kind]
         if period > 0.0 and is_multiple(now, period):
             _take_sample(flight, sensors, kind, now, round(now / period))
 
 
 @register_jitable
-def _take_sample(flight, sensors, kind, now, count):
+def _take_sample(
+    flight: np.record, sensors: EstimatorInputs, kind: int, now: float, count: int
+) -> None:
     """Take a sample of a sensor, by its count."""
-    n, noise, readings = CHANNELS[kind], sensors.noise[kind], flight.readings[kind]
+    n, noise, readings = NOISE_CHANNELS[kind], sensors.noise[kind], flight.readings[kind]
     for age in range(len(readings) - 1, 0, -1):
         readings[age] = readings[age - 1]
     values, drawn = readings[0, 1:], np.empty(3 * n)
     readings[0, 0] = now
-    _measure(fetch(flight, "state"), sensors, kind, values)
+    _measure(get_field(flight, "state"), sensors, kind, values)
     counted_draws(flight.seeds[1 + kind], count, drawn)
     bias, drift = flight.biases[kind], flight.drifts[kind]
     for k in range(n):
@@ -233,16 +254,16 @@ def _take_sample(flight, sensors, kind, now, count):
 
 
 @register_jitable
-def _measure(state, sensors, kind, values):
+def _measure(state: Numbers, sensors: EstimatorInputs, kind: int, values: np.ndarray) -> None:
     """Write what a perfect sensor measures."""
     R_WB, place = rotation(state[0:4]), sensors.mounting
-    if kind == FIX:
+    if kind == GPS_KIND:
         fix = point_motion(state, place[3:6])
         for k in range(3):
             values[k], values[3 + k] = fix[4 + k], fix[11 + k]
-    elif kind == PRESSURE:
+    elif kind == BAROMETER_KIND:
         values[0] = pressure_at(sensors.reference + state[6] + into_world(R_WB, place[6:9])[2])
-    elif kind == FIELD:
+    elif kind == MAGNETOMETER_KIND:
         field = into_body(sensors.R_BM, into_body(R_WB, place[15:18]))
         for k in range(3):
             values[k] = field[k]
@@ -255,27 +276,29 @@ def _measure(state, sensors, kind, values):
 
 
 @register_jitable
-def _look(flight, clock, sensors, passed):
+def _held_estimate(
+    flight: np.record, clock: PeriodClock, sensors: EstimatorInputs | None, passed: float
+) -> tuple[float, ...]:
     """Return the estimate, which holds between updates (13)."""
-    return fetch(flight, "estimate")
+    return get_field(flight, "estimate")
 
 
 @register_jitable
-def _mode_state(flight):
+def _mode_estimate(flight: np.record) -> tuple[float, ...]:
     """Return the estimate, by which the flight mode goes, too (13)."""
-    return fetch(flight, "estimate")
+    return get_field(flight, "estimate")
 
 
-def know_by(estimator: Estimator) -> Knowing:
+def estimator_source(estimator: Estimator) -> StateSource:
     """Return the functions by which a law gets its state from an estimator."""
     update: Callable[..., None] = estimator.update
 
     @register_jitable
-    def know(flight, clock, sensors):
+    def sense(flight: np.record, clock: PeriodClock, sensors: EstimatorInputs) -> None:
         """Update the estimate, and write it for the law."""
-        z, places = np.zeros(SAMPLES), np.array(sensors.mounting)
+        z, places = np.zeros(SAMPLE_ARRAY_SIZE), np.array(sensors.mounting)
         _read_imu(flight, clock, sensors, z)
-        _hear(flight, sensors, flight.count * clock.period, z)
+        _deliver_samples(flight, sensors, flight.count * clock.period, z)
         dt = clock.period if flight.count > 0.0 else 0.0
         memory, settings = flight.estimator.copy(), flight.settings.copy()
         update(memory, z, settings, places, dt)
@@ -283,7 +306,14 @@ def know_by(estimator: Estimator) -> Knowing:
         found = estimated_motion(memory[:NOMINAL], flight.rates, sensors.mounting[0:3])
         w_W = into_world(rotation(found[0:4]), found[7:10])  # it is in B
         known = found[0:7] + w_W + found[10:13]
-        store(flight, "estimate", known)  # the law may get an older one, see `Rings`
-        store(flight, "known", known)
+        set_field(flight, "estimate", known)  # the law may get an older one, see `DelayRings`
+        set_field(flight, "known", known)
 
-    return Knowing(unique(know, estimator.key), _look, _mode_state, _due, _sample, estimator.key)
+    return StateSource(
+        give_unique_name(sense, estimator.key),
+        _held_estimate,
+        _mode_estimate,
+        _due,
+        _sample,
+        estimator.key,
+    )

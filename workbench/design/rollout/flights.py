@@ -6,40 +6,34 @@ from typing import NamedTuple
 
 import numpy as np
 
-from workbench.common.jitable import register_jitable, unique
+from workbench.common.jitable import give_unique_name, register_jitable
 from workbench.control.controller import Controller
-from workbench.control.flight_law import steady_filters
 from workbench.control.flight_mode import HOVERING
+from workbench.control.law_signals import steady_filters
 from workbench.design.rollout.candidates import Candidates
-from workbench.design.rollout.crafts import Crafts
+from workbench.design.rollout.crafts import VehicleBatch
 from workbench.design.rollout.estimate import estimate_fields
-from workbench.design.rollout.fields import store
-from workbench.design.rollout.motion import LANES, acceleration, derive
-from workbench.design.rollout.period import (
-    Clock,
-    Knowing,
-    Rings,
-    make_fly_period,
-    make_update,
-    note_peaks,
-    write_air,
-    write_drive,
-    write_flight,
-)
+from workbench.design.rollout.fields import set_field
+from workbench.design.rollout.lane_motion import write_lane_air, write_lane_drive, write_lane_state
+from workbench.design.rollout.lane_times import DelayRings, LaneTimes, PeriodClock
+from workbench.design.rollout.lanes import LANES, LaneWorkspace
+from workbench.design.rollout.law_update import make_law_update
+from workbench.design.rollout.motion import derive_lanes, lane_acceleration
+from workbench.design.rollout.period import StateSource, make_fly_period, note_peaks
 from workbench.design.rollout.record import Sizes, flight_dtype
-from workbench.design.rollout.senses import Senses
+from workbench.design.rollout.senses import EstimatorInputs, SensorSet
 from workbench.dynamics.air.settings import AirSettings
-from workbench.estimation.filters import lowpass, works
+from workbench.estimation.filters import filter_is_on, lowpass
 from workbench.estimation.gyro import GyroSettings, filters_gyro, gyro_filter, sample_steps
-from workbench.estimation.imu import drawn_bias
+from workbench.estimation.imu import drawn_imu_bias
 from workbench.plant.vehicle import Vehicle
 from workbench.scenario.scenario import Rates
 from workbench.session.integration import air_step
 from workbench.systems.acceleration_estimate import sampled_estimate
-from workbench.systems.battery import PERIOD, hover_power, voltage_curve
+from workbench.systems.battery import BATTERY_PERIOD_S, hover_power, voltage_curve
 
 
-class Schedule(NamedTuple):
+class FlightSchedule(NamedTuple):
     """What is flown; instants are numbers of control periods from the start.
 
     Attributes:
@@ -55,7 +49,7 @@ class Schedule(NamedTuple):
     stride: int
 
 
-def make_clock(vehicle: Vehicle, rates: Rates, battery_duration: float) -> Clock:
+def make_clock(vehicle: Vehicle, rates: Rates, battery_duration: float) -> PeriodClock:
     """Return when things happen in the flights of a vehicle.
 
     Args:
@@ -64,14 +58,14 @@ def make_clock(vehicle: Vehicle, rates: Rates, battery_duration: float) -> Clock
         battery_duration: time that a full battery hovers [s].
     """
     curve = voltage_curve(vehicle)
-    return Clock(
+    return PeriodClock(
         step=rates.physics_step,
         period=rates.control_period,
         mode_period=rates.mode_period,
         estimate=sampled_estimate(rates.control_period),
         sags=vehicle.battery is not None,
-        battery_period=PERIOD,
-        used=PERIOD / hover_power(vehicle) / battery_duration,
+        battery_period=BATTERY_PERIOD_S,
+        used=BATTERY_PERIOD_S / hover_power(vehicle) / battery_duration,
         charges=curve[:, 0].copy(),
         voltages=curve[:, 1].copy(),
     )
@@ -79,9 +73,9 @@ def make_clock(vehicle: Vehicle, rates: Rates, battery_duration: float) -> Clock
 
 def make_flights(
     sizes: Sizes,
-    senses: Senses | None,
+    senses: SensorSet | None,
     candidates: Candidates,
-    crafts: Crafts,
+    crafts: VehicleBatch,
     rates: Rates,
     clearance: float,
     drop: float,
@@ -115,18 +109,19 @@ def make_flights(
     flights["gyro"] = candidates.gyros
     _set_gyros(flights, candidates.gyros, rates)
     set_steps(flights, crafts.lags, rates.control_period)
-    late, look = crafts.seen.T
-    age, since = crafts.acting.T
-    flights["late"], flights["look"] = late, look * rates.physics_step
-    flights["age"], flights["since"] = age, since * rates.physics_step
+    for name, (periods, steps) in (("sensing", crafts.seen.T), ("command", crafts.acting.T)):
+        flights[f"{name}_delay"] = periods
+        flights[f"{name}_offset"] = steps * rates.physics_step
     flights["clearance"] = clearance
     if senses:
         _begin_estimates(flights, senses, candidates, rates)
-    begin(flights, candidates.starts, crafts.speeds, memory)
+    begin_flights(flights, candidates.starts, crafts.speeds, memory)
     return flights
 
 
-def begin(flights: np.ndarray, starts: np.ndarray, speeds: np.ndarray, memory: list[float]) -> None:
+def begin_flights(
+    flights: np.ndarray, starts: np.ndarray, speeds: np.ndarray, memory: list[float]
+) -> None:
     """Let flights begin, as a `Session` does, with what else they have.
 
     Args:
@@ -150,11 +145,11 @@ def begin(flights: np.ndarray, starts: np.ndarray, speeds: np.ndarray, memory: l
     flights["peak_use"], flights["lost_at"] = 0.0, -1.0
 
 
-def make_rings(crafts: Crafts) -> Rings:
+def make_delay_rings(crafts: VehicleBatch) -> DelayRings:
     """Return the rings of flights of N crafts, which have to be filled."""
     count, rotors = crafts.speeds.shape
-    late, age = (1 + int(each[:, 0].max(initial=0)) for each in (crafts.seen, crafts.acting))
-    return Rings(np.zeros((count, late, 13)), np.zeros((count, age, rotors)))
+    sensing, command = (1 + int(each[:, 0].max(initial=0)) for each in (crafts.seen, crafts.acting))
+    return DelayRings(np.zeros((count, sensing, 13)), np.zeros((count, command, rotors)))
 
 
 def _set_gyros(flights: np.ndarray, gyros: np.ndarray, rates: Rates) -> None:
@@ -179,17 +174,17 @@ def set_steps(flights: np.ndarray, lags: np.ndarray, period: float) -> None:
 
 
 def _begin_estimates(
-    flights: np.ndarray, senses: Senses, candidates: Candidates, rates: Rates
+    flights: np.ndarray, senses: SensorSet, candidates: Candidates, rates: Rates
 ) -> None:
     """Write what sensors and estimators have at the start."""
     flights["estimate"] = candidates.starts
     flights["estimator"], flights["settings"] = candidates.memories, candidates.filters
     flights["seeds"] = candidates.noises
-    flights["readings"] = flights["heard"] = np.nan
-    noise = senses.hearing.imu_noise
+    flights["readings"] = flights["delivered"] = np.nan
+    noise = senses.inputs.imu_noise
     with np.errstate(over="ignore"):  # integers of the noise wrap around
         seeds = {
-            seed: drawn_bias(noise.mean, noise.spread, seed) for seed in candidates.noises[:, 0]
+            seed: drawn_imu_bias(noise.mean, noise.spread, seed) for seed in candidates.noises[:, 0]
         }
     flights["bias"] = [seeds[seed] for seed in candidates.noises[:, 0]]
     for settings in np.unique(candidates.gyros, axis=0):
@@ -198,79 +193,89 @@ def _begin_estimates(
         period = float(flights["gyro_every"][same][0]) * rates.physics_step
         section = lowpass(live.accel_lowpass, live.accel_lowpass_order, period)
         flights["accel_filter"][same] = section
-        flights["accel_filters"][same] = works(live.accel_lowpass, period)
+        flights["accel_filters"][same] = filter_is_on(live.accel_lowpass, period)
 
 
-def make_fly(controller: Controller, knowing: Knowing) -> Callable[..., None]:
+def make_fly_block(controller: Controller, source: StateSource) -> Callable[..., None]:
     """Return a function that flies up to 16 candidates with a controller, from start to end."""
-    key = f"{controller.key}_{knowing.key}"
-    fly_period = make_fly_period(make_update(controller), knowing, key)
+    key = f"{controller.key}_{source.key}"
+    fly_period = make_fly_period(make_law_update(controller), source, key)
 
-    def fly(flights, rings, room, times, clock, sensors, schedule, kept, samples):
+    def fly(
+        flights: np.ndarray,
+        rings: DelayRings,
+        room: LaneWorkspace,
+        times: LaneTimes,
+        clock: PeriodClock,
+        sensors: EstimatorInputs | None,
+        schedule: FlightSchedule,
+        kept: np.ndarray,
+        samples: np.ndarray,
+    ) -> None:
         """Fly up to 16 candidates side by side; this is what gets compiled.
 
         Args:
             flights: their records, see `record.flight_dtype`.
-            rings: see `Rings`.
-            room: for their motion, with their constants, see `Crafts.furnish`.
-            times: see `period.Times`.
-            clock: see `period.Clock`.
+            rings: see `DelayRings`.
+            room: for their motion, with their constants, see `VehicleBatch.furnish`.
+            times: see `LaneTimes`.
+            clock: see `PeriodClock`.
             sensors: see `make_fly_period`.
-            schedule: see `Schedule`.
+            schedule: see `FlightSchedule`.
             kept: (k) which of the state's numbers to keep.
             samples: (M, k, 16) places for them from the edge on; NaN once a candidate is lost.
         """
         many = len(flights)
         write_flights(flights, rings, room)
-        derive(room.bodies[0], room.rotors, clock.sags, False)
+        derive_lanes(room.bodies[0], room.rotors, clock.sags, False)
         for i in range(many):  # the first sample of an IMU is that at the start
-            store(flights[i], "acceleration", acceleration(room.bodies[0], i))
+            set_field(flights[i], "acceleration", lane_acceleration(room.bodies[0], i))
         for instant in range(schedule.end + 1):
-            since = instant - schedule.edge
-            if since == 0:
+            after_edge = instant - schedule.edge  # in control periods
+            if after_edge == 0:
                 for i in range(many):
                     _begin_command(flights[i])
-            if since >= 0 and since % schedule.stride == 0:
+            if after_edge >= 0 and after_edge % schedule.stride == 0:
                 for i in range(many):
-                    _keep(flights[i], kept, samples[since // schedule.stride], i)
-            if since >= 0:
+                    _keep_state(flights[i], kept, samples[after_edge // schedule.stride], i)
+            if after_edge >= 0:
                 for i in range(many):
                     if flights[i].lost_at < 0.0:
                         note_peaks(flights[i], room, i)
             if instant < schedule.end:
                 fly_period(flights, rings, room, times, clock, sensors)
 
-    return unique(fly, key)
+    return give_unique_name(fly, key)
 
 
-@register_jitable
-def write_flights(flights, rings, room):
+@register_jitable(allocates=False)
+def write_flights(flights: np.ndarray, rings: DelayRings, room: LaneWorkspace) -> None:
     """Write flights that begin to their lanes; one that has what is not a number is lost."""
     many = len(flights)
     for i in range(LANES):  # lanes without a flight repeat the last one
         flight = flights[min(i, many - 1)]
-        if not is_whole(flight):
+        if not is_finite_flight(flight):
             flight.lost_at = 0.0
-        write_flight(flight, room, i)
-        write_air(flight, room, i)
-        write_drive(flight, room, i)
+        write_lane_state(flight, room, i)
+        write_lane_air(flight, room, i)
+        write_lane_drive(flight, room, i)
     for i in range(many):
-        fill_rings(flights[i], rings, i)
+        fill_delay_rings(flights[i], rings, i)
 
 
-@register_jitable
-def fill_rings(flight, rings, i):
+@register_jitable(allocates=False)
+def fill_delay_rings(flight: np.record, rings: DelayRings, i: int) -> None:
     """Let the state at the start, and the commands of then, be on their way."""
-    for age in range(rings.seen.shape[1]):
+    for age in range(rings.states.shape[1]):
         for k in range(13):
-            rings.seen[i, age, k] = flight.state[k]
-    for age in range(rings.asked.shape[1]):
+            rings.states[i, age, k] = flight.state[k]
+    for age in range(rings.commands.shape[1]):
         for k in range(len(flight.commands)):
-            rings.asked[i, age, k] = flight.commands[k]
+            rings.commands[i, age, k] = flight.commands[k]
 
 
-@register_jitable
-def is_whole(flight):
+@register_jitable(allocates=False)
+def is_finite_flight(flight: np.record) -> bool:
     """Return whether all that a flight is given is a number.
 
     Comparisons with NaN are false: a limit that is NaN would limit nothing.
@@ -281,15 +286,15 @@ def is_whole(flight):
     return not missing
 
 
-@register_jitable
-def _begin_command(flight):
+@register_jitable(allocates=False)
+def _begin_command(flight: np.record) -> None:
     """Give the command at the edge."""
     for k in range(len(flight.reference)):
         flight.reference[k] = flight.following[k]
 
 
-@register_jitable
-def _keep(flight, kept, places, i):
+@register_jitable(allocates=False)
+def _keep_state(flight: np.record, kept: np.ndarray, places: np.ndarray, i: int) -> None:
     """Write what is asked for of the state."""
     for k in range(len(kept)):
         places[k, i] = flight.state[kept[k]] if flight.lost_at < 0.0 else math.nan

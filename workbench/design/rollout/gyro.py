@@ -1,74 +1,87 @@
-"""The truth as laws know it: the angular velocity is that of a filtered gyro, see `flight_imu`."""
+"""The true state, with the angular velocity of a filtered gyro, see `flight_imu`."""
 
 import math
 
 import numpy as np
 
 from workbench.common.jitable import register_jitable
-from workbench.design.rollout.fields import fetch, store
-from workbench.design.rollout.period import Knowing
-from workbench.design.rollout.record import MOTION
+from workbench.common.vectors import Numbers, Vector3
+from workbench.design.rollout.fields import get_field, set_field
+from workbench.design.rollout.lane_times import PeriodClock
+from workbench.design.rollout.period import StateSource
+from workbench.design.rollout.record import IMU_MOTION_SIZE
+from workbench.design.rollout.senses import EstimatorInputs
 from workbench.dynamics.motion_between import body_rate, motion_between, point_motion
 from workbench.estimation.gyro import (
-    at_rest,
-    body_rates,
     filtered_rates,
-    sensed,
+    state_body_rates,
+    steady_gyro_states,
     stepped_filters,
+    with_sensed_rates,
 )
 
-ORIGIN = (0.0, 0.0, 0.0)
+BODY_ORIGIN = (0.0, 0.0, 0.0)
 SAMPLE_TOLERANCE = 1e-6
 """Share of the time between two samples of the gyro by which one may be off its time."""
 
 
 @register_jitable
-def _know(flight, clock, sensors):
+def _write_true_state(
+    flight: np.record, clock: PeriodClock, sensors: EstimatorInputs | None
+) -> None:
     """Write the state that the law knows at a control update."""
-    state = fetch(flight, "state")
+    state = get_field(flight, "state")
     if flight.gyro_filters > 0.0:
-        rates, states = body_rates(state), at_rest(body_rates(state))
+        rates, states = state_body_rates(state), steady_gyro_states(state_body_rates(state))
         if flight.sampled > 0.0:
             rates, states = _filter_samples(flight, clock, state, clock.period)
         else:
-            coefficients = fetch(flight, "gyro_filter")
+            coefficients = get_field(flight, "gyro_filter")
             states = stepped_filters(coefficients, states, rates)
-        store(flight, "rates", rates)
-        store(flight, "gyro_states", states)
-        store(flight, "motion", point_motion(state, ORIGIN))
+        set_field(flight, "rates", rates)
+        set_field(flight, "gyro_states", states)
+        set_field(flight, "motion", point_motion(state, BODY_ORIGIN))
         flight.sampled = 1.0
-        state = sensed(state, rates)
-    store(flight, "known", state)
+        state = with_sensed_rates(state, rates)
+    set_field(flight, "known", state)
 
 
 @register_jitable
-def _look(flight, clock, sensors, passed):
+def _gyro_state(
+    flight: np.record, clock: PeriodClock, sensors: EstimatorInputs | None, passed: float
+) -> tuple[float, ...]:
     """Return the state (13) as the gyro tells it between two control updates."""
-    state = fetch(flight, "state")
+    state = get_field(flight, "state")
     if flight.gyro_filters == 0.0:
         return state
     rates, _ = _filter_samples(flight, clock, state, passed)
-    return sensed(state, rates)
+    return with_sensed_rates(state, rates)
 
 
 @register_jitable
-def _filter_samples(flight, clock, state, passed):
+def _filter_samples(
+    flight: np.record, clock: PeriodClock, state: Numbers, passed: float
+) -> tuple[Vector3, tuple[float, ...]]:
     """Return the filtered angular velocity in B (3) [rad/s], and the states of the filters (12).
 
     They are those after the samples since the last update; the motion between is `motion_between`.
 
     Args:
         flight: its record, of which nothing changes; an update has been before.
-        clock: see `Clock`.
+        clock: see `PeriodClock`.
         state: of the body now (13).
         passed: time since the last update [s].
     """
     period = flight.gyro_every * clock.step
     count = math.floor(passed / period + SAMPLE_TOLERANCE)
-    coefficients, states = fetch(flight, "gyro_filter"), fetch(flight, "gyro_states")
-    rates, now, between = fetch(flight, "rates"), np.empty(MOTION), np.empty(MOTION)
-    motion = point_motion(state, ORIGIN)
-    for k in range(MOTION):
+    coefficients, states = get_field(flight, "gyro_filter"), get_field(flight, "gyro_states")
+    rates, now, between = (
+        get_field(flight, "rates"),
+        np.empty(IMU_MOTION_SIZE),
+        np.empty(IMU_MOTION_SIZE),
+    )
+    motion = point_motion(state, BODY_ORIGIN)
+    for k in range(IMU_MOTION_SIZE):
         now[k] = motion[k]
     for number in range(1, count + 1):
         motion_between(flight.motion, now, passed, number * period / passed, between)
@@ -79,18 +92,20 @@ def _filter_samples(flight, clock, state, passed):
 
 
 @register_jitable(forceinline=True)
-def _mode_state(flight):
-    return fetch(flight, "state")
+def _mode_truth(flight: np.record) -> tuple[float, ...]:
+    return get_field(flight, "state")
 
 
 @register_jitable(forceinline=True)
-def _never(sensors, now):
+def _never_due(sensors: EstimatorInputs | None, now: float) -> float:
     return math.inf
 
 
 @register_jitable(forceinline=True)
-def _no_sample(flight, sensors, now):
-    """Do nothing: no other sensor is heard."""
+def _no_sample(flight: np.record, sensors: EstimatorInputs | None, now: float) -> None:
+    """Do nothing: the truth needs no sensor."""
 
 
-KNOW_TRUTH = Knowing(_know, _look, _mode_state, _never, _no_sample, "truth")
+TRUE_STATE = StateSource(
+    _write_true_state, _gyro_state, _mode_truth, _never_due, _no_sample, "truth"
+)

@@ -1,21 +1,22 @@
 """One flight between two control periods, as a record of named numbers."""
 
-from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from workbench.control.controller import Controller
-from workbench.control.flight_law import FILTERED, ComputerSettings, LawConstants
+from workbench.control.flight_law import ComputerSettings
 from workbench.control.guidance import Reference
+from workbench.control.law_constants import LawConstants
+from workbench.control.law_signals import FILTER_STATE_COUNT
 from workbench.design.rollout.fields import packed_dtype
 from workbench.dynamics.air.settings import AirSettings
-from workbench.dynamics.air.update import EDDIES
-from workbench.estimation.gyro import COEFFICIENTS, STATES, GyroSettings
+from workbench.dynamics.air.update import EDDY_MEMORY_SIZE
+from workbench.estimation.gyro import GYRO_COEFFICIENT_COUNT, GYRO_STATE_COUNT, GyroSettings
 
-MOTION = 14
+IMU_MOTION_SIZE = 14
 """Of the IMU, see `motion_between.point_motion`."""
-SECTION = 9
+FILTER_COEFFICIENTS = 9
 """Coefficients of a filter, see `estimation.filters`."""
 
 
@@ -43,40 +44,44 @@ def sizes_of(controller: Controller | None, rotors: int) -> Sizes:
 def flight_dtype(sizes: Sizes, estimate: dict[str, Any] | None = None) -> np.dtype:
     """Return the type of a flight's record.
 
-    The fields are, with vectors in W unless they say otherwise (those up to `gyro` are `inputs`):
+    All fields are float64; a flag is 0.0 or 1.0. Shapes are in brackets, and a field without one is
+    a number. Vectors are in W unless they say otherwise. `inputs` are what a flight is given:
+    state, speeds, reference, following, wrench, commands, gains, computer, shares, air and gyro.
 
         state           (13) of the body: q_WB, p_WB [m], w_WB [rad/s], v_WB [m/s]
         speeds          (n) of the rotors [rad/s]
-        reference       `guidance.Reference`; `following` is that from the edge on
-        hold, holding   point that is held [m]; 1 while it is
+        reference       (8) `guidance.Reference`; `following` (8) is that from the edge on
+        hold            (3) point that is held [m]; holding is a flag: it is held
         mode            see `control.mode.FlightMode`; mode_updates are those that it had
         wrench          (4) that is asked for where no law flies: force [N], moment [N·m], in T
         known           (13) the state that the law sees
-        commands        (n) of the law [rad/s]; `acting` are those that the rotors follow
-        filtered        see `flight_law.FilterStates`
-        gains, memory   of the law, in its order
-        computer        `ComputerSettings`
-        law             `LawConstants`
+        commands        (n) of the law [rad/s]; `acting` (n) are those that the rotors follow
+        filtered        (10) see `law_signals.FilterStates`
+        gains, memory   of the law, in its order; their sizes are those of `sizes`
+        computer        (3) `ComputerSettings`
+        law             the record of `LawConstants`
         shares          (n) of their thrust that rotors give
-        air             `AirSettings`; air_seed of the turbulence, eddies its filters
-        wind, push      in this control period: velocity [m/s]; force [N], point in B [m] and torque
-                        in B [N·m]
-        voltage         that the law is told, see `guidance.Measured`
+        air             the record of `AirSettings`; air_seed of the turbulence, eddies (6) of its
+                        filters
+        wind            (3) velocity in this control period [m/s]
+        push            (9) in this control period: force [N], point in B [m], torque in B [N·m]
+        voltage         that the law is told, see `guidance.MeasuredMotion`
         charge          of the battery, 0 .. 1; open_circuit is the voltage that follows, see
                         `dynamics.rotors.loaded_voltage`, and drop, too; sag_compensation is a
                         share; battery_updates are those that it had
-        gyro            `GyroSettings`; gyro_every are the steps of physics between its samples,
-                        gyro_filters says whether they are filtered, gyro_filter has coefficients,
-                        gyro_states the states of the filters
+        gyro            (7) `GyroSettings`; gyro_every are the steps of physics between its samples,
+                        gyro_filters is a flag: they are filtered; gyro_filter (18) has
+                        coefficients, gyro_states (12) the states of the filters
         rates           (3) angular velocity in B that the filters give [rad/s]
         motion          (14) at the last control update, of the IMU with an estimator, else of the
-                        body's origin, see `motion_between.point_motion`; sampled says whether there
+                        body's origin, see `motion_between.point_motion`; sampled is a flag: there
                         was an update
-        acceleration    angular, and of the origin, at the start [rad/s², m/s²]
-        late, look      what the law sees: from how many periods ago, and how long after their
-                        beginning [s]
-        age, since      which commands act: from how many updates ago, and from when on [s]
-        step, third     of the integrator [s], and whether it is of third order; fast_step and
+        acceleration    (6) angular, and of the origin, at the start [rad/s², m/s²]
+        sensing_delay   control periods from sensing to the law; sensing_offset is when in a
+                        period the state is sensed, after its beginning [s]
+        command_delay   control periods from the law to the rotors; command_offset is when in a
+                        period they follow new commands, after its beginning [s]
+        step            of the integrator [s]; third is a flag: it is of third order; fast_step and
                         fast_third where the body turns fast, see `session.integration.air_step`
         clearance       height at which the body stands on the ground [m]
         count           control periods flown; lost_at is that at which it was lost, else -1
@@ -97,7 +102,7 @@ def flight_dtype(sizes: Sizes, estimate: dict[str, Any] | None = None) -> np.dty
         "gains": (sizes.gains,),
         "computer": (len(ComputerSettings._fields),),
         "shares": (n,),
-        "air": named_dtype(AirSettings._fields),
+        "air": packed_dtype(dict.fromkeys(AirSettings._fields, ())),
         "gyro": (len(GyroSettings._fields),),
         "hold": (3,),
         "holding": (),
@@ -105,11 +110,11 @@ def flight_dtype(sizes: Sizes, estimate: dict[str, Any] | None = None) -> np.dty
         "mode_updates": (),
         "known": (13,),
         "acting": (n,),
-        "filtered": (FILTERED,),
+        "filtered": (FILTER_STATE_COUNT,),
         "memory": (sizes.memory,),
         "law": law_dtype(n),
         "air_seed": (),
-        "eddies": (EDDIES,),
+        "eddies": (EDDY_MEMORY_SIZE,),
         "wind": (3,),
         "push": (9,),
         "charge": (),
@@ -120,16 +125,16 @@ def flight_dtype(sizes: Sizes, estimate: dict[str, Any] | None = None) -> np.dty
         "battery_updates": (),
         "gyro_every": (),
         "gyro_filters": (),
-        "gyro_filter": (COEFFICIENTS,),
-        "gyro_states": (STATES,),
+        "gyro_filter": (GYRO_COEFFICIENT_COUNT,),
+        "gyro_states": (GYRO_STATE_COUNT,),
         "rates": (3,),
-        "motion": (MOTION,),
+        "motion": (IMU_MOTION_SIZE,),
         "sampled": (),
         "acceleration": (6,),
-        "late": (),
-        "look": (),
-        "age": (),
-        "since": (),
+        "sensing_delay": (),
+        "sensing_offset": (),
+        "command_delay": (),
+        "command_offset": (),
         "step": (),
         "third": (),
         "fast_step": (),
@@ -142,11 +147,6 @@ def flight_dtype(sizes: Sizes, estimate: dict[str, Any] | None = None) -> np.dty
     }
     present = {name: kind for name, kind in fields.items() if kind != (0,)}
     return packed_dtype(present, whole={"inputs": ("state", "gyro")})
-
-
-def named_dtype(names: Sequence[str]) -> np.dtype:
-    """Return the type of a record with a number for each name."""
-    return packed_dtype(dict.fromkeys(names, ()))
 
 
 def law_dtype(n: int) -> np.dtype:

@@ -1,43 +1,45 @@
-"""What an estimator hears in compiled flights: IMU, GPS, barometer, magnetometer, range finder."""
+"""An estimator and its sensors in compiled flights."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
+from workbench.common.errors import WorkbenchError
 from workbench.diagram.mounting import (
     deviations_at_start,
     find_imu,
     magnetometer_turn,
     mounting_of,
 )
-from workbench.diagram.sensor_choice import SensorChoice, choose_sensors
 from workbench.estimation import imu
-from workbench.estimation.ekf import START, InitialDeviations, start_errors
-from workbench.estimation.estimators import Estimator, find_estimator
+from workbench.estimation.ekf import START_ERRORS_SOURCE, InitialDeviations, start_errors
+from workbench.estimation.estimators import Estimator
 from workbench.estimation.samples import Mounting
-from workbench.estimation.settings import HEARD, TRUTH
+from workbench.estimation.settings import AIDING_SENSORS
+from workbench.plant.formats.values import listed_names
 from workbench.plant.home import DEFAULT_HOME
 from workbench.plant.sensors import Barometer, RangeFinder
 from workbench.plant.vehicle import Vehicle
-from workbench.scenario.parameters import parameter_table
 from workbench.scenario.scenario import Scenario
-from workbench.systems.noise import noise_seed
+from workbench.scenario.sensor_choice import SensorChoice
+from workbench.setup import Setup
+from workbench.systems.noise import noise_seed, noise_source_name, sensor_system_name
 from workbench.systems.sensors.noisy_sensor import noise_model
-from workbench.systems.sensors.sampled_sensor import LATE
+from workbench.systems.sensors.sampled_sensor import LATENCY_TOLERANCE_S
 
-CHANNELS = (6, 1, 3, 1)
-"""Numbers that have noise of each of `HEARD`."""
-MOST = max(CHANNELS)
-UNHEARD = ("gps", "barometer", "magnetometer", "range_finder", "imu")
+NOISE_CHANNELS = (6, 1, 3, 1)
+"""Numbers that have noise of each of `AIDING_SENSORS`."""
+MAX_NOISE_CHANNELS = max(NOISE_CHANNELS)
+UNSUPPORTED_SENSORS = ("gps", "barometer", "magnetometer", "range_finder", "imu")
 """Systems of parameters that compiled flights know at their defaults alone: faults, and what
 disturbs sensors."""
 
 
-class Hearing(NamedTuple):
-    """Sensors for compiled code; what is of four is that of `HEARD`.
+class EstimatorInputs(NamedTuple):
+    """Sensors for compiled code; what is of four is that of `AIDING_SENSORS`.
 
     Tuples where that can be: to count who holds an array takes longer than to read it.
 
@@ -48,7 +50,7 @@ class Hearing(NamedTuple):
         mounting: see `Mounting.packed` (18).
         R_BM: of the magnetometer, row by row (9).
         periods: between samples (4) [s], 0 of what is not there.
-        late: from a sample to its delivery (4) [s].
+        latencies: from a sample to its delivery (4) [s].
         depth: samples that wait at most.
         noise: of each channel mean, deviation, mean and deviation of the bias, share of the drift
             that is left after a sample, deviation of what it adds, precision (4, 6, 7).
@@ -63,7 +65,7 @@ class Hearing(NamedTuple):
     mounting: tuple[float, ...]
     R_BM: tuple[float, ...]
     periods: tuple[float, ...]
-    late: tuple[float, ...]
+    latencies: tuple[float, ...]
     depth: int
     noise: np.ndarray
     reference: float
@@ -72,20 +74,20 @@ class Hearing(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Senses:
+class SensorSet:
     """What tells the law of its motion in compiled flights.
 
     Attributes:
         estimator: that runs.
-        hearing: its sensors.
-        names: of the sources of noise: of the IMU, and of each of `HEARD`.
+        inputs: what its sensors have in common.
+        names: of the sources of noise: of the IMU, and of each of `AIDING_SENSORS`.
         mounting: of the sensors.
         known: how far the estimate may be off at the start.
         noise: whether there is any.
     """
 
     estimator: Estimator
-    hearing: Hearing
+    inputs: EstimatorInputs
     names: tuple[str, ...]
     mounting: Mounting
     known: InitialDeviations
@@ -108,49 +110,61 @@ class Senses:
 
     def memory(self, state: np.ndarray, seed: int) -> np.ndarray:
         """Return what the estimator remembers at the start of a flight at a motion (13)."""
-        drawn = start_errors(noise_seed(seed, START) if self.noise else None)
+        drawn = start_errors(noise_seed(seed, START_ERRORS_SOURCE) if self.noise else None)
         return self.estimator.begin(state, self.mounting, drawn, self.known)
 
 
-def why_not(vehicle: Vehicle, scenario: Scenario, values: Mapping[str, float]) -> str:
-    """Return why compiled flights cannot know the motion as a scenario's law does; "" if they can.
+def moving_joints(vehicle: Vehicle) -> str:
+    """Return a clause on the joints of a vehicle that move."""
+    names = listed_names([joint.name for joint in vehicle.joints])
+    return f"{names} {'moves' if len(vehicle.joints) == 1 else 'move'} in flight"
 
-    Args:
-        vehicle: as the law knows it.
-        scenario: its estimator and world count.
-        values: of parameters by name, those that differ from the table's defaults or all.
+
+def refuse_joints(vehicle: Vehicle) -> None:
+    """Refuse a vehicle that compiled flights do not have.
+
+    Raises:
+        WorkbenchError: if its joints move.
     """
-    name = scenario.estimator
-    if name == TRUTH:
+    if vehicle.joints:
+        raise WorkbenchError(
+            f"{moving_joints(vehicle)}, and compiled flights have one rigid body: "
+            f"{vehicle.name} flies only on the diagram (the app, workbench fly, step, sweep)"
+        )
+
+
+def why_not_compiled(setup: Setup) -> str:
+    """Return why flights of a setup are not compiled; "" if they are.
+
+    Compiled flights have one rigid body, and cannot know its motion as every law does.
+    """
+    if setup.vehicle.joints:
+        return f"{moving_joints(setup.vehicle)}, which is not compiled"
+    if setup.estimator is None:
         return ""
-    if vehicle.battery is not None:
+    name = setup.scenario.estimator
+    if setup.vehicle.battery is not None:
         return f"the charge of the battery, which flights on {name} estimate, is not compiled"
-    if scenario.world != Scenario.world:
+    if setup.scenario.world != Scenario.world:
         return f"what sensors see of a world, which flights on {name} hear, is not compiled"
-    for row in parameter_table():
-        if row.system in UNHEARD and values.get(row.name, row.default) != row.default:
+    for row in setup.table:
+        if row.system in UNSUPPORTED_SENSORS and setup.values[row.name] != row.default:
             return f"{row.name}, which flights on {name} feel, is not compiled"
     return ""
 
 
-def make_senses(vehicle: Vehicle, scenario: Scenario) -> Senses | None:
-    """Return what tells the law of a scenario's flights their motion; None for the truth.
-
-    Args:
-        vehicle: as the law knows it.
-        scenario: its estimator, sensors and rates count.
+def make_sensor_set(setup: Setup) -> SensorSet | None:
+    """Return what tells the law its motion in compiled flights; None for the truth.
 
     Raises:
         WorkbenchError: if the vehicle has no IMU.
     """
-    estimator = find_estimator(scenario.estimator)
+    estimator, choices, noise = setup.estimator, setup.sensors, setup.scenario.sensors.noise
     if estimator is None:
         return None
-    config = scenario.sensors
-    choices = choose_sensors(vehicle, scenario)
-    heard = [_first(choices, kind) for kind in HEARD]
-    step, period = scenario.rates.physics_step, scenario.rates.control_period
-    inertial = find_imu(vehicle, config.noise)
+    heard = [_first_of_kind(choices, kind) for kind in AIDING_SENSORS]
+    step, period = setup.rates.physics_step, setup.rates.control_period
+    inertial = find_imu(setup.vehicle, noise)
     mounting = mounting_of(inertial, choices, DEFAULT_HOME)
     _, barometer, _, finder = (each.sensor if each else None for each in heard)
     reference, nearest, farthest = DEFAULT_HOME.altitude, 0.0, math.inf
@@ -158,9 +172,9 @@ def make_senses(vehicle: Vehicle, scenario: Scenario) -> Senses | None:
         reference = barometer.reference_altitude
     if isinstance(finder, RangeFinder):
         nearest, farthest = finder.min_range, finder.max_range
-    return Senses(
+    return SensorSet(
         estimator=estimator,
-        hearing=Hearing(
+        inputs=EstimatorInputs(
             p_BS=tuple(map(float, inertial.p_BS)),
             R_BS=tuple(np.array(inertial.R_BS, dtype=float).ravel().tolist()),
             imu_noise=imu.ImuNoise(
@@ -169,32 +183,32 @@ def make_senses(vehicle: Vehicle, scenario: Scenario) -> Senses | None:
             mounting=tuple(mounting.packed().tolist()),
             R_BM=tuple(magnetometer_turn(choices).ravel().tolist()),
             periods=tuple(each.period if each else 0.0 for each in heard),
-            late=tuple(each.latency - LATE if each else 0.0 for each in heard),
+            latencies=tuple(each.latency - LATENCY_TOLERANCE_S if each else 0.0 for each in heard),
             depth=max([1 + math.ceil(each.latency / each.period) for each in heard if each] or [1]),
-            noise=np.array([_noise(each) for each in heard]),
+            noise=np.array([_channel_noise(each) for each in heard]),
             reference=float(reference),
             nearest=float(nearest),
             farthest=float(farthest),
         ),
-        names=(imu.SOURCE, *(_source(each) for each in heard)),
+        names=(imu.IMU_NOISE_SOURCE, *(_source(each) for each in heard)),
         mounting=mounting,
         known=deviations_at_start(inertial),
-        noise=config.noise,
+        noise=noise,
     )
 
 
-def _first(choices: Sequence[SensorChoice], kind: str) -> SensorChoice | None:
+def _first_of_kind(choices: Sequence[SensorChoice], kind: str) -> SensorChoice | None:
     return next((each for each in choices if each.sensor.kind == kind), None)
 
 
 def _source(choice: SensorChoice | None) -> str:
     """Return the name of the system that makes a sensor's noise, see `diagram.sensing`."""
-    return f"{choice.sensor.name.replace('::', '/')}_sensor_noise" if choice else "nothing"
+    return noise_source_name(sensor_system_name(choice.sensor.name)) if choice else "nothing"
 
 
-def _noise(choice: SensorChoice | None) -> np.ndarray:
+def _channel_noise(choice: SensorChoice | None) -> np.ndarray:
     """Return the noise of a sensor's channels (6, 7)."""
-    found = np.zeros((MOST, 7))
+    found = np.zeros((MAX_NOISE_CHANNELS, 7))
     if choice is None:
         return found
     noises = choice.sensor.noises

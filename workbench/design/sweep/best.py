@@ -4,14 +4,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.design.metrics import for_people
+from workbench.common.quantity import display_unit
 from workbench.design.sweep.case import axis_of
-from workbench.design.sweep.ranges import SEED, VARY
-from workbench.design.sweep.table import SweepTable, resolution
+from workbench.design.sweep.ranges import SEED_NAME, VARIATION_PREFIX
+from workbench.design.sweep.table import SweepTable, metric_resolution
 
-_OF_THE_DRONE = (VARY, "payload_")
+_VEHICLE_PREFIXES = (VARIATION_PREFIX, "payload_")
 """Prefixes of names of ranges that are not design choices."""
-MOST_TRIED = 5
+MAX_PROVED_CANDIDATES = 5
 """Largest number of candidates to fly on the full diagram."""
 
 
@@ -24,7 +24,7 @@ class BestCandidate:
         metric: the one used for the ranking.
         parameters: (P) its values of the swept numbers.
         values: (K) its metrics in the table.
-        flown: (9) its metrics on the full diagram, see `metrics.FLOWN`.
+        flown: (9) its metrics on the full diagram, see `FLOWN_METRICS`.
         refused: rows ranked before it that were lost on the full diagram.
         unmoved: names of the swept numbers that the metric does not depend on.
     """
@@ -53,15 +53,15 @@ def why_no_best(table: SweepTable, metric: str) -> str:
         WorkbenchError: if the metric is unknown or was not measured.
     """
     tied = table.tied(metric)
-    drones = [each.name for each in table.ranges if each.name.startswith(_OF_THE_DRONE)]
-    if SEED in (each.name for each in table.ranges):
+    drones = [each.name for each in table.ranges if each.name.startswith(_VEHICLE_PREFIXES)]
+    if SEED_NAME in (each.name for each in table.ranges):
         return (
             "no best is chosen: the seed is random: sweep gains with one seed, or look at the "
             "spread"
         )
     if drones:
         verb = "is" if len(drones) == 1 else "are"
-        option = "--vary" if drones[0].startswith(VARY) else "--set"
+        option = "--vary" if drones[0].startswith(VARIATION_PREFIX) else "--set"
         return (
             f"no best is chosen: {' and '.join(drones)} {verb} of the drone, not of its gains: "
             f"sweep gains alone with {option}, or search over such drones with `workbench tune`"
@@ -71,16 +71,17 @@ def why_no_best(table: SweepTable, metric: str) -> str:
     unmoved = table.unmoved(metric)
     if len(unmoved) == len(table.ranges):
         return f"no best is chosen: {_all_equal(table, metric, tied)}"
-    if len(_different(table, tied, unmoved)) > 1:
+    if len(_distinct_values(table, tied, unmoved)) > 1:
         return (
-            f"no best is chosen: {len(tied)} candidates have the same {_value(table, metric, tied)}"
+            f"no best is chosen: {len(tied)} candidates have the same "
+            f"{_ranked_value(table, metric, tied)}"
             f", settle equally soon, and are equal in overshoot: {_spans(table, tied, unmoved)}; "
             "sweep by another --metric"
         )
     return ""
 
 
-def what_does_not_move(table: SweepTable, metric: str) -> str:
+def unaffected_numbers_text(table: SweepTable, metric: str) -> str:
     """Return a sentence on the swept numbers that a metric does not depend on, or "".
 
     Raises:
@@ -101,18 +102,20 @@ def what_does_not_move(table: SweepTable, metric: str) -> str:
 
 def _all_equal(table: SweepTable, metric: str, tied: np.ndarray) -> str:
     return (
-        f"all {len(table)} candidates have the same {_value(table, metric, tied)}: "
-        f"{what_does_not_move(table, metric)}"
+        f"all {len(table)} candidates have the same {_ranked_value(table, metric, tied)}: "
+        f"{unaffected_numbers_text(table, metric)}"
     )
 
 
-def _value(table: SweepTable, metric: str, tied: np.ndarray) -> str:
+def _ranked_value(table: SweepTable, metric: str, tied: np.ndarray) -> str:
     """Return a metric with the value that tied rows have."""
-    scale, unit = for_people(table.units[table.names.index(metric)])
-    value = scale * float(table.column(metric)[tied[0]])
-    least = scale * resolution(table.metric(metric), table.column(metric), table.case.amplitude)
+    unit = display_unit(table.units[table.names.index(metric)])
+    value = unit.factor * float(table.column(metric)[tied[0]])
+    least = unit.factor * metric_resolution(
+        table.metric(metric), table.column(metric), table.case.amplitude
+    )
     shown = f"{0.0 if abs(value) < least else value:.4g}"
-    return f"{metric}, {shown} {unit}".rstrip()
+    return f"{metric}, {shown} {unit.symbol}".rstrip()
 
 
 def _why_none_counts(table: SweepTable, metric: str) -> str:
@@ -130,7 +133,7 @@ def _why_none_counts(table: SweepTable, metric: str) -> str:
     return "no best is chosen: no step begins at rest, as the drone drifts in the hover before it"
 
 
-def _different(table: SweepTable, rows: np.ndarray, unmoved: tuple[str, ...]) -> np.ndarray:
+def _distinct_values(table: SweepTable, rows: np.ndarray, unmoved: tuple[str, ...]) -> np.ndarray:
     """Return the number of different values of relevant parameters among rows."""
     columns = [index for index, each in enumerate(table.ranges) if each.name not in unmoved]
     found: np.ndarray = np.unique(table.parameters[rows][:, columns], axis=0)
@@ -176,7 +179,7 @@ def prove_best(table: SweepTable, metric: str) -> BestCandidate | None:
 
     tied = table.tied(metric)
     ranking = [*_nearest_first(table, tied), *table.ranking(metric)[len(tied) :]]
-    for index in map(int, ranking[:MOST_TRIED]):
+    for index in map(int, ranking[:MAX_PROVED_CANDIDATES]):
         flown, lost = fly_one(table.case, table.candidate(index))
         if np.isnan(lost):
             return BestCandidate(

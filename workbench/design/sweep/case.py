@@ -1,26 +1,29 @@
 """The step that every candidate of a sweep flies, the candidates, and the results of flights."""
 
 import dataclasses
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from workbench.common.errors import WorkbenchError, unknown_name
-from workbench.control.controller import Controller, load_controller
-from workbench.design.metrics import FLOWN
+from workbench.control.controller import Controller
+from workbench.control.controller_file import controller_or_default
+from workbench.design.metrics import FLOWN_METRICS
 from workbench.design.step_response import check_duration, check_step
-from workbench.design.sweep.ranges import SEED, VARY, SweepRange
+from workbench.design.sweep.ranges import SEED_NAME, VARIATION_PREFIX, SweepRange
 from workbench.estimation.settings import COMPLEMENTARY, EKF, TRUTH
-from workbench.gains.gains import flight_gains
+from workbench.parameters.parameter_table import check_parameters
 from workbench.plant.variation import Variation
-from workbench.plant.vehicle import Vehicle
-from workbench.scenario.axes import AXES, find_axis
-from workbench.scenario.parameters import check_parameters, parameter_table
-from workbench.scenario.scenario import Scenario, flown_controller
+from workbench.scenario.axes import AXIS_NAMES, find_axis
+from workbench.scenario.flown_controller import flown_controller
+from workbench.scenario.scenario import Scenario
 
-_OTHERS = {
+if TYPE_CHECKING:
+    from workbench.setup import Setup
+
+_PARAMETER_AXES = {
     "max_tilt": "x",
     "max_speed": "x",
     "max_climb_rate": "z",
@@ -35,12 +38,13 @@ Progress = Callable[[float], None]
 """Function called with the share done, 0 .. 1."""
 Stop = Callable[[], bool]
 """Function called regularly; True ends the work with the results so far."""
-Keep = Callable[[int, np.ndarray, float], None]
-"""Function called with each flight: number of the candidate, metrics, time of its loss [s]."""
+FlownPart = tuple[Sequence[int], np.ndarray, np.ndarray]
+"""Numbers of some candidates (k), their metrics (k, 9), see `FLOWN_METRICS`, NaN for none, and the
+times from the edge to their losses (k) [s], NaN without a loss."""
 
 
 @dataclass(frozen=True)
-class Candidate:
+class SweepCandidate:
     """Values of live parameters by name, and the variation of the drone.
 
     The seed is that of its turbulence; None for that of the scenario.
@@ -83,55 +87,37 @@ class SweepCase:
         """The controller that flies it."""
         return flown_controller(self.scenario)
 
-    def vehicle(self) -> Vehicle:
-        """Return the vehicle, as known to its controller.
-
-        Raises:
-            WorkbenchError: if its description cannot be read.
-        """
-        from workbench.scenario.configured import configured_vehicle
-
-        return configured_vehicle(self.scenario.vehicle)
-
-    def values(self, vehicle: Vehicle) -> dict[str, float]:
-        """Return all parameter values without a sweep, by name.
-
-        Raises:
-            WorkbenchError: if a setting or gain file is wrong.
-        """
-        return flight_gains(vehicle, self.scenario.vehicle.gains, self.settings, self.controller)
-
-    def candidate(self, ranges: Sequence[SweepRange], row: Sequence[float]) -> Candidate:
+    def candidate(self, ranges: Sequence[SweepRange], row: Sequence[float]) -> SweepCandidate:
         """Return the candidate with these values of the swept numbers."""
         swept = {each.name: float(value) for each, value in zip(ranges, row, strict=True)}
-        seed = int(swept.pop(SEED)) if SEED in swept else None
+        seed = int(swept.pop(SEED_NAME)) if SEED_NAME in swept else None
         settings, factors = dict(self.settings), dict[str, Any]()
         for name, value in swept.items():
-            if name.startswith(VARY):
-                factors[name.removeprefix(VARY)] = value
+            if name.startswith(VARIATION_PREFIX):
+                factors[name.removeprefix(VARIATION_PREFIX)] = value
             else:
                 settings[name] = value
         variation = dataclasses.replace(self.scenario.vehicle.variation, **factors)
-        return Candidate(settings, variation, seed)
+        return SweepCandidate(settings, variation, seed)
 
-    def present(self, ranges: Sequence[SweepRange], vehicle: Vehicle) -> list[float]:
-        """Return the values of the swept numbers without a sweep."""
-        values = self.values(vehicle)
-        variation = dataclasses.asdict(self.scenario.vehicle.variation)
-        values |= {f"{VARY}{name}": value for name, value in variation.items()}
-        values[SEED] = self.scenario.sensors.seed
+    def present(self, ranges: Sequence[SweepRange], setup: "Setup") -> list[float]:
+        """Return the values of the swept numbers without a sweep, of the setup of the case."""
+        values = dict(setup.values)
+        variation = dataclasses.asdict(setup.variation)
+        values |= {f"{VARIATION_PREFIX}{name}": value for name, value in variation.items()}
+        values[SEED_NAME] = setup.scenario.sensors.seed
         return [values[each.name] for each in ranges]
 
-    def check(self, ranges: Sequence[SweepRange], vehicle: Vehicle) -> None:
-        """Check that the vehicle can fly a sweep.
+    def check(self, ranges: Sequence[SweepRange], setup: "Setup") -> None:
+        """Check that the setup of the case can fly a sweep.
 
         Raises:
             WorkbenchError: if it lacks a swept parameter, or a limit would saturate the step.
         """
-        table = parameter_table(self.controller)
+        table = setup.table
         rows = [row.name for row in table]
         names = [each.name for each in ranges if each.name in rows]
-        check_parameters(vehicle, names, table)
+        check_parameters(setup.vehicle, names, table)
         for name in names:
             system, flown = table.find(name).system, self.scenario.estimator
             if system in (COMPLEMENTARY, EKF) and system != flown:
@@ -141,7 +127,7 @@ class SweepCase:
                 )
         axis = find_axis(self.axis)
         lows = {each.name: each.low for each in ranges}
-        most = lows.get(axis.limit, self.values(vehicle)[axis.limit])
+        most = lows.get(axis.limit, setup.values[axis.limit])
         if abs(self.amplitude) > most:
             raise WorkbenchError(
                 f"a step of {self.amplitude:g} {axis.unit} along {self.axis} cannot be "
@@ -149,12 +135,12 @@ class SweepCase:
             )
 
 
-class Flown(NamedTuple):
+class SweepResults(NamedTuple):
     """The results of N candidates.
 
     Attributes:
         done: (N) whether a candidate was flown.
-        values: (N, 9) metrics, see `metrics.FLOWN`; NaN for none.
+        values: (N, 9) metrics, see `FLOWN_METRICS`; NaN for none.
         diverged_at: (N) time from the edge to the loss [s], NaN without a loss.
     """
 
@@ -163,31 +149,22 @@ class Flown(NamedTuple):
     diverged_at: np.ndarray
 
 
-class FlySweep(Protocol):
-    """Function that flies candidates: `fly_compiled` or `fly_full`."""
-
-    def __call__(
-        self,
-        case: SweepCase,
-        vehicle: Vehicle,
-        candidates: Sequence[Candidate],
-        progress: Progress | None = None,
-        stop: Stop | None = None,
-        keep: Keep | None = None,
-        /,
-    ) -> Flown: ...
+FlySweep = Callable[
+    [SweepCase, "Setup", Sequence[SweepCandidate], Stop | None], Iterator[FlownPart]
+]
+"""Function that flies candidates and yields them part by part: `fly_fastest` or `fly_full`."""
 
 
-def nothing_flown(count: int) -> Flown:
+def empty_results(count: int) -> SweepResults:
     """Return empty results for a number of candidates."""
-    return Flown(
+    return SweepResults(
         np.zeros(count, dtype=bool),
-        np.full((count, len(FLOWN)), np.nan),
+        np.full((count, len(FLOWN_METRICS)), np.nan),
         np.full(count, np.nan),
     )
 
 
-def part_of(progress: Progress | None, first: float, last: float) -> Progress | None:
+def partial_progress(progress: Progress | None, first: float, last: float) -> Progress | None:
     """Return a function for the progress of a part of the work, between two shares."""
     if progress is None:
         return None
@@ -205,9 +182,9 @@ def axis_loop(axis: str, controller: Controller | None = None) -> str:
     Raises:
         WorkbenchError: if there is no such axis, or the controller states no loop for it.
     """
-    if axis not in AXES:
-        raise unknown_name("axis", axis, AXES)
-    law = controller or load_controller()
+    if axis not in AXIS_NAMES:
+        raise unknown_name("axis", axis, AXIS_NAMES)
+    law = controller_or_default(controller)
     for loop in law.loops:
         if loop.axis == axis and not loop.hold:
             return loop.name
@@ -221,9 +198,9 @@ def axis_of(parameter: str, controller: Controller | None = None) -> str:
 
     For a gain it is that of the first loop that names it.
     """
-    if parameter in _OTHERS:
-        return _OTHERS[parameter]
-    loops = (controller or load_controller()).loops
+    if parameter in _PARAMETER_AXES:
+        return _PARAMETER_AXES[parameter]
+    loops = controller_or_default(controller).loops
     return next((each.axis for each in loops if parameter in each.gains and not each.hold), "")
 
 

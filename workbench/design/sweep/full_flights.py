@@ -1,119 +1,100 @@
 """Fly candidates on the full Drake diagram, in local processes or on a cluster."""
 
 import dataclasses
-import logging
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
 from workbench.common.errors import FlightBrokenError
-from workbench.design.executor.executor import Executor, Task, all_cores
+from workbench.design.executor.executor import Executor, Task, all_cores, without_remarks
 from workbench.design.linear_step import DecayTimes
 from workbench.design.lost import find_loss
-from workbench.design.metrics import FLOWN
-from workbench.design.response_metrics import step_duration, step_metrics
-from workbench.design.step_response import EDGE, axis_velocity, step_scenario
-from workbench.design.sweep.case import (
-    Candidate,
-    Flown,
-    Keep,
-    Progress,
-    Stop,
-    SweepCase,
-    nothing_flown,
-)
-from workbench.plant.vehicle import Vehicle
+from workbench.design.metrics import FLOWN_METRICS
+from workbench.design.step_metrics import step_duration, step_metrics
+from workbench.design.step_response import STEP_EDGE_S, axis_velocity, step_scenario
+from workbench.design.sweep.case import FlownPart, Stop, SweepCandidate, SweepCase
 from workbench.scenario.scenario import Scenario
 from workbench.session.recording import Recording
 from workbench.session.session import Session
+from workbench.setup import Setup, make_setup
 
 
 def fly_full(
     case: SweepCase,
-    vehicle: Vehicle,
-    candidates: Sequence[Candidate],
-    progress: Progress | None = None,
+    setup: Setup,
+    candidates: Sequence[SweepCandidate],
     stop: Stop | None = None,
-    keep: Keep | None = None,
     *,
     executor: Executor | None = None,
-) -> Flown:
-    """Fly candidates on the full diagram; about a second each.
+) -> Iterator[FlownPart]:
+    """Fly candidates on the full diagram, about a second each; yield them as they end.
 
     A flight is the same to the bit wherever it runs. Local processes are spawned, so a script that
     calls this needs `if __name__ == "__main__":`.
 
     Args:
         case: the step.
-        vehicle: as known to its controller.
+        setup: of the case; each process makes its own.
         candidates: (N) to fly.
-        progress: called with the share done.
         stop: True ends the work with the results so far.
-        keep: called with each flight, in the order of their ends.
         executor: runs the flights; None for a local process for each core.
 
     Raises:
         WorkbenchError: if a candidate cannot be built, or a process is lost.
     """
-    flown = nothing_flown(len(candidates))
+    del setup
     tasks = [Task(case.scenario, _fly_quietly, (case, candidate)) for candidate in candidates]
-    found = (executor or all_cores()).run(tasks, stop)
-    for count, (index, result) in enumerate(found, start=1):
-        flown.values[index], flown.diverged_at[index] = result
-        flown.done[index] = True
-        if keep:
-            keep(index, flown.values[index], flown.diverged_at[index])
-        if progress:
-            progress(count / len(candidates))
-    return flown
+    for index, (values, diverged_at) in (executor or all_cores()).run(tasks, stop):
+        yield [index], np.array([values]), np.array([diverged_at])
 
 
 def _fly_quietly(
-    scenario: Scenario, case: SweepCase, candidate: Candidate
+    scenario: Scenario, case: SweepCase, candidate: SweepCandidate
 ) -> tuple[list[float], float]:
     """Return the result of `fly_one`, without remarks, as the caller has logged them."""
-    logger = logging.getLogger("workbench")
-    before = logger.level
-    logger.setLevel(logging.ERROR)
-    try:
+    with without_remarks():
         return fly_one(dataclasses.replace(case, scenario=scenario), candidate)
-    finally:
-        logger.setLevel(before)
 
 
-def fly_one(case: SweepCase, candidate: Candidate) -> tuple[list[float], float]:
+def fly_one(case: SweepCase, candidate: SweepCandidate) -> tuple[list[float], float]:
     """Fly one candidate on the full diagram.
 
     Returns:
-        Its metrics, see `metrics.FLOWN`, and the time from the edge to its loss [s], or NaN.
+        Its metrics, see `FLOWN_METRICS`, and the time from the edge to its loss [s], or NaN.
 
     Raises:
         WorkbenchError: if it cannot be built.
     """
-    decay = DecayTimes(case.scenario).of(case.axis, candidate.settings, candidate.variation)
+    setup = make_setup(case.scenario, candidate.settings).varied(candidate.variation)
+    decay = DecayTimes(setup).of(case.axis)
     duration = step_duration(decay) if case.duration is None else case.duration
-    scenario = step_scenario(case.axis, case.amplitude, duration, case.scenario)
-    scenario.vehicle = dataclasses.replace(scenario.vehicle, variation=candidate.variation)
+    scenario = step_scenario(case.axis, case.amplitude, duration, setup.scenario)
     if candidate.seed is not None:
         scenario.sensors.seed = candidate.seed
-    session = Session(scenario, dict(candidate.settings))
+    session = Session(setup.with_scenario(scenario))
     try:
         session.run()
         broken = float("nan")
     except FlightBrokenError:
-        broken = max(0.0, session.time - EDGE)
+        broken = max(0.0, session.time - STEP_EDGE_S)
     recording = session.recording()
-    lost = lost_at(recording)
+    lost = loss_time(recording)
     lost = broken if np.isnan(lost) else lost
-    after = recording.between(EDGE, np.inf)
+    after = recording.between(STEP_EDGE_S, np.inf)
     if not np.isnan(lost):
-        return [float("nan")] * len(FLOWN), lost
+        return [float("nan")] * len(FLOWN_METRICS), lost
     response = axis_velocity(after, case.axis)
-    metrics = step_metrics(after.time - EDGE, response, case.amplitude, decay=decay)
-    return [*metrics.numbers.values(), float(after.rotor_use.max())], lost
+    metrics = step_metrics(
+        after.time - STEP_EDGE_S,
+        response,
+        case.amplitude,
+        decay=decay,
+        peak_rotor_use=float(after.rotor_use.max()),
+    )
+    return [getattr(metrics, row.name) for row in FLOWN_METRICS], lost
 
 
-def lost_at(recording: Recording) -> float:
+def loss_time(recording: Recording) -> float:
     """Return the time from the edge of a step to the loss [s]; 0 if before, NaN if never."""
     loss = find_loss(recording)
-    return max(0.0, loss.time - EDGE) if loss else float("nan")
+    return max(0.0, loss.time - STEP_EDGE_S) if loss else float("nan")

@@ -12,20 +12,19 @@ import os
 import time
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from types import TracebackType
 from typing import Self
 
 import numpy as np
 
 from workbench.common.errors import WorkbenchError
 from workbench.common.plain_files import read_plain
-from workbench.design.sweep.case import nothing_flown
+from workbench.design.sweep.case import empty_results
 
-SUFFIX = ".unfinished"
+UNFINISHED_SUFFIX = ".unfinished"
 """Added to the name of the table."""
-SOON, SELDOM = 5.0, 1.0
+FIRST_WRITE_DELAY_S, WRITE_PERIOD_S = 5.0, 1.0
 """Time before anything is kept, and between writes [s]."""
-MOST_BYTES = 1_000_000_000
+MAX_KEPT_FLIGHTS_BYTES = 1_000_000_000
 """Size limit of the file."""
 
 
@@ -35,7 +34,7 @@ class KeptFlights:
     Args:
         path: of the file; it need not exist.
         setup: returns what the flights depend on, by its description. It is called once, and only
-            if there is such a file, or the sweep takes longer than `SOON`.
+            if there is such a file, or the sweep takes longer than `FIRST_WRITE_DELAY_S`.
         count: number of candidates.
 
     Attributes:
@@ -50,41 +49,37 @@ class KeptFlights:
         self._setup = setup
         self._file: int | None = None
         self._lines: list[str] = []
-        self._due = time.monotonic() + SOON
+        self._due = time.monotonic() + FIRST_WRITE_DELAY_S
         self._works = True
-        self.flown = nothing_flown(count)
+        self.flown = empty_results(count)
         if path.exists():
             self._read()
+        if self.flown.done.any():
+            logging.getLogger("workbench").warning(
+                "%d of %d flights are kept from the sweep that was ended: flying the others",
+                self.flown.done.sum(),
+                count,
+            )
 
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         if self._file is not None:
             self._write()
             os.close(self._file)
             self._file = None
 
-    def keep(self, index: int, values: np.ndarray, diverged_at: float) -> None:
-        """Keep the flight of a candidate.
-
-        Args:
-            index: of the candidate.
-            values: its metrics, see `metrics.FLOWN`.
-            diverged_at: time of its loss, NaN for none [s].
-        """
+    def keep(self, indices: np.ndarray, values: np.ndarray, diverged_at: np.ndarray) -> None:
+        """Keep the flights of some candidates, see `FlownPart`."""
         if not self._works:
             return
-        numbers = " ".join(float(number).hex() for number in (*values, diverged_at))
-        self._lines.append(f"{index} {numbers}\n")
+        rows = np.column_stack([values, diverged_at]).tolist()
+        for index, row in zip(indices.tolist(), rows, strict=True):
+            self._lines.append(f"{index} {' '.join(map(float.hex, row))}\n")
         if time.monotonic() >= self._due:
             self._write()
-            self._due = time.monotonic() + SELDOM
+            self._due = time.monotonic() + WRITE_PERIOD_S
 
     def _read(self) -> None:
         """Read the flights, and cut off an incomplete line.
@@ -92,7 +87,7 @@ class KeptFlights:
         Raises:
             WorkbenchError: see `KeptFlights`.
         """
-        head, *lines = read_plain(self._path, MOST_BYTES).split(b"\n")
+        head, *lines = read_plain(self._path, MAX_KEPT_FLIGHTS_BYTES).split(b"\n")
         self._check(head)
         whole = len(head) + 1
         for line in lines[:-1]:

@@ -11,26 +11,27 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch, Rectangle
 
-from workbench.design.metrics import MARGINS, Metric, for_people
+from workbench.common.quantity import display_unit
+from workbench.design.metrics import MARGIN_METRICS, Metric
 from workbench.design.plots import PALETTE, styled
-from workbench.design.sweep.best import BestCandidate, what_does_not_move
+from workbench.design.sweep.best import BestCandidate, unaffected_numbers_text
 from workbench.design.sweep.ranges import SweepRange
 from workbench.design.sweep.table import SweepTable
 from workbench.scenario.axes import find_axis
 
-HATCH: Any = {"facecolor": "0.94", "edgecolor": "0.65", "hatch": "////", "lw": 0.0}
+LOST_HATCH: Any = {"facecolor": "0.94", "edgecolor": "0.65", "hatch": "////", "lw": 0.0}
 """Style for lost candidates."""
-PRESENT: Any = {"marker": "o", "ms": 9, "mfc": "white", "mec": "black", "mew": 1.5}
-BEST: Any = {"marker": "*", "ms": 16, "mfc": PALETTE.mean, "mec": "white", "mew": 1.0}
-_MOST = 0.95
+PRESENT_MARKER: Any = {"marker": "o", "ms": 9, "mfc": "white", "mec": "black", "mew": 1.5}
+BEST_MARKER: Any = {"marker": "*", "ms": 16, "mfc": PALETTE.mean, "mec": "white", "mew": 1.0}
+_COLOUR_SCALE_QUANTILE = 0.95
 """Share of the candidates within the colour scale; others have its last colour."""
-COLOURS = "viridis"
-_NO_VALUE = "0.8"
-_EMPTY: Any = {"facecolor": _NO_VALUE, "lw": 0.0}
-_DOT = 90.0
+SWEEP_COLOUR_MAP = "viridis"
+_NO_VALUE_COLOUR = "0.8"
+_NO_VALUE_STYLE: Any = {"facecolor": _NO_VALUE_COLOUR, "lw": 0.0}
+_DOT_AREA_PT2 = 90.0
 """Area of the dot of a candidate off the grid [points²]."""
-_COLUMNS = 3
-_CURVES = ("rise_time", "settling_time", "overshoot", "steady_state_error", "peak_rotor_use")
+_CLOUD_COLUMNS = 3
+_DRAWN_METRICS = ("rise_time", "settling_time", "overshoot", "steady_state_error", "peak_rotor_use")
 """Metrics drawn in addition to the requested one and margins."""
 
 
@@ -41,13 +42,13 @@ def axis_label(span: SweepRange) -> str:
 
 def metric_label(table: SweepTable, metric: Metric) -> str:
     """Return the axis label of a metric, with its unit."""
-    _, unit = for_people(table.units[table.names.index(metric.name)])
+    unit = display_unit(table.units[table.names.index(metric.name)]).symbol
     return f"{metric.name.replace('_', ' ')} [{unit or '1'}]"
 
 
 def shown_values(table: SweepTable, metric: Metric) -> np.ndarray:
     """Return the values of a metric (N) to draw: angles in degrees, NaN if not finite."""
-    values = for_people(metric.unit)[0] * table.column(metric.name)
+    values = display_unit(metric.unit).factor * table.column(metric.name)
     return np.where(np.isfinite(values), values, np.nan)
 
 
@@ -56,7 +57,7 @@ def colour_limits(values: np.ndarray) -> tuple[float, float]:
     finite = values[np.isfinite(values)]
     if not len(finite):
         return 0.0, 1.0
-    low, most, high = finite.min(), np.quantile(finite, _MOST), finite.max()
+    low, most, high = finite.min(), np.quantile(finite, _COLOUR_SCALE_QUANTILE), finite.max()
     high = most if high - low > 2.0 * (most - low) > 0.0 else high
     return float(low), float(high if high > low else low + 1.0)
 
@@ -65,12 +66,12 @@ def mark_points(axes: Axes, table: SweepTable, best: BestCandidate | None) -> No
     """Mark the present values, if within the ranges, and the best candidate on a map."""
     x, y = table.ranges
     if x.low <= table.present[0] <= x.high and y.low <= table.present[1] <= y.high:
-        axes.plot(*table.present, ls="", label="present", zorder=5, **PRESENT)
+        axes.plot(*table.present, ls="", label="present", zorder=5, **PRESENT_MARKER)
     if best:
-        axes.plot(*best.parameters, ls="", label="best", zorder=6, **BEST)
+        axes.plot(*best.parameters, ls="", label="best", zorder=6, **BEST_MARKER)
 
 
-def draw_map(table: SweepTable, metric: Metric, best: BestCandidate | None) -> Figure:
+def draw_metric_map(table: SweepTable, metric: Metric, best: BestCandidate | None) -> Figure:
     """Return the map of a metric, with cells for a grid and dots for other candidates."""
     figure = Figure(figsize=(8.2, 6.2), layout="constrained")
     axes = figure.subplots()
@@ -87,7 +88,7 @@ def draw_map(table: SweepTable, metric: Metric, best: BestCandidate | None) -> F
     axes.grid(visible=False)
     beyond = bool(np.nanmax(values, initial=-np.inf) > norm.vmax)
     figure.colorbar(
-        ScalarMappable(norm, COLOURS),
+        ScalarMappable(norm, SWEEP_COLOUR_MAP),
         ax=axes,
         label=metric_label(table, metric),
         extend="max" if beyond else "neither",
@@ -117,11 +118,11 @@ def _draw_cells(axes: Axes, table: SweepTable, values: np.ndarray, norm: Normali
     rows = np.abs(table.parameters[:, 1, None] - y.grid).argmin(axis=1)
     cells = np.full((y.points, x.points), np.nan)
     cells[rows, columns] = values
-    axes.pcolormesh(edges_x, edges_y, cells, norm=norm, cmap=COLOURS)
+    axes.pcolormesh(edges_x, edges_y, cells, norm=norm, cmap=SWEEP_COLOUR_MAP)
     lost = np.isfinite(table.diverged_at)
     kinds = [
-        (lost, HATCH, "diverged"),
-        (~lost & np.isnan(values), _EMPTY, "no value"),
+        (lost, LOST_HATCH, "diverged"),
+        (~lost & np.isnan(values), _NO_VALUE_STYLE, "no value"),
     ]
     legend = []
     for which, style, name in kinds:
@@ -144,11 +145,11 @@ def _draw_dots(axes: Axes, table: SweepTable, values: np.ndarray, norm: Normaliz
     lost = np.isfinite(table.diverged_at)
     known = np.isfinite(values)
     a, b = table.parameters.T
-    area = _DOT * min(1.0, 200.0 / max(1, len(table)))
-    axes.scatter(a[known], b[known], area, values[known], norm=norm, cmap=COLOURS, lw=0.0)
+    area = _DOT_AREA_PT2 * min(1.0, 200.0 / max(1, len(table)))
+    axes.scatter(a[known], b[known], area, values[known], norm=norm, cmap=SWEEP_COLOUR_MAP, lw=0.0)
     other = ~known & ~lost
     if other.any():
-        axes.scatter(a[other], b[other], area, _NO_VALUE, lw=0.0, label="no value")
+        axes.scatter(a[other], b[other], area, _NO_VALUE_COLOUR, lw=0.0, label="no value")
     if lost.any():
         axes.scatter(a[lost], b[lost], area, "0.5", marker="x", lw=1.0, label="diverged")
     return []
@@ -157,7 +158,7 @@ def _draw_dots(axes: Axes, table: SweepTable, values: np.ndarray, norm: Normaliz
 def draw_clouds(table: SweepTable, metric: Metric, best: BestCandidate | None) -> Figure:
     """Return the figure, with each number's rank correlation with the metric."""
     count = len(table.ranges)
-    columns = min(_COLUMNS, count)
+    columns = min(_CLOUD_COLUMNS, count)
     rows = math.ceil(count / columns)
     figure = Figure(figsize=(3.9 * columns, 2.9 * rows + 0.7), layout="constrained")
     panels = figure.subplots(rows, columns, sharey=True, squeeze=False)
@@ -205,7 +206,7 @@ def _draw_cloud(
     if span.low <= table.present[index] <= span.high:
         axes.axvline(table.present[index], color=PALETTE.command, ls="--", lw=1.2, label="present")
     if best:
-        axes.plot(x[best.index], values[best.index], ls="", label="best", zorder=6, **BEST)
+        axes.plot(x[best.index], values[best.index], ls="", label="best", zorder=6, **BEST_MARKER)
     correlation = rank_correlation(x, values)
     told = "" if np.isnan(correlation) else f": rank correlation {correlation:+.2f}"
     axes.set_title(f"{span.name}{told}")
@@ -240,10 +241,10 @@ def plot_sweep(table: SweepTable, metric: str, best: BestCandidate | None = None
     if len(table.ranges) == 1:
         figure = _draw_curves(table, shown, best)
     elif len(table.ranges) == 2:
-        figure = draw_map(table, shown, best)
+        figure = draw_metric_map(table, shown, best)
     else:
         figure = draw_clouds(table, shown, best)
-    note = what_does_not_move(table, metric)
+    note = unaffected_numbers_text(table, metric)
     figure.suptitle(
         f"{title}\n{note}" if note else title, x=0.01, ha="left", fontsize=11, fontweight="bold"
     )
@@ -252,18 +253,20 @@ def plot_sweep(table: SweepTable, metric: str, best: BestCandidate | None = None
 
 def _draw_curves(table: SweepTable, shown: Metric, best: BestCandidate | None) -> Figure:
     """Draw metrics over the only swept parameter."""
-    names = dict.fromkeys((shown.name, *_CURVES, *(metric.name for metric in MARGINS)))
+    names = dict.fromkeys(
+        (shown.name, *_DRAWN_METRICS, *(metric.name for metric in MARGIN_METRICS))
+    )
     metrics = [m for name in names for m in table.metrics if m.name == name]
     figure = Figure(figsize=(8.2, 1.5 * len(metrics) + 1.0), layout="constrained")
     panels = list(figure.subplots(len(metrics), 1, sharex=True, squeeze=False)[:, 0])
     order = np.argsort(table.parameters[:, 0])
     x = table.parameters[order, 0]
     for axes, metric in zip(panels, metrics, strict=True):
-        scale, _ = for_people(metric.unit)
+        scale = display_unit(metric.unit).factor
         axes.plot(x, scale * table.column(metric.name)[order], ".-", color=PALETTE.ours, ms=4)
         axes.set_title(metric.name.replace("_", " "))
         axes.set_ylabel(metric_label(table, metric).split(" ")[-1])
-        _mark(axes, table, order, best)
+        _mark_sweep_values(axes, table, order, best)
     panels[-1].set_xlabel(axis_label(table.ranges[0]))
     if table.ranges[0].log:
         panels[-1].set_xscale("log")
@@ -275,7 +278,9 @@ def _draw_curves(table: SweepTable, shown: Metric, best: BestCandidate | None) -
     return figure
 
 
-def _mark(axes: Axes, table: SweepTable, order: np.ndarray, best: BestCandidate | None) -> None:
+def _mark_sweep_values(
+    axes: Axes, table: SweepTable, order: np.ndarray, best: BestCandidate | None
+) -> None:
     """Mark the present and the best values, and hatch the regions of lost candidates."""
     span = table.ranges[0]
     if span.low <= table.present[0] <= span.high:
@@ -285,4 +290,4 @@ def _mark(axes: Axes, table: SweepTable, order: np.ndarray, best: BestCandidate 
     lost = np.isfinite(table.diverged_at[order])
     edges = cell_edges(table.parameters[order, 0], span)
     for index in np.flatnonzero(lost):
-        axes.axvspan(edges[index], edges[index + 1], label="diverged", zorder=0, **HATCH)
+        axes.axvspan(edges[index], edges[index + 1], label="diverged", zorder=0, **LOST_HATCH)

@@ -7,27 +7,32 @@ from typing import Any
 import numpy as np
 
 from workbench.common.errors import WorkbenchError, unknown_name
+from workbench.common.parameter import is_servo_parameter
 from workbench.control.controller import Controller
-from workbench.plant.variation import DELAYS, Variation
-from workbench.scenario.parameters import SIGNAL_PATH, parameter_table
+from workbench.control.controller_file import controller_or_default
+from workbench.parameters.flight_parameters import SIGNAL_PATH
+from workbench.plant.servo import SERVO_SYSTEM
+from workbench.plant.variation import DELAY_NAMES, Variation
 
-POINTS = 9
+RANGE_POINTS = 9
 """Default number of points of a range."""
-MOST_POINTS = 10_000
-VARY = "vary."
+MAX_RANGE_POINTS = 10_000
+VARIATION_PREFIX = "vary."
 """Prefix of the names of variations; they are of the drone, not of its controller."""
-VARIATIONS = tuple(f"{VARY}{name}" for name in ("mass", "inertia", "rotor_lag", *DELAYS))
-SEED = "seed"
+VARIATIONS = tuple(
+    f"{VARIATION_PREFIX}{name}" for name in ("mass", "inertia", "rotor_lag", *DELAY_NAMES)
+)
+SEED_NAME = "seed"
 """The name of the seed of turbulence and of sensors' noise."""
-LARGEST_SEED = 2**31 - 1
-_SYSTEMS = ("controller", "air", "payload", "rotors", *SIGNAL_PATH)
+MAX_SWEEP_SEED = 2**31 - 1
+_SWEPT_SYSTEMS = ("controller", "air", "payload", "rotors", SERVO_SYSTEM, *SIGNAL_PATH)
 """Systems with parameters that act in a step flight."""
 
 
 def swept_names(controller: Controller | None = None) -> tuple[str, ...]:
     """Return the names that can be swept with a controller, None for the default one."""
-    rows = parameter_table(controller)
-    return (*(row.name for row in rows if row.system in _SYSTEMS), *VARIATIONS, SEED)
+    rows = controller_or_default(controller).table
+    return (*(row.name for row in rows if row.system in _SWEPT_SYSTEMS), *VARIATIONS, SEED_NAME)
 
 
 @dataclass(frozen=True)
@@ -50,7 +55,7 @@ class SweepRange:
     name: str
     low: float
     high: float
-    points: int = POINTS
+    points: int = RANGE_POINTS
     log: bool = False
     controller: Controller | None = field(default=None, repr=False)
 
@@ -58,12 +63,15 @@ class SweepRange:
         names = swept_names(self.controller)
         if self.name not in names:
             try:
-                parameter_table(self.controller).find(self.name)
+                controller_or_default(self.controller).table.find(self.name)
             except WorkbenchError:
+                if is_servo_parameter(self.name):
+                    raise
                 raise unknown_name("parameter", self.name, names) from None
             raise WorkbenchError(
                 f"{self.name} is not something that a sweep can vary: gains, limits, filters, "
-                f"settings of the estimator, air, payload, rotors, and {', '.join(VARIATIONS)}"
+                "settings of the estimator, air, payload, rotors, servos, and "
+                f"{', '.join(VARIATIONS)}"
             )
         for value in (self.low, self.high):
             check_value(self.name, value, self.controller)
@@ -71,12 +79,14 @@ class SweepRange:
             raise WorkbenchError(
                 f"{self.name} is swept from {self.low:g} to {self.high:g}: give the smaller first"
             )
-        if not 2 <= self.points <= MOST_POINTS:
-            raise WorkbenchError(f"{self.name} has {self.points} points: give 2 .. {MOST_POINTS}")
-        if self.name == SEED and self.points > self.high - self.low + 1:
+        if not 2 <= self.points <= MAX_RANGE_POINTS:
+            raise WorkbenchError(
+                f"{self.name} has {self.points} points: give 2 .. {MAX_RANGE_POINTS}"
+            )
+        if self.name == SEED_NAME and self.points > self.high - self.low + 1:
             raise WorkbenchError(
                 f"there are {self.high - self.low + 1:g} seeds from {self.low:g} to {self.high:g}, "
-                f"and {self.points} are asked for: write {SEED}={self.low:g}..{self.high:g}:"
+                f"and {self.points} are asked for: write {SEED_NAME}={self.low:g}..{self.high:g}:"
                 f"{self.high - self.low + 1:g}, or a wider range"
             )
         if self.log and self.low <= 0.0:
@@ -88,10 +98,10 @@ class SweepRange:
     def unit(self) -> str:
         """Unit of the values."""
         if self.name in VARIATIONS:
-            return "s" if self.name.removeprefix(VARY) in DELAYS else "1"
-        if self.name == SEED:
+            return "s" if self.name.removeprefix(VARIATION_PREFIX) in DELAY_NAMES else "1"
+        if self.name == SEED_NAME:
             return "1"
-        return parameter_table(self.controller).find(self.name).unit
+        return controller_or_default(self.controller).table.find(self.name).unit
 
     @property
     def grid(self) -> np.ndarray:
@@ -104,7 +114,7 @@ class SweepRange:
             values = np.exp(math.log(self.low) + shares * math.log(self.high / self.low))
         else:
             values = self.low + shares * (self.high - self.low)
-        if self.name == SEED:
+        if self.name == SEED_NAME:
             values = np.round(values)
         return np.clip(values, self.low, self.high)
 
@@ -123,7 +133,7 @@ def parse_range(text: str, controller: Controller | None = None) -> SweepRange:
     try:
         if not (equals and dots and len(counts) <= 1):
             raise ValueError
-        points = int(counts[0]) if counts else POINTS
+        points = int(counts[0]) if counts else RANGE_POINTS
         ends = float(low), float(high)
     except ValueError:
         raise WorkbenchError(
@@ -139,11 +149,11 @@ def check_value(name: str, value: float, controller: Controller | None = None) -
     Raises:
         WorkbenchError: if it is invalid.
     """
-    if name == SEED:
-        if not (0 <= value <= LARGEST_SEED and float(value).is_integer()):
-            raise WorkbenchError(f"a seed is {value:g}: give a whole number 0 .. {LARGEST_SEED}")
+    if name == SEED_NAME:
+        if not (0 <= value <= MAX_SWEEP_SEED and float(value).is_integer()):
+            raise WorkbenchError(f"a seed is {value:g}: give a whole number 0 .. {MAX_SWEEP_SEED}")
     elif name not in VARIATIONS:
-        parameter_table(controller).find(name).check(value)
+        controller_or_default(controller).table.find(name).check(value)
     else:
-        varied: dict[str, Any] = {name.removeprefix(VARY): value}
+        varied: dict[str, Any] = {name.removeprefix(VARIATION_PREFIX): value}
         Variation(**varied).check()

@@ -1,42 +1,50 @@
 """Fly and measure many candidates: a sweep, and a map over two gains in real time."""
 
 import hashlib
-import logging
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from contextlib import nullcontext
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from workbench.common.errors import WorkbenchError, unknown_name
-from workbench.control.controller import Loop
-from workbench.design.metrics import FLOWN, MARGINS, SWEPT, Metric, find_metric
-from workbench.design.rollout.engine import RolloutEngine
+from workbench.control.loop import Loop
+from workbench.design.metrics import (
+    FLOWN_METRICS,
+    MARGIN_METRICS,
+    SWEPT_METRICS,
+    Metric,
+    find_metric,
+)
 from workbench.design.sweep.case import (
-    Candidate,
-    Flown,
     FlySweep,
     Progress,
     Stop,
+    SweepCandidate,
     SweepCase,
     default_axis,
-    part_of,
+    empty_results,
+    partial_progress,
 )
 from workbench.design.sweep.compiled_flights import fly_fastest
 from workbench.design.sweep.kept_flights import KeptFlights
 from workbench.design.sweep.ranges import SweepRange, parse_range
 from workbench.design.sweep.table import SweepTable
-from workbench.plant.variation import Variation
-from workbench.plant.vehicle import Vehicle
-from workbench.scenario.parameters import SIGNAL_PATH, parameter_table
-from workbench.scenario.scenario import Scenario, at_own_period, flown_controller
+from workbench.parameters.flight_parameters import SIGNAL_PATH
+from workbench.scenario.scenario import Scenario
+from workbench.setup import Setup, make_setup
+
+if TYPE_CHECKING:
+    from workbench.design.rollout.engine import RolloutEngine
 
 FLIGHT_SHARE = 0.1
 """Share of the time for flights if margins are computed as well."""
-METHODS = ("grid", "random", "sobol")
-MOST_CANDIDATES = 100_000
+SWEEP_METHODS = ("grid", "random", "sobol")
+MAX_SWEEP_CANDIDATES = 100_000
 
 
 def sweep(
@@ -48,7 +56,7 @@ def sweep(
     axis: str = "",
     amplitude: float = 1.0,
     duration: float | None = None,
-    scenario: Scenario | None = None,
+    scenario: Scenario | Setup | None = None,
     settings: Mapping[str, float] | None = None,
     loop: str = "",
     fly: FlySweep | None = None,
@@ -81,37 +89,47 @@ def sweep(
     Raises:
         WorkbenchError: if the sweep is invalid, or the file keeps the flights of another one.
     """
-    scenario = at_own_period(scenario or Scenario())
-    law = flown_controller(scenario)
+    setup = make_setup(scenario, settings)
+    law = setup.controller
     parsed = tuple(parse_range(each, law) if isinstance(each, str) else each for each in ranges)
     axis = axis or default_axis((each.name for each in parsed), law)
-    case = SweepCase(axis, amplitude, duration, scenario, dict(settings or {}))
-    parameters = sample(parsed, method, samples, seed)
-    vehicle = case.vehicle()
-    case.check(parsed, vehicle)
+    case = SweepCase(axis, amplitude, duration, setup.scenario, setup.settings)
+    parameters = sample_candidates(parsed, method, samples, seed)
+    case.check(parsed, setup)
     cut = law.loop(loop) if loop else None
-    present = np.array(case.present(parsed, vehicle))
+    present = np.array(case.present(parsed, setup))
     # the present gains fly first, so that they are complete whenever the sweep is stopped
     rows = np.vstack([present, parameters])
     candidates = [case.candidate(parsed, row) for row in rows]
     share = FLIGHT_SHARE if cut else 1.0
-    tell, fly = part_of(progress, 0.0, share), fly or fly_fastest
-    if kept is None:
-        flown = fly(case, vehicle, candidates, tell, stop)
-    else:
-        depends = partial(_dependencies, fly, case, [each.name for each in parsed], rows)
-        with KeptFlights(Path(kept), depends, len(candidates)) as keeper:
-            flown = _fly_rest(fly, case, vehicle, candidates, tell, stop, keeper)
-    metrics, values = FLOWN, flown.values
+    tell, fly = partial_progress(progress, 0.0, share), fly or fly_fastest
+    depends = partial(_dependencies, fly, case, [each.name for each in parsed], rows)
+    with (
+        nullcontext()
+        if kept is None
+        else KeptFlights(Path(kept), depends, len(candidates)) as keeper
+    ):
+        flown = keeper.flown if keeper else empty_results(len(candidates))
+        todo = np.flatnonzero(~flown.done)
+        flights = fly(case, setup, [candidates[index] for index in todo.tolist()], stop)
+        for some, values, diverged_at in flights:
+            places = todo[list(some)]
+            flown.done[places] = True
+            flown.values[places], flown.diverged_at[places] = values, diverged_at
+            if keeper:
+                keeper.keep(places, values, diverged_at)
+            if tell:
+                tell(float(flown.done.mean()))
+    metrics, values = FLOWN_METRICS, flown.values
     if cut:
         flying = flown.done & np.isnan(flown.diverged_at)
-        tell = part_of(progress, share, 1.0)
-        margins = _candidate_margins(case, candidates, flying, cut, tell, stop)
-        metrics, values = (*FLOWN, *MARGINS), np.hstack([values, margins])
+        tell = partial_progress(progress, share, 1.0)
+        margins = _candidate_margins(setup, candidates, flying, cut, tell, stop)
+        metrics, values = (*FLOWN_METRICS, *MARGIN_METRICS), np.hstack([values, margins])
     done = flown.done[1:]
     return SweepTable(
         case=case,
-        vehicle=vehicle.name,
+        vehicle=setup.vehicle.name,
         ranges=parsed,
         method=method,
         seed=seed,
@@ -125,37 +143,6 @@ def sweep(
     )
 
 
-def _fly_rest(
-    fly: FlySweep,
-    case: SweepCase,
-    vehicle: Vehicle,
-    candidates: Sequence[Candidate],
-    progress: Progress | None,
-    stop: Stop | None,
-    kept: KeptFlights,
-) -> Flown:
-    """Fly the candidates that are not in a file yet, and keep them there."""
-    flown, count = kept.flown, len(candidates)
-    todo = np.flatnonzero(~flown.done)
-    if len(todo) < count:
-        logging.getLogger("workbench").warning(
-            "%d of %d flights are kept from the sweep that was ended: flying the others",
-            count - len(todo),
-            count,
-        )
-    found = fly(
-        case,
-        vehicle,
-        [candidates[index] for index in todo.tolist()],
-        part_of(progress, 1.0 - len(todo) / count, 1.0),
-        stop,
-        lambda index, values, diverged_at: kept.keep(int(todo[index]), values, diverged_at),
-    )
-    for whole, part in zip(flown, found, strict=True):
-        whole[todo[found.done]] = part[found.done]
-    return flown
-
-
 def _dependencies(
     fly: FlySweep, case: SweepCase, names: Sequence[str], rows: np.ndarray
 ) -> dict[str, str]:
@@ -167,7 +154,7 @@ def _dependencies(
         names: of the swept numbers.
         rows: their values, a row a candidate.
     """
-    from workbench.design.executor.cluster import versions
+    from workbench.design.executor.cluster import process_versions
     from workbench.design.executor.shipment import shipment, with_absolute_paths
 
     files = shipment(with_absolute_paths(case.scenario)) or {}
@@ -179,7 +166,7 @@ def _dependencies(
         "settings": sorted(case.settings.items()),
         "scenario": case.scenario,
         "files": sorted(files.items()),
-        "versions": versions(),
+        "versions": process_versions(),
     }
     return {
         name: hashlib.sha256(repr(part).encode("utf-8", "replace")).hexdigest()[:16]
@@ -187,7 +174,9 @@ def _dependencies(
     }
 
 
-def sample(ranges: Sequence[SweepRange], method: str, samples: int, seed: int) -> np.ndarray:
+def sample_candidates(
+    ranges: Sequence[SweepRange], method: str, samples: int, seed: int
+) -> np.ndarray:
     """Return candidates, (N, len(ranges)).
 
     A grid has all combinations of the points of its ranges, the last range fastest. Sobol's
@@ -196,24 +185,25 @@ def sample(ranges: Sequence[SweepRange], method: str, samples: int, seed: int) -
 
     Args:
         ranges: of the sweep.
-        method: one of `METHODS`.
+        method: one of `SWEEP_METHODS`.
         samples: their number, for random and sobol.
         seed: for random and sobol; equal seeds yield equal candidates.
 
     Raises:
         WorkbenchError: if the ranges cannot be sampled.
     """
-    if method not in METHODS:
-        raise unknown_name("method", method, METHODS)
+    if method not in SWEEP_METHODS:
+        raise unknown_name("method", method, SWEEP_METHODS)
     names = [each.name for each in ranges]
     twice = next((name for name in names if names.count(name) > 1), None)
     if twice or not names:
         what = f"{twice} is swept twice" if twice else "nothing is swept"
         raise WorkbenchError(f"{what}: give each parameter one range, as kp_roll=100..400:9")
     count = math.prod(each.points for each in ranges) if method == "grid" else samples
-    if not 1 <= count <= MOST_CANDIDATES:
+    if not 1 <= count <= MAX_SWEEP_CANDIDATES:
         raise WorkbenchError(
-            f"{count} candidates cannot be swept: give 1 to {MOST_CANDIDATES}, or use the method "
+            f"{count} candidates cannot be swept: give 1 to {MAX_SWEEP_CANDIDATES}, or use the "
+            "method "
             "sobol, which needs fewer than a grid"
         )
     if seed < 0:
@@ -233,8 +223,8 @@ def sample(ranges: Sequence[SweepRange], method: str, samples: int, seed: int) -
 
 
 def _candidate_margins(
-    case: SweepCase,
-    candidates: Sequence[Candidate],
+    setup: Setup,
+    candidates: Sequence[SweepCandidate],
     wanted: np.ndarray,
     loop: Loop,
     progress: Progress | None = None,
@@ -243,7 +233,7 @@ def _candidate_margins(
     """Return the margins of a loop, opened at its actuator, in the sampled model of hover.
 
     Args:
-        case: its scenario and settings are used.
+        setup: of the sweep.
         candidates: (N) of the sweep.
         wanted: (N) whether to compute the margins of each.
         loop: the one to compute margins of.
@@ -251,34 +241,29 @@ def _candidate_margins(
         stop: True ends with what is done.
 
     Returns:
-        (N, 4) see `metrics.MARGINS`; NaN if not wanted or not known yet, or if the candidate cannot
+        (N, 4) see `MARGIN_METRICS`; NaN if not wanted or not known yet, or if the candidate cannot
         hover.
     """
     from workbench.design.judge.margins import loop_margins
     from workbench.design.linear.operating_point import OperatingPoint
     from workbench.design.linear.study import LinearStudy
 
-    margins = np.full((len(candidates), len(MARGINS)), np.nan)
+    margins = np.full((len(candidates), len(MARGIN_METRICS)), np.nan)
     point = OperatingPoint(hold=loop.hold)
-    own = case.values(case.vehicle())
     study: LinearStudy | None = None
-    study_of = Variation()
     todo = np.flatnonzero(wanted)
     for count, index in enumerate(map(int, todo), start=1):
         if stop and stop():
             break
         candidate = candidates[index]
-        if study is None or study_of != candidate.variation:
-            study_of = candidate.variation
-            vehicle = replace(case.scenario.vehicle, variation=study_of)
-            varied = replace(case.scenario, vehicle=vehicle)
-            study = study.like(varied) if study else LinearStudy(varied)
+        if study is None or study.setup.variation != candidate.variation:
+            study = LinearStudy(setup.varied(candidate.variation))
         try:
-            model = study.sampled(point, {**own, **candidate.settings})
+            model = study.sampled(point, candidate.settings)
             found = loop_margins(model, loop.actuator)
         except WorkbenchError:
             continue
-        margins[index] = [getattr(found, metric.name) for metric in MARGINS]
+        margins[index] = [getattr(found, metric.name) for metric in MARGIN_METRICS]
         if progress:
             progress(count / len(todo))
     return margins
@@ -304,7 +289,7 @@ class GainMap:
 
 
 def gain_map(
-    engine: RolloutEngine,
+    engine: "RolloutEngine",
     gains: Mapping[str, float],
     x: SweepRange,
     y: SweepRange,
@@ -326,7 +311,7 @@ def gain_map(
             differ from those of the engine, by name.
         x: a gain or limit of the controller, and its values along the columns.
         y: another one, along the rows.
-        metric: of the flight, see `metrics.FLOWN`.
+        metric: of the flight, see `FLOWN_METRICS`.
         axis: of the step, x, y, z or yaw.
         amplitude: of its command [m/s] or [rad/s].
         duration: flown after the edge of the command [s].
@@ -339,27 +324,24 @@ def gain_map(
     Raises:
         WorkbenchError: if the two gains are not different, or the step is invalid.
     """
-    names = [row.name for row in engine.controller.parameters]
-    table = parameter_table(engine.controller)
-    around = [row.name for system in SIGNAL_PATH for row in table.of(system)]
+    law = engine.controller
+    names = [row.name for row in law.parameters]
+    around = [row.name for system in SIGNAL_PATH for row in law.table.of(system)]
     for asked, known in (((x.name, y.name), names), (gains, [*names, *around])):
         for name in asked:
             if name not in known:
-                raise unknown_name("gain", name, known)
+                raise unknown_name(f"parameter of {law.name}", name, known)
     if x.name == y.name:
         raise WorkbenchError(f"both axes of the map are {x.name}: give two different gains")
-    wanted = find_metric(metric, SWEPT)
-    if wanted not in FLOWN:
-        raise unknown_name("metric of a flight", metric, [each.name for each in FLOWN])
+    wanted = find_metric(metric, SWEPT_METRICS)
+    if wanted not in FLOWN_METRICS:
+        raise unknown_name("metric of a flight", metric, [each.name for each in FLOWN_METRICS])
     points = [{**gains, x.name: column, y.name: row} for row in y.grid for column in x.grid]
     measured = engine.measure(
         points, axis, amplitude, duration=duration, heading=heading, stop=stop
     )
     if len(measured) < len(points):
         return None
-    if metric == "peak_rotor_use":
-        found = measured.peak_rotor_use
-    else:
-        found = getattr(measured.metrics, metric)
+    found = getattr(measured.metrics, metric)
     lost, shape = np.isfinite(measured.diverged_at), (len(y.grid), len(x.grid))
     return GainMap(x, y, wanted, np.where(lost, np.nan, found).reshape(shape), lost.reshape(shape))

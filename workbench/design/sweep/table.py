@@ -7,21 +7,21 @@ from pathlib import Path
 import numpy as np
 
 from workbench.common.errors import WorkbenchError, unknown_name
-from workbench.design.metrics import SIGNAL, SWEPT, Metric, find_metric
-from workbench.design.sweep.case import Candidate, SweepCase
+from workbench.design.metrics import SIGNAL_UNIT, SWEPT_METRICS, Metric, find_metric
+from workbench.design.sweep.case import SweepCandidate, SweepCase
 from workbench.design.sweep.ranges import SweepRange
 from workbench.scenario.axes import find_axis
 
-ARRIVED = 5.0
+MAX_ARRIVED_ERROR_PCT = 5.0
 """Largest final error of a step that counts as having reached its command [%]."""
-SAME = 5e-4
+SAME_VALUE_TOLERANCE = 5e-4
 """Values with a smaller relative difference look alike in the digits shown, and count as equal."""
-_LEAST = {"s": 1e-4, "%": 0.01, SIGNAL: 1e-4, "1": 1e-4, "rad": 1e-4}
+_MIN_UNIT_DIFFERENCE = {"s": 1e-4, "%": 0.01, SIGNAL_UNIT: 1e-4, "1": 1e-4, "rad": 1e-4}
 """Values with a smaller difference also count as equal, by unit; relative to the command for its
 unit. An overshoot of 1e-14 % is a rounding error."""
-SUFFIXES = (".csv", ".parquet")
+SWEEP_TABLE_SUFFIXES = (".csv", ".parquet")
 """Suffixes of the file of a table."""
-_THEN = ("settling_time", "overshoot", "steady_state_error")
+_TIE_BREAKERS = ("settling_time", "overshoot", "steady_state_error")
 """Metrics for the ranking of candidates with an equal metric."""
 
 
@@ -82,6 +82,28 @@ class SweepTable:
         """All columns, (N, P + K + 1)."""
         return np.column_stack([self.parameters, self.values, self.diverged_at])
 
+    @property
+    def file_names(self) -> tuple[str, ...]:
+        """Names of all columns in files and JSON."""
+        return (
+            *self.names[: len(self.ranges)],
+            *(m.file_name for m in self.metrics),
+            self.names[-1],
+        )
+
+    @property
+    def file_units(self) -> tuple[str, ...]:
+        """Units of all columns in files and JSON."""
+        command = find_axis(self.case.axis).unit
+        own = (m.file_unit.replace(SIGNAL_UNIT, command) for m in self.metrics)
+        return (*self.units[: len(self.ranges)], *own, self.units[-1])
+
+    @property
+    def file_rows(self) -> np.ndarray:
+        """All columns in the units of files and JSON, (N, P + K + 1)."""
+        factors = [m.file_factor for m in self.metrics]
+        return np.column_stack([self.parameters, self.values * factors, self.diverged_at])
+
     def column(self, name: str) -> np.ndarray:
         """Return a column (N) by name.
 
@@ -99,7 +121,7 @@ class SweepTable:
         Raises:
             WorkbenchError: if it is not a metric, or was not measured.
         """
-        found = find_metric(name, SWEPT)
+        found = find_metric(name, SWEPT_METRICS)
         if found not in self.metrics:
             raise WorkbenchError(
                 f"{name} was not measured: ask for margins too, or use one of "
@@ -115,8 +137,9 @@ class SweepTable:
     def ranking(self, metric: str) -> np.ndarray:
         """Return the rows that flew to the end and settled, as indices, the best metric first.
 
-        Those that came within 5 % of the command are first. If values are equal, see `resolution`,
-        those that settle sooner, overshoot less, and end nearer to the command are first.
+        Those that came within 5 % of the command are first. If values are equal, see
+        `metric_resolution`, those that settle sooner, overshoot less, and end nearer to the command
+        are first.
 
         Raises:
             WorkbenchError: if the metric is unknown or was not measured.
@@ -145,7 +168,7 @@ class SweepTable:
 
     @property
     def _away(self) -> np.ndarray:
-        return np.asarray(~(self.column("steady_state_error") <= ARRIVED))
+        return np.asarray(~(self.column("steady_state_error") <= MAX_ARRIVED_ERROR_PCT))
 
     def present_is_better(self, metric: str, index: int) -> bool:
         """Return whether the present values rank before a row.
@@ -172,7 +195,7 @@ class SweepTable:
         """
         shown = self.metric(metric)
         values = self.column(metric)
-        least = resolution(shown, values, self.case.amplitude)
+        least = metric_resolution(shown, values, self.case.amplitude)
         everything = np.zeros(len(values), dtype=int)
         if len(values) > 1 and _widest(values, everything) <= least:
             return tuple(each.name for each in self.ranges)
@@ -190,13 +213,13 @@ class SweepTable:
         """Return the ranking keys of rows (4, N), most important first, in whole resolutions."""
         command = self.case.amplitude
         keys = [2.0 * self._away]
-        for each in dict.fromkeys(map(self.metric, (metric, *_THEN))):
+        for each in dict.fromkeys(map(self.metric, (metric, *_TIE_BREAKERS))):
             values = self.column(each.name)
-            costs = cost(each, values, command)
-            keys.append(np.round(costs / resolution(each, values, command)))
+            costs = metric_cost(each, values, command)
+            keys.append(np.round(costs / metric_resolution(each, values, command)))
         return np.array(keys)
 
-    def candidate(self, index: int) -> Candidate:
+    def candidate(self, index: int) -> SweepCandidate:
         """Return the candidate of a row."""
         return self.case.candidate(self.ranges, self.parameters[index])
 
@@ -216,18 +239,20 @@ def _widest(values: np.ndarray, groups: np.ndarray) -> float:
     return float((high - low)[there > 0].max(initial=0.0))
 
 
-def cost(metric: Metric, values: np.ndarray, command: float) -> np.ndarray:
+def metric_cost(metric: Metric, values: np.ndarray, command: float) -> np.ndarray:
     """Return values as costs: smaller is better, infinite without a value."""
     far = np.abs(np.abs(values) - abs(command))
     costs = -metric.better * values if metric.better else far
     return np.where(np.isnan(costs), np.inf, costs)
 
 
-def resolution(metric: Metric, values: np.ndarray, command: float) -> float:
+def metric_resolution(metric: Metric, values: np.ndarray, command: float) -> float:
     """Return the smallest significant difference between values of a metric."""
     finite = np.abs(values[np.isfinite(values)])
-    least = _LEAST[metric.unit] * (abs(command) if metric.unit == SIGNAL else 1.0)
-    return max(least, SAME * float(finite.max(initial=0.0)))
+    least = _MIN_UNIT_DIFFERENCE[metric.unit] * (
+        abs(command) if metric.unit == SIGNAL_UNIT else 1.0
+    )
+    return max(least, SAME_VALUE_TOLERANCE * float(finite.max(initial=0.0)))
 
 
 def check_table_path(path: Path) -> None:
@@ -236,8 +261,8 @@ def check_table_path(path: Path) -> None:
     Raises:
         WorkbenchError: if the suffix is unknown, or Parquet cannot be written here.
     """
-    if path.suffix not in SUFFIXES:
-        raise WorkbenchError(f"{path}: a table's name ends in {' or '.join(SUFFIXES)}")
+    if path.suffix not in SWEEP_TABLE_SUFFIXES:
+        raise WorkbenchError(f"{path}: a table's name ends in {' or '.join(SWEEP_TABLE_SUFFIXES)}")
     if path.suffix == ".parquet":
         try:
             import pyarrow.parquet  # noqa: F401
@@ -247,7 +272,7 @@ def check_table_path(path: Path) -> None:
             ) from None
 
 
-def write_table(table: SweepTable, path: Path) -> None:
+def write_sweep_table(table: SweepTable, path: Path) -> None:
     """Write the table of a sweep, with a row for each candidate; unknown values are left empty.
 
     CSV has names with units in its first line, such as "kp_roll [1/s^2]"; Parquet has names, with
@@ -259,33 +284,34 @@ def write_table(table: SweepTable, path: Path) -> None:
     check_table_path(path)
     try:
         if path.suffix == ".parquet":
-            _write_parquet(table, path)
+            _write_sweep_parquet(table, path)
         else:
-            _write_csv(table, path)
+            _write_sweep_csv(table, path)
     except OSError as error:
         reason = error.strerror or str(error)
         raise WorkbenchError(f"{path}: cannot be written: {reason}") from error
 
 
-def _write_csv(table: SweepTable, path: Path) -> None:
+def _write_sweep_csv(table: SweepTable, path: Path) -> None:
     with path.open("w", newline="", encoding="utf-8") as stream:
         writer = csv.writer(stream)
-        writer.writerow(f"{n} [{u}]" for n, u in zip(table.names, table.units, strict=True))
-        for row in table.rows:
+        heads = zip(table.file_names, table.file_units, strict=True)
+        writer.writerow(f"{name} [{unit}]" for name, unit in heads)
+        for row in table.file_rows:
             writer.writerow("" if np.isnan(value) else repr(float(value)) for value in row)
 
 
-def _write_parquet(table: SweepTable, path: Path) -> None:
+def _write_sweep_parquet(table: SweepTable, path: Path) -> None:
     import pyarrow
     import pyarrow.parquet
 
     fields = [
         pyarrow.field(name, pyarrow.float64(), metadata={"unit": unit})
-        for name, unit in zip(table.names, table.units, strict=True)
+        for name, unit in zip(table.file_names, table.file_units, strict=True)
     ]
     columns = [
         pyarrow.array(column, mask=np.isnan(column))
-        for column in np.ascontiguousarray(table.rows.T)
+        for column in np.ascontiguousarray(table.file_rows.T)
     ]
     pyarrow.parquet.write_table(
         pyarrow.Table.from_arrays(columns, schema=pyarrow.schema(fields)), path

@@ -1,7 +1,6 @@
 """Translate gains of one law to another, with inexact parts and differences of the loops."""
 
 import dataclasses
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -10,31 +9,30 @@ import numpy as np
 
 from workbench.common.errors import WorkbenchError
 from workbench.control.controller import Controller
-from workbench.design.judge.loop_response import loop_responses
-from workbench.design.judge.margins import response_margins
-from workbench.design.linear.operating_point import OperatingPoint
 from workbench.design.linear.study import LinearStudy
-from workbench.design.translate.forms import MOVES, TURNS, Form, Move, Row, Turn, form_of
-from workbench.gains.autopilots.exchange import VERSION_ROW
+from workbench.design.translate.forms import (
+    MOVE_AXES,
+    TURN_AXES,
+    Form,
+    FormRow,
+    MoveGains,
+    TurnGains,
+    form_of,
+)
+from workbench.gains.formats import VERSION_ROW
 from workbench.plant.drag import drag_rates
 from workbench.plant.thrust_frame import thrust_frame
-from workbench.scenario.parameters import parameter_table
 
-OF_EFFORT = frozenset(
+TORQUE_PARTS = frozenset(
     ("rate", "rate_integral", "slope", "ahead", "stiffness", "stiffness_integral")
 )
 """Parts of a turn that command torque; all parts of a climb except position command thrust."""
-ALIKE = 5e-3
+SAME_AXES_TOLERANCE = 5e-3
 """Relative difference of numbers that two axes may share without a remark."""
-EXACT = "exact"
-NONE = 1e-12
-Meaning = dict[str, Any]
-"""A `Move` of each of x, y and z, and a `Turn` of roll, pitch and yaw."""
-CHANNELS = (("z", "force"), ("roll", "moment_x"), ("pitch", "moment_y"), ("yaw", "moment_z"))
-BELOW = 30.0
-"""Ratio of the crossover to the lowest frequency."""
-COUNT = 200
-STEERING = OperatingPoint()
+EXACT_TEXT = "exact"
+ZERO_GAIN_TOLERANCE = 1e-12
+GainMeaning = dict[str, Any]
+"""A `MoveGains` of each of x, y and z, and a `TurnGains` of roll, pitch and yaw."""
 
 
 @dataclass(frozen=True)
@@ -55,7 +53,7 @@ class Translated:
 
 
 @dataclass(frozen=True)
-class Lost:
+class LostPart:
     """A part of an axis without a gain in the new law, a clause."""
 
     axis: str
@@ -76,7 +74,7 @@ class Translation:
 
     gains: tuple[Translated, ...]
     values: dict[str, float]
-    lost: tuple[Lost, ...]
+    lost: tuple[LostPart, ...]
     remarks: tuple[str, ...]
     exact: bool
 
@@ -86,7 +84,7 @@ class Translation:
         return tuple(each.said for each in self.lost if each.axis in axes)
 
 
-def effects(study: LinearStudy, values: Mapping[str, float]) -> dict[str, float]:
+def law_effects(study: LinearStudy, values: Mapping[str, float]) -> dict[str, float]:
     """Return the effect on a vehicle of one unit of the output of a law, by axis.
 
     It is the derivative of the law's own update in hover by injections at its loop points. So it
@@ -106,19 +104,20 @@ def effects(study: LinearStudy, values: Mapping[str, float]) -> dict[str, float]
     plain = {**values, **dict.fromkeys(form.filters, 0.0), "spin_up_feedforward": 0.0}
     loops = {loop.name: loop for loop in law.loops}
     points = []
-    for axis in TURNS:
+    for axis in TURN_AXES:
         inner = next(loops[name] for name in (f"{axis}_rate", axis, "heading") if name in loops)
         points.append(inner.point("actuator"))
     points.append(loops["velocity_z"].point("error"))
     wrench = study.wrench_by(points, plain)
     inertia = np.diagonal(frame.inertia_T)
     # the Crazyflie counts pitch the other way round, and its law sees to that
-    found = {axis: abs(float(wrench[1 + k, k] / inertia[k])) for k, axis in enumerate(TURNS)}
+    found = {axis: abs(float(wrench[1 + k, k] / inertia[k])) for k, axis in enumerate(TURN_AXES)}
     if form.climbs_by_acceleration:
         return {**found, "z": 1.0}
     # by two gains, as an integral may act in the same update
-    name, unit = next((r.name, _by_parameters(r, values)) for r in form.rows if _is_climb(r))
-    row = parameter_table(law).find(name)
+    climb_row = next(row for row in form.rows if row.axis == "z" and row.part == "speed")
+    name, unit = climb_row.name, _by_parameters(climb_row, values)
+    row = law.table.find(name)
     other = max(row.minimum, 0.5 * values[name])
     if other == values[name]:
         raise WorkbenchError(f"{name} is {other:g}, its least: no vertical gain can be computed")
@@ -127,42 +126,43 @@ def effects(study: LinearStudy, values: Mapping[str, float]) -> dict[str, float]
     return {**found, "z": climb / ((values[name] - other) * unit)}
 
 
-def _is_climb(row: Row) -> bool:
-    return row.axis == "z" and row.part == "speed"
-
-
-def meaning(
+def meaning_of_gains(
     form: Form, values: Mapping[str, float], by: Mapping[str, float], drag: Mapping[str, float]
-) -> Meaning:
+) -> GainMeaning:
     """Return the meaning of the gains of a law, by axis.
 
     Args:
         form: of the law.
         values: of its parameters.
-        by: effects by axis, see `effects`.
+        by: effects by axis, see `law_effects`.
         drag: of the vehicle, by which it damps velocities and the yaw rate, by axis [1/s].
     """
-    found: dict[str, dict[str, float]] = {axis: {} for axis in (*MOVES, *TURNS)}
+    found: dict[str, dict[str, float]] = {axis: {} for axis in (*MOVE_AXES, *TURN_AXES)}
     for row in form.rows:
         physical = values[row.name] * _by_parameters(row, values) * _effect(row, by)
         found[row.axis][row.part] = physical
-    moves = {axis: Move(**_plain(found[axis], "speed", "place", "pull")) for axis in MOVES}
-    turns = {axis: Turn(**_plain(found[axis], "rate", "angle", "stiffness")) for axis in TURNS}
+    moves = {
+        axis: MoveGains(**_plain_parts(found[axis], "speed", "place", "pull")) for axis in MOVE_AXES
+    }
+    turns = {
+        axis: TurnGains(**_plain_parts(found[axis], "rate", "angle", "stiffness"))
+        for axis in TURN_AXES
+    }
     if form.slope_of_error:
         turns = {axis: turn.of_rate() for axis, turn in turns.items()}
-    parts: Meaning = {**moves, **turns}
+    parts: GainMeaning = {**moves, **turns}
     if form.takes_drag:
         parts |= {axis: parts[axis].less(drag[axis]) for axis in drag}
     return parts
 
 
-def numbers(
+def gains_for_meaning(
     law: Controller,
-    meant: Meaning,
+    meant: GainMeaning,
     present: Mapping[str, float],
     by: Mapping[str, float],
     drag: Mapping[str, float],
-) -> tuple[tuple[Translated, ...], tuple[Lost, ...]]:
+) -> tuple[tuple[Translated, ...], tuple[LostPart, ...]]:
     """Return the gains of a law for a meaning, and the parts without a gain.
 
     Args:
@@ -170,20 +170,20 @@ def numbers(
         meant: their meaning.
         present: values of all its parameters; those that are not gains stay.
         by: effects by axis of this law.
-        drag: see `meaning`.
+        drag: see `meaning_of_gains`.
     """
     form = form_of(law)
-    parts = {axis: {row.part for row in form.rows if row.axis == axis} for axis in _axes(form)}
+    parts = {axis: {row.part for row in form.rows if row.axis == axis} for axis in _form_axes(form)}
     wanted: dict[str, list[tuple[str, float]]] = {}
-    lost: list[Lost] = []
+    lost: list[LostPart] = []
     folded = {axis: _folded(axis, meant[axis], parts[axis], lost) for axis in parts}
     if form.takes_drag:
         folded |= {axis: folded[axis].less(-drag[axis]) for axis in drag if axis in folded}
     if form.slope_of_error:
-        for axis in TURNS:
+        for axis in TURN_AXES:
             found = folded[axis].of_error()
             if found is None:
-                lost.append(Lost(axis, "no gains with D on the error make this loop"))
+                lost.append(LostPart(axis, "no gains with D on the error make this loop"))
             else:
                 folded[axis] = found
     for row in form.rows:
@@ -191,32 +191,32 @@ def numbers(
         unit *= _effect(row, by)
         physical = getattr(folded[row.axis], row.part)
         wanted.setdefault(row.name, []).append((row.axis, physical / unit))
-    table = parameter_table(law)
+    table = law.table
     gains = []
     for name, of_axes in wanted.items():
         parameter = table.find(name)
         each = [value for _, value in of_axes]
         value = sum(each) / len(each)
-        said = EXACT
-        if max(each) - min(each) > ALIKE * max(abs(value), NONE):
+        said = EXACT_TEXT
+        if max(each) - min(each) > SAME_AXES_TOLERANCE * max(abs(value), ZERO_GAIN_TOLERANCE):
             wishes = " and ".join(f"{v:.4g} for {axis}" for axis, v in of_axes)
             said = f"the mean of {wishes}, which share one gain here"
-            lost += [Lost(axis, f"shares {name} with another axis") for axis, _ in of_axes]
+            lost += [LostPart(axis, f"shares {name} with another axis") for axis, _ in of_axes]
         limited = min(parameter.maximum, max(parameter.minimum, value))
         if limited != value:
             way = "largest" if limited < value else "least"
             said = f"{value:.4g} is wanted, and {limited:g} is the {way} allowed"
-            lost += [Lost(axis, f"{name} is at its limit") for axis, _ in of_axes]
+            lost += [LostPart(axis, f"{name} is at its limit") for axis, _ in of_axes]
         elif value == 0.0 and present[name] != 0.0:
             said = "exact: 0, as the other law has no such part"
         held = [row for row in form.rows if row.name == name and row.never_zero]
         if held and limited == 0.0:
             limited, said = present[name], f"stays: {held[0].never_zero}"
-            lost += [Lost(row.axis, f"{name} is unchanged") for row in held]
+            lost += [LostPart(row.axis, f"{name} is unchanged") for row in held]
         near = [(row.axis, row.near) for row in form.rows if row.name == name and row.near]
         if near and limited:
             said = near[0][1]
-            lost += [Lost(axis, f"{name}: {said}") for axis, said in near]
+            lost += [LostPart(axis, f"{name}: {said}") for axis, said in near]
         gains.append(Translated(name, parameter.unit, limited, said))
     return tuple(gains), tuple(lost)
 
@@ -239,8 +239,8 @@ def translate(
         WorkbenchError: if the meaning of the gains of one of them is unknown.
     """
     forms = form_of(old.controller), form_of(new.controller)
-    drag = _drag(old)
-    meant = meaning(forms[0], values, effects(old, values), drag)
+    drag = _drag_rates(old)
+    meant = meaning_of_gains(forms[0], values, law_effects(old, values), drag)
     for study, form, each in zip((old, new), forms, (values, present), strict=True):
         for name in form.off:
             if each[name]:
@@ -253,14 +253,14 @@ def translate(
         places = [state.name for state in new.controller.memory]
         thrust = new.trim(gains=present).memory[places.index(hover[1])]
         present = {**present, hover[0]: float(thrust)}
-    gains, lost = numbers(new.controller, meant, present, effects(new, present), drag)
+    gains, lost = gains_for_meaning(new.controller, meant, present, law_effects(new, present), drag)
     if hover:
-        row = parameter_table(new.controller).find(hover[0])
+        row = new.controller.table.find(hover[0])
         gains = (*gains, Translated(row.name, row.unit, present[row.name], "at which it hovers"))
     own = {VERSION_ROW, *(gain.name for gain in gains)}  # a version is that of its firmware
     shared = {
         row.name: values[row.name]
-        for row in parameter_table(new.controller)
+        for row in new.controller.table
         if row.name in values and row.name not in own
     }
     integrals = {row.name for row in forms[1].rows if row.part.endswith("_integral")}
@@ -281,9 +281,9 @@ def translate(
     ]
     if forms[0].slope_of_error != forms[1].slope_of_error:
         said = "D acts on the error of the rate in one law, and on the rate in the other"
-        lost += tuple(Lost(axis, said) for axis in TURNS if meant[axis].slope)
+        lost += tuple(LostPart(axis, said) for axis in TURN_AXES if meant[axis].slope)
     lost += tuple(
-        Lost(row.axis, f"{row.name}: {row.near}")
+        LostPart(row.axis, f"{row.name}: {row.near}")
         for row in forms[0].rows
         if row.near and values[row.name]
     )
@@ -296,31 +296,37 @@ def translate(
     )
 
 
-def _drag(study: LinearStudy) -> dict[str, float]:
+def _drag_rates(study: LinearStudy) -> dict[str, float]:
     """Return what laws that know it take drag to damp velocities and the yaw rate by [1/s]."""
     rates = drag_rates(study.vehicle)
     return {"x": rates.across, "y": rates.across, "yaw": rates.yaw}
 
 
-def _axes(form: Form) -> tuple[str, ...]:
-    return tuple(axis for axis in (*MOVES, *TURNS) if any(row.axis == axis for row in form.rows))
+def _form_axes(form: Form) -> tuple[str, ...]:
+    return tuple(
+        axis for axis in (*MOVE_AXES, *TURN_AXES) if any(row.axis == axis for row in form.rows)
+    )
 
 
-def _by_parameters(row: Row, values: Mapping[str, float]) -> float:
+def _by_parameters(row: FormRow, values: Mapping[str, float]) -> float:
     """Return what other parameters make of a gain, and its scale."""
     factor = values[row.factor] if row.factor else 1.0
     divisor = values[row.divisor] if row.divisor else 1.0
     return row.scale * factor / divisor
 
 
-def _effect(row: Row, by: Mapping[str, float]) -> float:
-    if row.axis in TURNS:
-        return by[row.axis] if row.part in OF_EFFORT else 1.0
+def _effect(row: FormRow, by: Mapping[str, float]) -> float:
+    if row.axis in TURN_AXES:
+        return by[row.axis] if row.part in TORQUE_PARTS else 1.0
     return by["z"] if row.axis == "z" and not row.part.startswith("place") else 1.0
 
 
-def _plain(parts: Mapping[str, float], inner: str, outer: str, product: str) -> Any:
-    """Return parts of a `Turn` or `Move`, also of a law that states the product of two loops."""
+def _plain_parts(
+    parts: Mapping[str, float], inner: str, outer: str, product: str
+) -> dict[str, float]:
+    """Return parts of a `TurnGains` or `MoveGains`, also of a law that states the product of two
+    loops.
+    """
     plain = {name: value for name, value in parts.items() if not name.startswith(product)}
     gain = parts.get(inner, 0.0)
     if gain > 0.0 and product in parts:
@@ -329,10 +335,10 @@ def _plain(parts: Mapping[str, float], inner: str, outer: str, product: str) -> 
     return plain
 
 
-def _folded(axis: str, meant: Turn | Move, parts: set[str], lost: list[Lost]) -> Any:
+def _folded(axis: str, meant: TurnGains | MoveGains, parts: set[str], lost: list[LostPart]) -> Any:
     """Return gains as a law with some parts can have them; add to `lost` what is left out."""
     found: Any = meant
-    if isinstance(found, Turn):
+    if isinstance(found, TurnGains):
         stiff = "stiffness" in parts
         if "angle_rate" not in parts:
             found = found.without_angle_rate()
@@ -341,11 +347,11 @@ def _folded(axis: str, meant: Turn | Move, parts: set[str], lost: list[Lost]) ->
             found = found.without_angle_integral()
             if double:
                 said = f"a double integral of {double:.3g} 1/s⁴, of its angle and its rate, is lost"
-                lost.append(Lost(axis, said))
+                lost.append(LostPart(axis, said))
         if stiff and "rate_integral" not in parts and found.rate_integral:
             said = f"the integral of the rate, {found.rate_integral:.3g} 1/s², becomes stiffness"
             if "stiffness_integral" not in parts:
-                lost.append(Lost(axis, f"{said}, and an offset stays"))
+                lost.append(LostPart(axis, f"{said}, and an offset stays"))
         known = parts | ({"angle", "rate_integral"} if stiff else set())
         known |= {"angle_integral"} if "stiffness_integral" in parts else set()
     else:
@@ -353,96 +359,13 @@ def _folded(axis: str, meant: Turn | Move, parts: set[str], lost: list[Lost]) ->
         if pulls and found.speed_integral:
             said = f"the integral of the speed, {found.speed_integral:.3g} 1/s², becomes pull"
             lost.append(
-                Lost(axis, f"{said} to a held position; there is none while the pilot steers")
+                LostPart(axis, f"{said} to a held position; there is none while the pilot steers")
             )
         known = parts | ({"place", "speed_integral"} if pulls else set())
         known |= {"place_integral"} if "pull_integral" in parts else set()
     for field in dataclasses.fields(found):
         value = getattr(found, field.name)
-        if field.name not in known and abs(value) > NONE:
+        if field.name not in known and abs(value) > ZERO_GAIN_TOLERANCE:
             said = f"there is no {field.name.replace('_', ' ')}: {value:.3g} is left out"
-            lost.append(Lost(axis, said))
+            lost.append(LostPart(axis, said))
     return found
-
-
-@dataclass(frozen=True)
-class Difference:
-    """The difference between loops of two laws, opened at the plant input.
-
-    Attributes:
-        channel: z, roll, pitch or yaw.
-        crossover: of the first [rad/s].
-        other: crossover of the second [rad/s].
-        largest: of |L2 / L1 - 1| from a thirtieth of the crossover up to it.
-        at: frequency of the largest difference [rad/s].
-    """
-
-    channel: str
-    crossover: float
-    other: float
-    largest: float
-    at: float
-
-
-def differences(
-    old: LinearStudy,
-    new: LinearStudy,
-    values: Mapping[str, float],
-    others: Mapping[str, float],
-) -> tuple[Difference, ...]:
-    """Compare the loops of two laws in hover, while the pilot steers.
-
-    Args:
-        old: study of the vehicle with the first law.
-        new: study of the same vehicle with the second law.
-        values: of the first law's parameters.
-        others: of the second's.
-    """
-    found = []
-    names = [signal for _, signal in CHANNELS]
-    loops = [
-        loop_responses(study.plant_input(STEERING, gains), names)
-        for study, gains in ((old, values), (new, others))
-    ]
-    margins = [response_margins(each) for each in loops]
-    for k, (channel, _) in enumerate(CHANNELS):
-        crossover, other = (each[k].crossover for each in margins)
-        largest = at = math.nan
-        if math.isfinite(crossover):
-            grid = np.geomspace(crossover / BELOW, crossover, COUNT)
-            one, two = (each.at(grid)[k] for each in loops)
-            apart = np.abs(two / one - 1.0)
-            worst = int(np.argmax(apart))
-            largest, at = float(apart[worst]), float(grid[worst])
-        found.append(Difference(channel, crossover, other, largest, at))
-    return tuple(found)
-
-
-def gains_alone(
-    old: LinearStudy,
-    new: LinearStudy,
-    values: Mapping[str, float],
-    others: Mapping[str, float],
-) -> tuple[Difference, ...]:
-    """Compare with both laws at the shorter of their periods, without own filters and slower parts.
-
-    Arguments are those of `differences`.
-    """
-    period = min(study.scenario.rates.control_period for study in (old, new))
-    return differences(
-        _at_period(old, period),
-        _at_period(new, period),
-        {**values, **dict.fromkeys(form_of(old.controller).filters, 0.0)},
-        {**others, **dict.fromkeys(form_of(new.controller).filters, 0.0)},
-    )
-
-
-def _at_period(study: LinearStudy, period: float) -> LinearStudy:
-    """Return a study with the law at a period, if it has none of its own, and all parts in each."""
-    scenario, law = study.scenario, study.controller
-    if law.period is None and scenario.rates.control_period != period:
-        rates = dataclasses.replace(scenario.rates, control_period=period)
-        scenario = dataclasses.replace(scenario, rates=rates)
-    elif not law.dividers:
-        return study
-    return study.like(scenario, dataclasses.replace(law, dividers=(1,) * len(law.dividers)))

@@ -10,13 +10,13 @@ from workbench.plant.variation import Variation
 if TYPE_CHECKING:
     from workbench.plant.rotor_sources.sidecar import IdentifiedRow
 
-SHARES = {
+UNCERTAINTY_SOURCES = {
     "mass": ("thrust_to_weight", "motor_constant"),
     "inertia": ("inertia_x", "inertia_y", "inertia_z"),
     "rotor_lag": ("lag_with_delay",),
 }
 """The identified quantities that determine the uncertainty of each number of a vehicle."""
-LARGEST = 0.9
+MAX_UNCERTAINTY = 0.9
 """Largest uncertainty, as a share."""
 
 
@@ -41,7 +41,7 @@ class Robustness:
 
 
 @dataclass(frozen=True)
-class Case:
+class VehicleCase:
     """A vehicle to fly, given by factors on what the controller knows, see `Variation`."""
 
     mass: float = 1.0
@@ -54,12 +54,12 @@ class Case:
         return Variation(mass=self.mass, inertia=self.inertia, rotor_lag=self.rotor_lag)
 
     def __str__(self) -> str:
-        if self == NOMINAL:
+        if self == NOMINAL_CASE:
             return "as described"
         return f"mass x {self.mass:g}, inertia x {self.inertia:g}, rotor lag x {self.rotor_lag:g}"
 
 
-NOMINAL = Case()
+NOMINAL_CASE = VehicleCase()
 
 
 def identified_robustness(sidecar: Path | str) -> Robustness | None:
@@ -78,21 +78,21 @@ def identified_robustness(sidecar: Path | str) -> Robustness | None:
 
     rows = {row.name: row for row in load_sidecar(Path(sidecar))[1].identified}
     shares = {
-        name: min(max(_share(rows[each]) for each in known), LARGEST)
-        for name, names in SHARES.items()
+        name: min(max(_half_width_share(rows[each]) for each in known), MAX_UNCERTAINTY)
+        for name, names in UNCERTAINTY_SOURCES.items()
         if (known := [each for each in names if each in rows and rows[each].value > 0.0])
     }
     return Robustness(**shares) if shares else None
 
 
-def _share(row: "IdentifiedRow") -> float:
+def _half_width_share(row: "IdentifiedRow") -> float:
     """Return the half width of an interval, as a share of its value."""
     return max(row.high - row.value, row.value - row.low) / row.value
 
 
-def corners(robustness: Robustness) -> list[Case]:
+def robustness_corners(robustness: Robustness) -> list[VehicleCase]:
     """Return all combinations of the extremes of mass, inertia and rotor lag."""
     shares = (robustness.mass, robustness.inertia, robustness.rotor_lag)
     ends = [(1.0 - share, 1.0 + share) if share else (1.0,) for share in shares]
-    found = [Case(*factors) for factors in itertools.product(*ends)]
-    return [case for case in found if case != NOMINAL]
+    found = [VehicleCase(*factors) for factors in itertools.product(*ends)]
+    return [case for case in found if case != NOMINAL_CASE]

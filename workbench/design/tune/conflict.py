@@ -12,26 +12,26 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.design.metrics import Metric, shown
+from workbench.design.metrics import Metric
 from workbench.design.tune.evaluation import (
     Budget,
-    Candidate,
     Evaluation,
     Problem,
     SearchEndedError,
+    TuneCandidate,
 )
-from workbench.design.tune.requirement import NO_INTEGRAL, Requirement
-from workbench.design.tune.search import CLIMBS, climb, find_from
-from workbench.design.tune.wish import DEFAULT, GUARD, Wish
+from workbench.design.tune.requirement import NO_INTEGRAL_TEXT, Requirement
+from workbench.design.tune.search import MAX_CLIMBS, climb, find_from
+from workbench.design.tune.wish import DEFAULT_ORIGIN, GUARD_ORIGIN, Wish
 
-MOST = 3
-ATTEMPTS = 5
+MAX_CONFLICTS = 3
+MAX_CONFLICT_ATTEMPTS = 5
 """Largest number of conflicts reported, and of attempts to find one."""
-ACTIVE = 0.05
+MAX_ACTIVE_RESERVE = 0.05
 """Reserve at the best compromise above which a wish is not part of a conflict."""
-HALFWAY = 12.0
+HALF_PROGRESS_SEARCHES = 12.0
 """Number of searches after which progress is one half."""
-EVALUATIONS = 200
+CONFLICT_EVALUATIONS = 200
 NEAREST_EVALUATIONS = 300
 """Evaluations in each search, and in that for the nearest candidate."""
 
@@ -54,12 +54,12 @@ class Conflict:
     nearest: float
 
     def __str__(self) -> str:
-        best = f"the nearest has {shown(self.wish.metric, self.nearest)}"
+        best = f"the nearest has {self.wish.metric.text(self.nearest)}"
         if self.wish.metric.name == "steady_state_error":
-            best += f" ({NO_INTEGRAL})"
+            best += f" ({NO_INTEGRAL_TEXT})"
         if not self.against:
             return f"{self.required} cannot be met, even alone: {best}"
-        others = " and ".join(map(_named, self.against))
+        others = " and ".join(map(_wish_with_origin, self.against))
         without = " or ".join(wish.name for wish in self.against)
         return (
             f"{self.required} cannot be met together with {others}: {best}; "
@@ -78,7 +78,7 @@ class Unmet:
     """
 
     conflicts: tuple[Conflict, ...] = ()
-    nearest: Candidate | None = None
+    nearest: TuneCandidate | None = None
 
     def measured(
         self, requirements: Sequence[Requirement], values: Sequence[float]
@@ -89,7 +89,7 @@ class Unmet:
             requirements: of all cases (R).
             values: of them (R).
         """
-        return tuple(_nearest_told(each, requirements, values) for each in self.conflicts)
+        return tuple(_with_nearest_values(each, requirements, values) for each in self.conflicts)
 
 
 def conflicts(
@@ -116,9 +116,9 @@ def conflicts(
     bundles = everything
     found: list[Conflict] = []
     points: list[np.ndarray] = []
-    for _ in range(ATTEMPTS):
+    for _ in range(MAX_CONFLICT_ATTEMPTS):
         best = search.best(bundles)
-        if best.met or not bundles or len(found) == MOST:
+        if best.met or not bundles or len(found) == MAX_CONFLICTS:
             break
         described = _described(search, _irreducible(search, bundles, best))
         if described:
@@ -129,9 +129,11 @@ def conflicts(
     if not found:
         return Unmet()
     yielding = {w for each in everything for w in each if not any(w in b for b in bundles)}
-    nearest = _nearest(search, everything, yielding, [search.best(bundles).point, *points])
+    nearest = _nearest_candidate(
+        search, everything, yielding, [search.best(bundles).point, *points]
+    )
     pairs = (list(problem.requirements), nearest.values.tolist())
-    return Unmet(tuple(_nearest_told(each, *pairs) for each in found), nearest)
+    return Unmet(tuple(_with_nearest_values(each, *pairs) for each in found), nearest)
 
 
 Bundle = tuple[Wish, ...]
@@ -155,7 +157,7 @@ class _Search:
         self._last: list[np.ndarray] = []
         self._budget = budget
 
-    def evaluation(self, bundles: Sequence[Bundle], most: int = EVALUATIONS) -> Evaluation:
+    def evaluation(self, bundles: Sequence[Bundle], most: int = CONFLICT_EVALUATIONS) -> Evaluation:
         """Return what looks at only these wishes, at so many candidates, until they are met."""
         wishes = {wish for bundle in bundles for wish in bundle}
         required = [r for r in self._problem.requirements if r.wish in wishes]
@@ -165,20 +167,20 @@ class _Search:
         part = self._budget.part(most)
         return Evaluation(self._problem.demanding(required), part, self._heard(part), enough=0.0)
 
-    def _heard(self, part: Budget) -> Callable[[Candidate], None]:
+    def _heard(self, part: Budget) -> Callable[[TuneCandidate], None]:
         """Return what tells of one more search; how many there will be is not known."""
         number = self._searches
 
-        def heard(best: Candidate) -> None:
+        def heard(best: TuneCandidate) -> None:
             self._tell(
                 f"finding which wishes contradict each other: search {number}, candidate "
                 f"{part.spent}",
-                1.0 - HALFWAY / (HALFWAY + number - 1.0 + part.share),
+                1.0 - HALF_PROGRESS_SEARCHES / (HALF_PROGRESS_SEARCHES + number - 1.0 + part.share),
             )
 
         return heard
 
-    def best(self, bundles: Sequence[Bundle]) -> Candidate:
+    def best(self, bundles: Sequence[Bundle]) -> TuneCandidate:
         """Return the best candidate for these wishes."""
         best = find_from(self.evaluation(bundles), [*self._last, *self._starts])
         self.learn(best.point)
@@ -189,7 +191,7 @@ class _Search:
         self._last = [point]
 
 
-def _irreducible(search: _Search, bundles: Sequence[Bundle], best: Candidate) -> list[Bundle]:
+def _irreducible(search: _Search, bundles: Sequence[Bundle], best: TuneCandidate) -> list[Bundle]:
     """Return wishes that cannot be met together, none of which can be spared."""
     evaluation = search.evaluation(bundles)
     evaluation.evaluate(best.point[None])
@@ -205,7 +207,7 @@ def _irreducible(search: _Search, bundles: Sequence[Bundle], best: Candidate) ->
 def _active(evaluation: Evaluation, bundles: Sequence[Bundle]) -> list[Bundle]:
     """Return the wishes that are short, or nearly, at the best candidate."""
     pairs = zip(evaluation.problem.requirements, evaluation.best.reserves, strict=True)
-    short = {required.wish for required, reserve in pairs if reserve < ACTIVE}
+    short = {required.wish for required, reserve in pairs if reserve < MAX_ACTIVE_RESERVE}
     return [bundle for bundle in bundles if not short.isdisjoint(bundle)]
 
 
@@ -235,9 +237,9 @@ def _described(search: _Search, core: list[Bundle]) -> tuple[Conflict, np.ndarra
     return conflict, nearest.point
 
 
-def _nearest(
+def _nearest_candidate(
     search: _Search, bundles: Sequence[Bundle], yielding: set[Wish], points: Sequence[np.ndarray]
-) -> Candidate:
+) -> TuneCandidate:
     """Return the candidate that keeps all wishes but some, and comes nearest to those."""
     evaluation = search.evaluation(bundles, NEAREST_EVALUATIONS)
     evaluation.evaluate(np.array(points))
@@ -245,23 +247,25 @@ def _nearest(
     return _climbed(evaluation, points, mine)
 
 
-def _climbed(evaluation: Evaluation, points: Sequence[np.ndarray], mine: np.ndarray) -> Candidate:
+def _climbed(
+    evaluation: Evaluation, points: Sequence[np.ndarray], mine: np.ndarray
+) -> TuneCandidate:
     """Return who comes nearest to some requirements (R) on the ways from points, the rest met."""
 
-    def nearness(candidate: Candidate) -> tuple[float, float]:
+    def nearness(candidate: TuneCandidate) -> tuple[float, float]:
         rest = float(candidate.reserves[~mine].min(initial=np.inf))
         return min(0.0, rest), float(candidate.reserves[mine].min())
 
     try:
         for point in points:
-            for _ in range(CLIMBS):
+            for _ in range(MAX_CLIMBS):
                 point = climb(evaluation, point, mine)
     except SearchEndedError:
         pass
     return max(evaluation.seen, key=nearness)
 
 
-def _nearest_told(
+def _with_nearest_values(
     conflict: Conflict, requirements: Sequence[Requirement], values: Sequence[float]
 ) -> Conflict:
     """Return a conflict with what is missed by most of its wish, among values (R)."""
@@ -283,6 +287,9 @@ def bundled(wishes: Sequence[Wish], along_x: Mapping[str, str]) -> list[Bundle]:
     return list(bundles.values())
 
 
-def _named(wish: Wish) -> str:
-    origins = {DEFAULT: " (a default)", GUARD: " (keeps a loop that no wish is about)"}
+def _wish_with_origin(wish: Wish) -> str:
+    origins = {
+        DEFAULT_ORIGIN: " (a default)",
+        GUARD_ORIGIN: " (keeps a loop that no wish is about)",
+    }
     return f"{wish}{origins.get(wish.origin, '')}"

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from workbench.design.tune.measure import Instruments, Quantity
+from workbench.design.tune.measure import Instruments, MeasuredQuantity
 from workbench.design.tune.requirement import Requirement
 from workbench.design.tune.variables import Variables, loops_for
 
@@ -60,7 +60,7 @@ class Problem:
 
     def measured(self, gains: Sequence[Mapping[str, float]]) -> np.ndarray:
         """Return the values (N, R) for the requirements with N sets of all parameter values."""
-        quantities = [quantity(requirement) for requirement in self.requirements]
+        quantities = [required_quantity(requirement) for requirement in self.requirements]
         values = self.instruments.measure(gains, quantities)
         added = [self.corrections.get(requirement, 0.0) for requirement in self.requirements]
         return np.asarray(values + np.array(added))
@@ -69,11 +69,27 @@ class Problem:
         """Return the problem with other requirements."""
         return dataclasses.replace(self, requirements=tuple(requirements))
 
+    def corrected(
+        self, proved: Sequence[tuple[Requirement, float]], values: np.ndarray
+    ) -> "Problem":
+        """Return the problem, corrected by how far the full diagram is from the instruments.
 
-def quantity(requirement: Requirement) -> Quantity:
+        Args:
+            proved: requirements with their values on the full diagram; what has none adds nothing.
+            values: (R) of this problem for the same gains.
+        """
+        measured = dict(zip(self.requirements, values, strict=True))
+        corrections = dict(self.corrections)
+        for required, value in proved:
+            if np.isfinite(value) and np.isfinite(measured[required]):
+                corrections[required] = corrections.get(required, 0.0) + value - measured[required]
+        return dataclasses.replace(self, corrections=corrections)
+
+
+def required_quantity(requirement: Requirement) -> MeasuredQuantity:
     """Return what a requirement bounds."""
     wish = requirement.wish
-    return Quantity(requirement.case, wish.metric.kind, wish.subject, wish.metric.name)
+    return MeasuredQuantity(requirement.case, wish.metric.kind, wish.subject, wish.metric.name)
 
 
 class SearchEndedError(Exception):
@@ -81,7 +97,7 @@ class SearchEndedError(Exception):
 
 
 @dataclass(frozen=True)
-class Candidate:
+class TuneCandidate:
     """A point with its results.
 
     Attributes:
@@ -145,7 +161,7 @@ class Budget:
         return Budget(evaluations, self.seconds, whole=self)
 
 
-Listener = Callable[[Candidate], None]
+CandidateListener = Callable[[TuneCandidate], None]
 """Function called with the best candidate so far."""
 
 
@@ -163,25 +179,25 @@ class Evaluation:
         self,
         problem: Problem,
         budget: Budget,
-        listener: Listener | None = None,
+        listener: CandidateListener | None = None,
         enough: float = math.inf,
     ) -> None:
         self.problem = problem
         self.budget = budget
         self._enough = enough
         self._listener = listener
-        self._known: dict[bytes, Candidate] = {}
-        self._best: Candidate | None = None
+        self._known: dict[bytes, TuneCandidate] = {}
+        self._best: TuneCandidate | None = None
 
     @property
-    def best(self) -> Candidate:
+    def best(self) -> TuneCandidate:
         """The candidate with the largest value of its smallest reserve."""
         if self._best is None:
             raise ValueError("nothing was evaluated yet")
         return self._best
 
     @property
-    def seen(self) -> list[Candidate]:
+    def seen(self) -> list[TuneCandidate]:
         """All candidates evaluated."""
         return list(self._known.values())
 
@@ -208,7 +224,7 @@ class Evaluation:
         ]
         reserves = np.column_stack(columns) if columns else np.empty((len(points), 0))
         for point, value, reserve in zip(points, values, reserves, strict=True):
-            found = Candidate(point, value, reserve)
+            found = TuneCandidate(point, value, reserve)
             self._known[point.tobytes()] = found
             if self._best is None or _better(found, self._best):
                 self._best = found
@@ -216,12 +232,12 @@ class Evaluation:
             self._listener(self.best)
 
 
-def _better(one: Candidate, other: Candidate) -> bool:
+def _better(one: TuneCandidate, other: TuneCandidate) -> bool:
     """Return whether one is better: by its smallest reserve, and if equal by all violations."""
     if abs(one.reserve - other.reserve) > 1e-9:
         return one.reserve > other.reserve
-    return _short(one) < _short(other)
+    return _violation(one) < _violation(other)
 
 
-def _short(candidate: Candidate) -> float:
+def _violation(candidate: TuneCandidate) -> float:
     return float(np.maximum(0.0, -candidate.reserves).sum())

@@ -1,31 +1,24 @@
-"""Metrics of many flown steps at once, for a search.
+"""The numbers of many flown steps between samples, for a search.
 
-`step_metrics` gives times as whole samples. A search needs numbers that change smoothly with the
-gains: here crossings are interpolated, and a sample is added, so that the times are never shorter
-than those of `step_metrics`. Gains that meet a limit here meet it there, too.
+`step_metrics` gives times as whole samples, as python-control does. A search needs numbers that
+change smoothly with the gains: here crossings are interpolated, and a sample is added, so that the
+times are never shorter than those of `step_metrics`. Gains that meet a limit here meet it there,
+too.
 """
-
-from typing import NamedTuple
 
 import numpy as np
 
-SETTLED = 0.02
-"""Settling band as a share of the steady state, as in python-control."""
+from workbench.design.response_metrics import crossing_times
+from workbench.design.step_metrics import RISE_SHARES, SETTLING_BAND, StepMetrics
 
-
-class FlightNumbers(NamedTuple):
-    """Metrics of N steps, each (N); infinite if not reached, or if the flight diverged."""
-
-    rise_time: np.ndarray
-    settling_time: np.ndarray
-    overshoot: np.ndarray
-    steady_state_error: np.ndarray
+SEARCHED_NUMBERS = ("rise_time", "settling_time", "overshoot", "steady_state_error")
+"""Names of what `flight_numbers` measures."""
 
 
 def flight_numbers(
     time: np.ndarray, response: np.ndarray, command: float, diverged: np.ndarray
-) -> FlightNumbers:
-    """Return the metrics of steps.
+) -> StepMetrics:
+    """Return `SEARCHED_NUMBERS` (N) of steps; infinite if not reached, or if a flight diverged.
 
     Args:
         time: (M) from the edge of the command on [s].
@@ -40,37 +33,27 @@ def flight_numbers(
         steady = np.where((steady - begin) * command > 0.0, steady, np.nan)
         share = (response - begin[:, None]) / (steady - begin)[:, None]
         sample = time[1] - time[0]
-        rise = _first_above(time, share, 0.9) - _first_above(time, share, 0.1) + sample
-        settling = _last_outside(time, share) + sample
-        overshoot = np.maximum(0.0, 100.0 * (share.max(axis=1) - 1.0))
-        error = 100.0 * np.abs(steady / command - 1.0)
-    return FlightNumbers(*map(_or_infinite, (rise, settling, overshoot, error)))
+        start, end = (crossing_times(time, share, x) for x in RISE_SHARES)
+        return StepMetrics(
+            rise_time=_or_infinite(end - start + sample),
+            settling_time=_or_infinite(_settling_times(time, share) + sample),
+            overshoot=_or_infinite(np.maximum(0.0, 100.0 * (share.max(axis=1) - 1.0))),
+            steady_state_error=_or_infinite(100.0 * np.abs(steady / command - 1.0)),
+        )
 
 
-def _first_above(time: np.ndarray, share: np.ndarray, level: float) -> np.ndarray:
-    """Return when each row first reaches a level (N) [s]."""
-    at = np.argmax(share >= level, axis=1)
-    return _crossing(time, share, at, np.full(len(share), level))
-
-
-def _last_outside(time: np.ndarray, share: np.ndarray) -> np.ndarray:
-    """Return when each row finally enters the settling band (N) [s]."""
-    outside = np.abs(share - 1.0) >= SETTLED
+def _settling_times(time: np.ndarray, share: np.ndarray) -> np.ndarray:
+    """Return when each row finally enters the settling band (N) [s], NaN if it does not."""
+    outside = np.abs(share - 1.0) >= SETTLING_BAND
     at = len(time) - np.argmax(outside[:, ::-1], axis=1)  # the first sample that stays inside
     late = at >= len(time)
-    at = np.where(late, 0, at)
-    before = share[np.arange(len(share)), np.maximum(at - 1, 0)]
-    settled = _crossing(time, share, at, 1.0 + SETTLED * np.sign(before - 1.0))
-    return np.where(late, np.inf, settled)
-
-
-def _crossing(time: np.ndarray, share: np.ndarray, at: np.ndarray, level: np.ndarray) -> np.ndarray:
-    """Return when each row crosses its level just before sample `at` (N) [s]."""
-    rows, before = np.arange(len(share)), np.maximum(at - 1, 0)
-    low, high = share[rows, before], share[rows, at]
+    rows, after = np.arange(len(share)), np.where(late, 1, at)
+    low, high = share[rows, after - 1], share[rows, after]
+    edge = 1.0 + SETTLING_BAND * np.sign(low - 1.0)
     with np.errstate(invalid="ignore", divide="ignore"):
-        part = np.where(high == low, 1.0, (level - low) / (high - low))
-    return time[before] + np.clip(part, 0.0, 1.0) * (time[at] - time[before])
+        part = np.clip((edge - low) / (high - low), 0.0, 1.0)
+    entered = time[after - 1] + part * (time[after] - time[after - 1])
+    return np.where(late, np.nan, entered)
 
 
 def _or_infinite(values: np.ndarray) -> np.ndarray:

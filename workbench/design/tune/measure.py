@@ -1,57 +1,48 @@
 """Measure sets of gains: flown steps, margins and noise, for several vehicles."""
 
-import copy
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from scipy.linalg import solve_discrete_lyapunov
 
 from workbench.common.errors import FlightBrokenError
-from workbench.control.controller import Controller, Loop
-from workbench.design.executor.executor import Task, all_cores
+from workbench.control.loop import Loop
+from workbench.design.executor.executor import InThisProcess, Task, all_cores
 from workbench.design.judge.loop_response import closed_poles, growth_rate
 from workbench.design.judge.margins import all_margins
 from workbench.design.judge.noise import noise_effects
 from workbench.design.linear.model import LinearModel
-from workbench.design.linear.operating_point import HOLDING, OperatingPoint, Triple
+from workbench.design.linear.operating_point import HOLDING_POINT, OperatingPoint, Triple
 from workbench.design.linear.retuned import Models, retuned_models
 from workbench.design.linear.study import LinearStudy
 from workbench.design.linear_step import linear_step
-from workbench.design.metrics import LOOP, ROTORS, STEP
+from workbench.design.metrics import LOOP_KIND, ROTORS_KIND, STEP_KIND
 from workbench.design.rollout.engine import RolloutEngine
-from workbench.design.rollout.senses import make_senses, why_not
-from workbench.design.step_response import HOVER, START_HEIGHT, fly_step
-from workbench.design.tune.case import NOMINAL, Case
-from workbench.design.tune.flight_numbers import flight_numbers
+from workbench.design.rollout.senses import why_not_compiled
+from workbench.design.step_response import REST_VELOCITY_M_S, STEP_START_HEIGHT_M, fly_step
+from workbench.design.tune.case import VehicleCase
+from workbench.design.tune.flight_numbers import SEARCHED_NUMBERS, flight_numbers
+from workbench.design.tune.noise_amplification import noise_amplification
 from workbench.design.tune.variables import loop_of
-from workbench.design.tune.wish import ATTITUDE_METRICS, ATTITUDES
-from workbench.gains.gains import flight_gains
-from workbench.plant.vehicle import Vehicle
+from workbench.design.tune.wish import ATTITUDE_METRICS, ATTITUDE_SUBJECTS
 from workbench.scenario.scenario import Scenario
+from workbench.setup import Setup
 
 Gains = Mapping[str, float]
-_FLOWN_AWAY_COMMAND = 100.0
+_UNSTABLE_COMMAND_RATIO = 100.0
 """Effect of noise on commands, relative to their mean, that counts as unstable."""
-GROWTH_AS_MARGIN = -0.1
+MARGIN_PER_GROWTH_S = -0.1
 """Margin of an unstable loop per unit of its growth rate [s]."""
-ATTITUDE_TIME = 1.5
+ATTITUDE_STEP_S = 1.5
 """Duration of a step of an attitude [s]; afterwards drag has an effect due to the speed."""
-FLOWN_AWAY = 100.0
+DIVERGED_RESPONSE_RATIO = 100.0
 """Response, relative to its command, from which on a step counts as diverged."""
-NOISE = ("noise_w_x", "noise_w_y", "noise_w_z")
-_NO_PATH = 1e-10
-"""Smaller entries of the state matrix are rounding errors."""
-_WANDERS = 1e-9
-"""Distance from the unit circle up to which a pole counts as on it."""
-_UNSEEN = 1e-7
-"""Share of a mode in the outputs up to which it counts as unobservable."""
 
 
 def _diagram_step(
-    scenario: Scenario, gains: Gains, axis: str, step: "Step", velocity: Triple
+    scenario: Scenario, gains: Gains, axis: str, step: "TuneStep", velocity: Triple
 ) -> tuple[np.ndarray, float, float]:
     """Return the response (M) of a step, the largest rotor use, and the time of a loss.
 
@@ -64,7 +55,7 @@ def _diagram_step(
         step: its amplitude and duration.
         velocity: of the steady flight before it, in W (3) [m/s].
     """
-    response = np.zeros(_samples(scenario, step))
+    response = np.zeros(_sample_count(scenario, step))
     try:
         flown = fly_step(
             axis,
@@ -81,30 +72,30 @@ def _diagram_step(
     return response, flown.peak_rotor_use, flown.diverged_at
 
 
-def _samples(scenario: Scenario, step: "Step") -> int:
+def _sample_count(scenario: Scenario, step: "TuneStep") -> int:
     """Return the number of samples M: one for each control period, including the edge."""
     return round(step.duration / scenario.rates.control_period) + 1
 
 
 @dataclass(frozen=True)
-class Quantity:
+class MeasuredQuantity:
     """A number to measure.
 
     Attributes:
         case: the vehicle.
-        kind: of its metric: `STEP`, `LOOP` or `ROTORS`.
+        kind: of its metric: `STEP_KIND`, `LOOP_KIND` or `ROTORS_KIND`.
         subject: axis, loop, or "rotors".
         metric: its name.
     """
 
-    case: Case
+    case: VehicleCase
     kind: str
     subject: str
     metric: str
 
 
 @dataclass(frozen=True)
-class Step:
+class TuneStep:
     """A step to fly: amplitude [m/s, rad/s] and duration [s]."""
 
     amplitude: float
@@ -115,8 +106,7 @@ class Instruments:
     """The instruments: compiled rollouts and linear models, made once for each vehicle.
 
     Args:
-        scenario: its vehicle, gains and rates.
-        settings: parameter values that differ from them.
+        setup: the vehicle, its gains and rates.
         velocity: of the steady flight for the judgement and before steps, in W (3) [m/s].
 
     Raises:
@@ -124,17 +114,17 @@ class Instruments:
     """
 
     def __init__(
-        self, scenario: Scenario, settings: Mapping[str, float], velocity: Triple = HOVER
+        self,
+        setup: Setup,
+        velocity: Triple = REST_VELOCITY_M_S,
     ) -> None:
-        self._scenario = scenario
+        self._setup = setup
         self.point = OperatingPoint(velocity=velocity)
-        self._studies: dict[Case, LinearStudy] = {}
-        self._models: dict[tuple[Case, OperatingPoint], Models] = {}
-        self._engines: dict[Case, RolloutEngine] = {}
-        self.vehicle: Vehicle = self._study(NOMINAL).vehicle
-        self.controller: Controller = self._study(NOMINAL).controller
-        self.base = flight_gains(self.vehicle, scenario.vehicle.gains, settings, self.controller)
-        self.steps: dict[str, Step] = {}
+        self._studies: dict[VehicleCase, LinearStudy] = {}
+        self._models: dict[tuple[VehicleCase, OperatingPoint], Models] = {}
+        self._engines: dict[VehicleCase, RolloutEngine] = {}
+        self.vehicle, self.controller, self.base = setup.vehicle, setup.controller, setup.values
+        self.steps: dict[str, TuneStep] = {}
 
     @property
     def flown_set(self) -> int | None:
@@ -145,13 +135,13 @@ class Instruments:
         if schedule is None:
             return None
         value = schedule.value(
-            height=START_HEIGHT,
+            height=STEP_START_HEIGHT_M,
             velocity=self.point.velocity,
             payload=self.base["known_payload_mass"],
         )
         return schedule.nearest(value)
 
-    def models(self, case: Case, point: OperatingPoint) -> Models:
+    def models(self, case: VehicleCase, point: OperatingPoint) -> Models:
         """Return the linear models of a case.
 
         Raises:
@@ -161,32 +151,23 @@ class Instruments:
             self._models[case, point] = retuned_models(self._study(case), point, self.base)
         return self._models[case, point]
 
-    def _study(self, case: Case) -> LinearStudy:
+    def _study(self, case: VehicleCase) -> LinearStudy:
         if case not in self._studies:
-            scenario = copy.deepcopy(self._scenario)
-            scenario.vehicle.variation = case.variation
-            self._studies[case] = LinearStudy(scenario)
+            self._studies[case] = LinearStudy(self._setup.varied(case.variation))
         return self._studies[case]
 
     @cached_property
     def compiles(self) -> bool:
         """Whether flights of steps are compiled."""
-        return self.controller.compiles and not why_not(self.vehicle, self._scenario, self.base)
+        return self.controller.compiles and not why_not_compiled(self._setup)
 
-    def _engine(self, case: Case) -> RolloutEngine:
+    def _engine(self, case: VehicleCase) -> RolloutEngine:
         if case not in self._engines:
-            self._engines[case] = RolloutEngine(
-                self.vehicle,
-                self._scenario.rates,
-                case.variation,
-                seed=self._scenario.sensors.seed,
-                controller=self.controller,
-                senses=make_senses(self.vehicle, self._scenario),
-            )
+            self._engines[case] = RolloutEngine.of(self._setup.varied(case.variation))
         return self._engines[case]
 
     def responses(
-        self, gains: Sequence[Gains], axis: str, case: Case, duration: float | None = None
+        self, gains: Sequence[Gains], axis: str, case: VehicleCase, duration: float | None = None
     ) -> "Responses":
         """Return flown steps of an axis, compiled if possible, else on the diagram.
 
@@ -209,19 +190,21 @@ class Instruments:
         return Responses(flown.time, response, flown.peak_rotor_use, flown.diverged_at)
 
     def _flown_on_the_diagram(
-        self, gains: Sequence[Gains], axis: str, step: "Step", case: Case
+        self, gains: Sequence[Gains], axis: str, step: "TuneStep", case: VehicleCase
     ) -> "Responses":
         scenario = self._study(case).scenario
         velocity = self.point.velocity
         tasks = [
             Task(scenario, _diagram_step, (dict(each), axis, step, velocity)) for each in gains
         ]
-        flown = dict(all_cores().run(tasks))
+        # a process starts in seconds, as long as a step flies
+        executor = all_cores() if len(tasks) > 1 else InThisProcess()
+        flown = dict(executor.run(tasks))
         found = zip(*(flown[index] for index in range(len(tasks))), strict=True)
-        time = scenario.rates.control_period * np.arange(_samples(scenario, step))
+        time = scenario.rates.control_period * np.arange(_sample_count(scenario, step))
         return Responses(time, *map(np.array, found))
 
-    def measure(self, gains: Sequence[Gains], quantities: Sequence[Quantity]) -> np.ndarray:
+    def measure(self, gains: Sequence[Gains], quantities: Sequence[MeasuredQuantity]) -> np.ndarray:
         """Return the values (N, Q) of quantities, of N sets of all parameter values.
 
         Sets may differ from the base in the gains of the loops.
@@ -232,13 +215,15 @@ class Instruments:
         values = np.full((len(gains), len(quantities)), math.nan)
         for case in dict.fromkeys(quantity.case for quantity in quantities):
             asked = [q for q in quantities if q.case == case]
-            found: dict[Quantity, np.ndarray] = {}
-            for subject in dict.fromkeys(q.subject for q in asked if q.kind == STEP):
-                measured = self._attitude_numbers if subject in ATTITUDES else self._step_numbers
+            found: dict[MeasuredQuantity, np.ndarray] = {}
+            for subject in dict.fromkeys(q.subject for q in asked if q.kind == STEP_KIND):
+                measured = (
+                    self._attitude_numbers if subject in ATTITUDE_SUBJECTS else self._step_numbers
+                )
                 found |= measured(gains, subject, case)
-            held = [q for q in asked if q.kind == LOOP and self.holds(q.subject)]
-            free = [q for q in asked if q.kind != STEP and q not in held]
-            for point, some in ((self.point, free), (HOLDING, held)):
+            held = [q for q in asked if q.kind == LOOP_KIND and self.holds(q.subject)]
+            free = [q for q in asked if q.kind != STEP_KIND and q not in held]
+            for point, some in ((self.point, free), (HOLDING_POINT, held)):
                 if some:
                     found |= self._loop_numbers(gains, some, case, point)
             for index, quantity in enumerate(quantities):
@@ -252,23 +237,24 @@ class Instruments:
         return loop is not None and loop.hold
 
     def _step_numbers(
-        self, gains: Sequence[Gains], axis: str, case: Case
-    ) -> dict[Quantity, np.ndarray]:
+        self, gains: Sequence[Gains], axis: str, case: VehicleCase
+    ) -> dict[MeasuredQuantity, np.ndarray]:
         """Return all metrics of the step of an axis."""
         flown = self.responses(gains, axis, case)
         numbers = flight_numbers(
             flown.time, flown.response, self.steps[axis].amplitude, flown.diverged
         )
         found = {
-            Quantity(case, STEP, axis, name): values for name, values in numbers._asdict().items()
+            MeasuredQuantity(case, STEP_KIND, axis, name): getattr(numbers, name)
+            for name in SEARCHED_NUMBERS
         }
         use = np.where(flown.diverged, math.inf, flown.peak_rotor_use)
-        found[Quantity(case, STEP, axis, "peak_rotor_use")] = use
+        found[MeasuredQuantity(case, STEP_KIND, axis, "peak_rotor_use")] = use
         return found
 
     def _attitude_numbers(
-        self, gains: Sequence[Gains], angle: str, case: Case
-    ) -> dict[Quantity, np.ndarray]:
+        self, gains: Sequence[Gains], angle: str, case: VehicleCase
+    ) -> dict[MeasuredQuantity, np.ndarray]:
         """Return the metrics of a step of an attitude, by the linear model.
 
         The velocity loops are open, so only the angle is commanded.
@@ -277,20 +263,23 @@ class Instruments:
         rows = [attitude_step(models(each), angle) for each in gains]
         response = np.array(rows)
         time = models(gains[0]).period * np.arange(response.shape[1])
-        grows = ~(np.abs(response).max(axis=1) < FLOWN_AWAY)
-        numbers = flight_numbers(time, response, 1.0, grows)._asdict()
-        return {Quantity(case, STEP, angle, name): numbers[name] for name in ATTITUDE_METRICS}
+        grows = ~(np.abs(response).max(axis=1) < DIVERGED_RESPONSE_RATIO)
+        numbers = flight_numbers(time, response, 1.0, grows)
+        return {
+            MeasuredQuantity(case, STEP_KIND, angle, name): getattr(numbers, name)
+            for name in ATTITUDE_METRICS
+        }
 
     def _loop_numbers(
         self,
         gains: Sequence[Gains],
-        quantities: Sequence[Quantity],
-        case: Case,
+        quantities: Sequence[MeasuredQuantity],
+        case: VehicleCase,
         point: OperatingPoint,
-    ) -> dict[Quantity, np.ndarray]:
+    ) -> dict[MeasuredQuantity, np.ndarray]:
         """Return numbers of the linear model at an operating point."""
         models, study = self.models(case, point), self._study(case)
-        rows = [_judged(models(each), quantities) for each in gains]
+        rows = [_model_numbers(models(each), quantities) for each in gains]
         found = dict(zip(quantities, np.array(rows).T, strict=True))
         for quantity in quantities:
             if quantity.metric == "command_noise":
@@ -320,23 +309,23 @@ class Responses:
         return np.isfinite(self.diverged_at)
 
 
-def _judged(model: LinearModel, quantities: Sequence[Quantity]) -> list[float]:
+def _model_numbers(model: LinearModel, quantities: Sequence[MeasuredQuantity]) -> list[float]:
     """Return the requested numbers of one model."""
-    loops = list(dict.fromkeys(q.subject for q in quantities if q.kind == LOOP))
+    loops = list(dict.fromkeys(q.subject for q in quantities if q.kind == LOOP_KIND))
     points = [cut_point(model, loop) for loop in loops]
     margins = dict(zip(loops, all_margins(model, points), strict=True)) if loops else {}
     found = []
     for quantity in quantities:
         if quantity.metric == "command_noise":
             found.append(math.nan)  # computed from a model with the noise of each sensor
-        elif quantity.kind == ROTORS:
+        elif quantity.kind == ROTORS_KIND:
             found.append(noise_amplification(model))
         elif margins[quantity.subject].stable:
             found.append(float(getattr(margins[quantity.subject], quantity.metric)))
         elif quantity.metric == "peak_sensitivity":
             found.append(math.inf)
         else:
-            found.append(GROWTH_AS_MARGIN * growth_rate(closed_poles(model), model.period))
+            found.append(MARGIN_PER_GROWTH_S * growth_rate(closed_poles(model), model.period))
     return found
 
 
@@ -351,9 +340,11 @@ def attitude_step(model: LinearModel, angle: str) -> np.ndarray:
     for loop in model.loops:
         if loop.axis in ("x", "y", "z") and not loop.hold:
             outer.setdefault(loop.axis, loop)
-    around = [loop.point("actuator") for loop in outer.values() if loop.name not in ATTITUDES]
+    around = [
+        loop.point("actuator") for loop in outer.values() if loop.name not in ATTITUDE_SUBJECTS
+    ]
     (error,) = [loop.error for loop in model.loops if loop.name == angle]
-    samples = round(ATTITUDE_TIME / model.period) + 1
+    samples = round(ATTITUDE_STEP_S / model.period) + 1
     response = linear_step(model.opened(around), error, angle, samples)
     # the sign of an error depends on the source of the law
     return response * math.copysign(1.0, response[np.abs(response).argmax()])
@@ -376,55 +367,4 @@ def command_noise(study: LinearStudy, point: OperatingPoint, gains: Gains) -> fl
     It is that of the most affected rotor, see `noise_effects`, and infinite for an unstable loop.
     """
     *_, every = noise_effects(study, point, gains)
-    return every.worst_command if every.worst_command < _FLOWN_AWAY_COMMAND else math.inf
-
-
-def noise_amplification(model: LinearModel) -> float:
-    """Return the rms of a rotor's thrust over that of noise on the measured rates [N·s/rad].
-
-    The noise is white, independent between axes, and of the same size on all three. The rotor is
-    the most affected one. With P the covariance of the sampled closed loop under noise of unit
-    size,
-
-        P = A P A' + B B',   rms² = diag(C P C' + D D').
-
-    Position and heading drift without limit under noise, but no rotor reacts to them while the
-    pilot steers. States that do not affect the thrusts are left out. So is a drifting mode without
-    effect on them, such as of a heading together with the one in the memory of the law.
-
-    Args:
-        model: of the sampled closed loop; for an unstable one the rms is infinite.
-    """
-    outputs = [signal.name for signal in model.outputs if signal.name.startswith("thrust_")]
-    A, B, C = model.A, model.B(NOISE), model.C(outputs)
-    D = model.D(outputs, NOISE)
-    kept = _seen_states(A, C)
-    A, B, C = A[np.ix_(kept, kept)], B[kept], C[:, kept]
-    A = _without_wandering(A, C)
-    if np.abs(np.linalg.eigvals(A)).max(initial=0.0) >= 1.0:
-        return float("inf")
-    P = solve_discrete_lyapunov(A, B @ B.T, method="bilinear")
-    variance = np.einsum("ij,jk,ik->i", C, P, C) + (D**2).sum(axis=1)
-    return float(np.sqrt(variance.max()))
-
-
-def _without_wandering(A: np.ndarray, C: np.ndarray) -> np.ndarray:
-    """Return A (m, m) without modes that neither decay nor grow, nor are observable in C (l, m)."""
-    values, vectors = np.linalg.eig(A)
-    wandering = np.flatnonzero(np.abs(np.abs(values) - 1.0) < _WANDERS)
-    if not len(wandering):
-        return A
-    left = np.linalg.inv(vectors)
-    for mode in wandering:
-        if np.linalg.norm(C @ vectors[:, mode]) < _UNSEEN * np.linalg.norm(C):
-            A = A - np.outer(values[mode] * vectors[:, mode], left[mode])
-    return np.asarray(A.real)
-
-
-def _seen_states(A: np.ndarray, C: np.ndarray) -> np.ndarray:
-    """Return which states the outputs depend on, at once or later."""
-    passes = np.abs(A) > _NO_PATH
-    seen = (np.abs(C) > _NO_PATH).any(axis=0)
-    for _ in range(len(A)):
-        seen = seen | passes[seen].any(axis=0)
-    return np.flatnonzero(seen)
+    return every.worst_command if every.worst_command < _UNSTABLE_COMMAND_RATIO else math.inf

@@ -1,6 +1,5 @@
 """The proof: flights on the full diagram with the gains, and their metrics."""
 
-import copy
 import dataclasses
 import math
 from collections.abc import Callable, Mapping, Sequence
@@ -9,13 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.design.flier import DIAGRAM
-from workbench.design.metrics import STEP
-from workbench.design.response_metrics import StepMetrics, step_metrics
-from workbench.design.step_response import HOVER, StepResponse, fly_step
-from workbench.design.tune.case import NOMINAL, Case
-from workbench.design.tune.measure import Step
+from workbench.design.metrics import STEP_KIND
+from workbench.design.step_metrics import StepMetrics, step_metrics
+from workbench.design.step_response import REST_VELOCITY_M_S, StepResponse, fly_step
+from workbench.design.tune.case import NOMINAL_CASE, VehicleCase
+from workbench.design.tune.measure import TuneStep
 from workbench.design.tune.requirement import Requirement
-from workbench.scenario.scenario import Scenario
+from workbench.setup import Setup
 
 
 @dataclass(frozen=True)
@@ -27,7 +26,7 @@ class Proof:
         values: of the requirements on these flights.
     """
 
-    flights: tuple[tuple[Case, StepResponse], ...]
+    flights: tuple[tuple[VehicleCase, StepResponse], ...]
     values: tuple[tuple[Requirement, float], ...]
 
     @property
@@ -38,31 +37,31 @@ class Proof:
 
 def flights_to_fly(
     required: Sequence[Requirement], reserves: Mapping[Requirement, float]
-) -> list[tuple[Case, str]]:
+) -> list[tuple[VehicleCase, str]]:
     """Return the flights for each axis with a wish: as described, and in the worst corners."""
     steps = [each for each in required if each.wish.is_flown]
-    found = [(NOMINAL, each.wish.subject) for each in steps]
+    found = [(NOMINAL_CASE, each.wish.subject) for each in steps]
     for wish in dict.fromkeys(each.wish for each in steps):
-        corners = [each for each in steps if each.wish == wish and each.case != NOMINAL]
+        corners = [each for each in steps if each.wish == wish and each.case != NOMINAL_CASE]
         if corners:
             found.append((min(corners, key=lambda each: reserves[each]).case, wish.subject))
     return list(dict.fromkeys(found))
 
 
-def prove(
-    scenario: Scenario,
+def prove_gains(
+    setup: Setup,
     gains: Mapping[str, float],
-    steps: Mapping[str, Step],
+    steps: Mapping[str, TuneStep],
     required: Sequence[Requirement],
-    flights: Sequence[tuple[Case, str]],
+    flights: Sequence[tuple[VehicleCase, str]],
     progress: Callable[[str, float], None],
-    velocity: Sequence[float] = HOVER,
+    velocity: Sequence[float] = REST_VELOCITY_M_S,
 ) -> Proof:
     """Fly gains on the full diagram, and compare with the requirements on those flights.
 
     Args:
-        scenario: its vehicle and rates.
-        gains: parameter values that differ from those of the scenario.
+        setup: the vehicle and its rates.
+        gains: parameter values that differ from those of the setup.
         steps: of the axes.
         required: all requirements; those on other flights are ignored.
         flights: case and axis of each.
@@ -72,8 +71,6 @@ def prove(
     flown = []
     values = []
     for done, (case, axis) in enumerate(flights):
-        varied = copy.deepcopy(scenario)
-        varied.vehicle.variation = case.variation
         step = steps[axis]
         phase = f"proving on the full diagram: {axis} step {done + 1} of {len(flights)}, {case}"
 
@@ -83,7 +80,7 @@ def prove(
         response = fly_step(
             axis,
             step.amplitude,
-            scenario=varied,
+            scenario=setup.varied(case.variation),
             settings=gains,
             velocity=velocity,
             progress=tell,
@@ -92,14 +89,14 @@ def prove(
         flown.append((case, response))
         for each in required:
             wish = each.wish
-            if (each.case, wish.subject, wish.metric.kind) == (case, axis, STEP):
-                values.append((each, _value(response, wish.metric.name, case)))
+            if (each.case, wish.subject, wish.metric.kind) == (case, axis, STEP_KIND):
+                values.append((each, _metric_value(response, wish.metric.name, case)))
     return Proof(tuple(flown), tuple(values))
 
 
-def _value(response: StepResponse, metric: str, case: Case) -> float:
+def _metric_value(response: StepResponse, metric: str, case: VehicleCase) -> float:
     """Return a metric of a flown step; NaN where it has no meaning."""
-    if metric == "peak_rotor_use":
+    if metric == "peak_rotor_use":  # of a lost flight, too
         return response.peak_rotor_use
     if response.loss:
         return math.nan
@@ -110,7 +107,7 @@ def _value(response: StepResponse, metric: str, case: Case) -> float:
 
 
 def case_metrics(
-    time: np.ndarray, response: np.ndarray, command: float, decay: float, case: Case
+    time: np.ndarray, response: np.ndarray, command: float, decay: float, case: VehicleCase
 ) -> StepMetrics:
     """Return the metrics of a step of a vehicle, see `step_metrics`.
 
@@ -118,7 +115,7 @@ def case_metrics(
     so its rise, settling and overshoot are relative to the edge.
     """
     found = step_metrics(time, response, command, decay=decay)
-    if case == NOMINAL:
+    if case == NOMINAL_CASE:
         return found
     moved = step_metrics(time, response - response[0], command, decay=decay)
     return dataclasses.replace(moved, steady_state_error=found.steady_state_error)

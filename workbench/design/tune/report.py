@@ -9,25 +9,23 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from workbench.common.plain_text import html_text
-from workbench.design.metrics import shown
-from workbench.design.plots import PALETTE, label, styled, widen, write_png
-from workbench.design.tune.case import NOMINAL
+from workbench.design.plots import PALETTE, label_panel, styled, widen, write_png
+from workbench.design.tune.case import NOMINAL_CASE
 from workbench.design.tune.measure import Responses
 from workbench.design.tune.requirement import Requirement
-from workbench.design.tune.tuning import Result, Tuning
-from workbench.design.tune.wish import DEFAULT
+from workbench.design.tune.tuning import Tuning, WishResult
+from workbench.design.tune.wish import DEFAULT_ORIGIN
 from workbench.scenario.axes import find_axis
-from workbench.scenario.parameters import parameter_table
 
-Rows = list[list[str]]
-BEFORE = 0
-AFTER = 1
-_CORNERS = 0.3
+TableRows = list[list[str]]
+BEFORE_TUNING = 0
+AFTER_TUNING = 1
+_CORNER_OPACITY = 0.3
 """Opacity of the curves of varied vehicles."""
-_WIDEST = 1.5
+_MAX_BAR_RESERVE = 1.5
 """Largest reserve, positive or negative, of a bar."""
 
-_PAGE = """<!DOCTYPE html>
+_TUNING_PAGE = """<!DOCTYPE html>
 <html lang="en"><head><meta charset="utf-8"><title>{title}</title><style>
 body {{ font: 15px/1.5 system-ui, sans-serif; max-width: 62rem; margin: 2rem auto }}
 table {{ border-collapse: collapse; margin: 0.5rem 0 1.5rem }}
@@ -40,7 +38,7 @@ img {{ max-width: 100% }}
 """
 
 
-def wish_rows(results: Sequence[Result], *, cases: bool = False) -> Rows:
+def wish_rows(results: Sequence[WishResult], *, cases: bool = False) -> TableRows:
     """Return a row for each wish: name, before, after, limit, whether met; and its corner."""
     rows = []
     for result in results:
@@ -48,42 +46,42 @@ def wish_rows(results: Sequence[Result], *, cases: bool = False) -> Rows:
         metric = required.wish.metric
         row = [
             required.wish.name,
-            shown(metric, result.before),
-            shown(metric, result.after),
-            _limit(required),
-            _verdict(required, result.after),
+            metric.text(result.before),
+            metric.text(result.after),
+            _limit_text(required),
+            _wish_verdict(required, result.after),
         ]
         rows.append([*row, str(required.case)] if cases else row)
     return rows
 
 
-def _verdict(required: Requirement, value: float) -> str:
+def _wish_verdict(required: Requirement, value: float) -> str:
     """Return the verdict on a wish; if met only with a widened limit, it has the original one."""
     if not required.met(value):
         return "not ok"
     if required.widened is None or required.meets_unwidened(value):
         return "ok"
-    return f"widened from {shown(required.wish.metric, required.widened)}"
+    return f"widened from {required.wish.metric.text(required.widened)}"
 
 
-def gain_rows(found: Tuning) -> Rows:
+def gain_rows(found: Tuning) -> TableRows:
     """Return a row for each tuned gain: name, before, after, unit."""
-    table = parameter_table(found.controller)
+    table = found.controller.table
     return [
         [name, f"{found.before[name]:.4g}", f"{value:.4g}", table.find(name).unit]
         for name, value in found.gains.items()
     ]
 
 
-def proof_rows(found: Tuning) -> Rows:
+def proof_rows(found: Tuning) -> TableRows:
     """Return a row for each number of the flights on the full diagram."""
     return [
         [
             required.wish.name,
-            shown(required.wish.metric, value),
-            _limit(required),
-            _verdict(required, value),
-            "" if required.case == NOMINAL else str(required.case),
+            required.wish.metric.text(value),
+            _limit_text(required),
+            _wish_verdict(required, value),
+            "" if required.case == NOMINAL_CASE else str(required.case),
         ]
         for required, value in (found.proof.values if found.proof else ())
     ]
@@ -93,25 +91,28 @@ def report_html(found: Tuning, figure: Figure) -> str:
     """Return the report as one page, including its figure."""
     title = f"{found.vehicle}: tuned gains" if found.met else f"{found.vehicle}: wishes not met"
     parts = [f"<h1>{html_text(title)}</h1>", _paragraphs(found), _image(figure)]
-    parts += ["<h2>Wishes</h2>", _table(("", "before", "after", "wished", ""), _wished(found))]
+    parts += ["<h2>Wishes</h2>", _html_table(("", "before", "after", "wished", ""), _wished(found))]
     if found.in_corners:
         head = ("", "before", "after", "still wished", "", "corner")
         parts += ["<h2>In the worst corner of each</h2>"]
-        parts += [_table(head, wish_rows(found.in_corners, cases=True))]
+        parts += [_html_table(head, wish_rows(found.in_corners, cases=True))]
     if found.guarded:
         kept = ("", "before", "after", "kept", "")
-        parts += ["<h2>Loops that no wish is about</h2>", _table(kept, wish_rows(found.guarded))]
-    parts += ["<h2>Gains</h2>", _table(("", "before", "after", ""), gain_rows(found))]
+        parts += [
+            "<h2>Loops that no wish is about</h2>",
+            _html_table(kept, wish_rows(found.guarded)),
+        ]
+    parts += ["<h2>Gains</h2>", _html_table(("", "before", "after", ""), gain_rows(found))]
     if found.proof and found.proof.values:
         flown = ("", "flown", "wished", "", "")
-        parts += ["<h2>Flown on the full diagram</h2>", _table(flown, proof_rows(found))]
-    return _PAGE.format(title=html_text(title), body="\n".join(parts))
+        parts += ["<h2>Flown on the full diagram</h2>", _html_table(flown, proof_rows(found))]
+    return _TUNING_PAGE.format(title=html_text(title), body="\n".join(parts))
 
 
-def _wished(found: Tuning) -> Rows:
+def _wished(found: Tuning) -> TableRows:
     rows = wish_rows(found.as_described)
     for row, result in zip(rows, found.as_described, strict=True):
-        if result.required.wish.origin == DEFAULT:
+        if result.required.wish.origin == DEFAULT_ORIGIN:
             row[3] += " (a default)"
     return rows
 
@@ -121,23 +122,23 @@ def _paragraphs(found: Tuning) -> str:
     lines = [str(conflict) for conflict in found.conflicts]
     lines += [*found.shortfalls, *found.remarks]
     if worst:
-        name, value = worst.required.wish.name, shown(worst.required.wish.metric, worst.after)
+        name, value = worst.required.wish.name, worst.required.wish.metric.text(worst.after)
         lines.append(f"Worst corner: {name} of {value} with {worst.required.case}.")
     return "\n".join(f"<p>{html_text(line)}</p>" for line in lines)
 
 
-def _limit(required: Requirement) -> str:
+def _limit_text(required: Requirement) -> str:
     sign = ">=" if required.wish.at_least else "<="
-    return f"{sign} {shown(required.wish.metric, required.bound)}"
+    return f"{sign} {required.wish.metric.text(required.bound)}"
 
 
-def _table(head: Sequence[str], rows: Rows) -> str:
+def _html_table(head: Sequence[str], rows: TableRows) -> str:
     lines = ["".join(f"<th>{html_text(text)}</th>" for text in head)]
-    lines += ["".join(map(_cell, row)) for row in rows]
+    lines += ["".join(map(_html_cell, row)) for row in rows]
     return "<table>" + "\n".join(f"<tr>{line}</tr>" for line in lines) + "</table>"
 
 
-def _cell(text: str) -> str:
+def _html_cell(text: str) -> str:
     kind = ' class="no"' if text == "not ok" else ""
     return f"<td{kind}>{html_text(text)}</td>"
 
@@ -157,7 +158,7 @@ def plot_tuning(found: Tuning) -> Figure:
     rows = max(1, len(axes))
     height = max(1.9 * rows, 0.17 * len(shown) + 1.0) + 0.6
     figure = Figure(figsize=(11.0, height), layout="constrained")
-    figure.suptitle(_title(found), x=0.01, ha="left", fontsize=11, fontweight="bold")
+    figure.suptitle(_figure_title(found), x=0.01, ha="left", fontsize=11, fontweight="bold")
     left, right = figure.subfigures(1, 2, width_ratios=(1.25, 1.0), squeeze=False)[0]
     if axes:
         panels = left.subplots(len(axes), 1, squeeze=False)[:, 0]
@@ -170,7 +171,7 @@ def plot_tuning(found: Tuning) -> Figure:
     return figure
 
 
-def _title(found: Tuning) -> str:
+def _figure_title(found: Tuning) -> str:
     end = "all wishes met" if found.met else "wishes not met"
     if found.met and found.shortfalls:
         end = f"all wishes met, {len(found.shortfalls)} of them widened"
@@ -183,44 +184,58 @@ def _draw_responses(panel: Axes, found: Tuning, axis: str) -> None:
     curves = {
         case: flown for (flown_axis, case), flown in found.responses.items() if flown_axis == axis
     }
-    described = curves.pop(NOMINAL)
+    described = curves.pop(NOMINAL_CASE)
     panel.axhline(command, ls="--", color=PALETTE.command, lw=1.2, label="command")
     for index, flown in enumerate(curves.values()):
         name = "after, in corners" if index == 0 else None
         panel.plot(
             flown.time,
-            flown.response[AFTER],
+            flown.response[AFTER_TUNING],
             color=PALETTE.ours,
-            alpha=_CORNERS,
+            alpha=_CORNER_OPACITY,
             lw=1.0,
             label=name,
         )
     panel.plot(
-        described.time, described.response[BEFORE], color=PALETTE.mean, ls=":", label="before"
+        described.time,
+        described.response[BEFORE_TUNING],
+        color=PALETTE.mean,
+        ls=":",
+        label="before",
     )
-    panel.plot(described.time, described.response[AFTER], color=PALETTE.ours, label="after")
-    panel.set_xlim(0.0, _end(described, command))
+    panel.plot(described.time, described.response[AFTER_TUNING], color=PALETTE.ours, label="after")
+    panel.set_xlim(0.0, _rest_time(described, command))
     widen(panel, np.clip(described.response, -0.3 * abs(command), 1.6 * abs(command)), command, 0.0)
     what = "yaw rate" if axis == "yaw" else f"velocity along {axis}"
-    label(panel, f"{what}, step of {command:g} {find_axis(axis).unit}", f"[{find_axis(axis).unit}]")
+    label_panel(
+        panel, f"{what}, step of {command:g} {find_axis(axis).unit}", f"[{find_axis(axis).unit}]"
+    )
 
 
-def _end(flown: Responses, command: float) -> float:
+def _rest_time(flown: Responses, command: float) -> float:
     """Return the time by which the response has been at rest for a while [s]."""
-    away = np.abs(flown.response[AFTER] - flown.response[AFTER][-1]) > 0.02 * abs(command)
+    away = np.abs(flown.response[AFTER_TUNING] - flown.response[AFTER_TUNING][-1]) > 0.02 * abs(
+        command
+    )
     settled = flown.time[np.flatnonzero(away)[-1]] if away.any() else flown.time[-1]
     return float(min(flown.time[-1], max(1.0, 1.6 * settled)))
 
 
-def _draw_reserves(panel: Axes, results: list[Result]) -> None:
+def _draw_reserves(panel: Axes, results: list[WishResult]) -> None:
     """Draw the reserve of each wish, before and after."""
     places = np.arange(len(results))[::-1]
     before = [r.required.reserve(r.before) for r in results]
     after = [result.reserve for result in results]
     colors = [PALETTE.ours if result.met else PALETTE.limit for result in results]
-    panel.barh(places, np.clip(after, -_WIDEST, _WIDEST), color=colors, height=0.7, label="after")
+    panel.barh(
+        places,
+        np.clip(after, -_MAX_BAR_RESERVE, _MAX_BAR_RESERVE),
+        color=colors,
+        height=0.7,
+        label="after",
+    )
     panel.plot(
-        np.clip(before, -_WIDEST, _WIDEST),
+        np.clip(before, -_MAX_BAR_RESERVE, _MAX_BAR_RESERVE),
         places,
         "|",
         color=PALETTE.mean,
@@ -229,14 +244,14 @@ def _draw_reserves(panel: Axes, results: list[Result]) -> None:
         label="before",
     )
     panel.axvline(0.0, color=PALETTE.command, lw=1.0)
-    panel.set_yticks(places, [_name(result) for result in results], fontsize=7)
+    panel.set_yticks(places, [_result_name(result) for result in results], fontsize=7)
     panel.set_ylim(-0.8, len(results) - 0.2)
     panel.set_xlabel("to spare, as a share of the limit")
     panel.set_title("wishes")
     panel.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2)
 
 
-def _name(result: Result) -> str:
+def _result_name(result: WishResult) -> str:
     wish = result.required.wish
-    corner = "" if result.required.case == NOMINAL else ", worst corner"
+    corner = "" if result.required.case == NOMINAL_CASE else ", worst corner"
     return f"{wish.name}{corner}"

@@ -12,24 +12,24 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.control.controller import Controller
-from workbench.design.metrics import LOOP, find_metric, shown
-from workbench.design.tune.case import NOMINAL, Case, Robustness
+from workbench.design.metrics import LOOP_KIND, find_metric
+from workbench.design.tune.case import NOMINAL_CASE, Robustness, VehicleCase
 from workbench.design.tune.variables import loop_of
-from workbench.design.tune.wish import DEFAULT, GUARD, Wish
-from workbench.scenario.axes import AXES
+from workbench.design.tune.wish import DEFAULT_ORIGIN, GUARD_ORIGIN, Wish
+from workbench.scenario.axes import AXIS_NAMES
 
-HOPELESS = -12.0
+MISSING_VALUE_RESERVE = -12.0
 """The reserve of a missing value: the flight diverged, or the loop is unstable."""
-OVERSHOOT = 5.0
-STEADY_STATE_ERROR = 5.0
+MAX_WISHED_OVERSHOOT_PCT = 5.0
+MAX_WISHED_ERROR_PCT = 5.0
 """Most [%]."""
-MARGINS = {"phase_margin": math.radians(40.0), "disk_margin": 0.6}
+MIN_WISHED_MARGINS = {"phase_margin": math.radians(40.0), "disk_margin": 0.6}
 """Least."""
-SLOWER = 1.3
+RISE_TIME_FACTOR = 1.3
 """Limit of the rise time, as a factor on that with the gains of the rule."""
-ROOM = 0.9
+LIMIT_ROOM_FACTOR = 0.9
 """Tolerance added to the value for the rule's gains, if these do not meet a limit."""
-DIGITS = 3
+LIMIT_DIGITS = 3
 
 
 @dataclass(frozen=True)
@@ -45,15 +45,15 @@ class Requirement:
     """
 
     wish: Wish
-    case: Case
+    case: VehicleCase
     bound: float
     widened: float | None = None
 
     def __str__(self) -> str:
         wish = self.wish
         sign = ">=" if wish.at_least else "<="
-        text = f"{wish.name} {sign} {shown(wish.metric, self.bound)}"
-        return text if self.case == NOMINAL else f"{text} with {self.case}"
+        text = f"{wish.name} {sign} {wish.metric.text(self.bound)}"
+        return text if self.case == NOMINAL_CASE else f"{text} with {self.case}"
 
     def reserves(self, values: np.ndarray) -> np.ndarray:
         """Return the reserves of values, as shares of the bound; negative if it is violated.
@@ -66,8 +66,8 @@ class Requirement:
         with np.errstate(invalid="ignore"):
             share = sign * (np.asarray(values, dtype=float) - self.bound) / scale
         share = np.where(share < -1.0, -1.0 - np.log(np.maximum(-share, 1.0)), share)
-        share = np.where(np.isnan(share), HOPELESS, share)
-        return np.asarray(np.clip(share, HOPELESS, -HOPELESS))
+        share = np.where(np.isnan(share), MISSING_VALUE_RESERVE, share)
+        return np.asarray(np.clip(share, MISSING_VALUE_RESERVE, -MISSING_VALUE_RESERVE))
 
     def reserve(self, value: float) -> float:
         """Return the reserve of one value, see `reserves`."""
@@ -83,7 +83,7 @@ class Requirement:
         return value >= bound if self.wish.at_least else value <= bound
 
 
-NO_INTEGRAL = (
+NO_INTEGRAL_TEXT = (
     "a law without integral action leaves an error where mass, drag or wind are not as it knows "
     "them, which higher gains make smaller and do not remove: state the mass in the description, "
     "narrow `robustness` in a wishes file, or fly a law that has it, as --controller pid"
@@ -102,17 +102,20 @@ def shortfall(required: Requirement, value: float, smallest: float) -> str:
     metric, sign = required.wish.metric, ">=" if required.wish.at_least else "<="
     assert required.widened is not None
     said = (
-        f"{required.wish.name} stays at {shown(metric, value)} with {required.case}: a good flight "
-        f"has {sign} {shown(metric, required.widened)} there, which the law's own gains do not "
-        f"reach, so {sign} {shown(metric, required.bound)} was asked for; the best with all else "
+        f"{required.wish.name} stays at {metric.text(value)} with {required.case}: a good "
+        "flight "
+        f"has {sign} {metric.text(required.widened)} there, which the law's own gains do "
+        "not "
+        f"reach, so {sign} {metric.text(required.bound)} was asked for; the best with all "
+        "else "
         "met had "
-        f"{shown(metric, smallest)}"
+        f"{metric.text(smallest)}"
     )
-    return f"{said}; {NO_INTEGRAL}" if metric.name == "steady_state_error" else said
+    return f"{said}; {NO_INTEGRAL_TEXT}" if metric.name == "steady_state_error" else said
 
 
 def requirements(
-    wishes: Sequence[Wish], cases: Sequence[Case], robustness: Robustness
+    wishes: Sequence[Wish], cases: Sequence[VehicleCase], robustness: Robustness
 ) -> tuple[Requirement, ...]:
     """Return the requirements of wishes on the vehicle as described, and on its corners.
 
@@ -123,7 +126,7 @@ def requirements(
     found = []
     for case in cases:
         for wish in wishes:
-            bound = wish.bound if case == NOMINAL else _relaxed(wish, robustness)
+            bound = wish.bound if case == NOMINAL_CASE else _relaxed(wish, robustness)
             if bound is not None:
                 found.append(Requirement(wish, case, bound))
     return tuple(found)
@@ -132,11 +135,11 @@ def requirements(
 def _relaxed(wish: Wish, robustness: Robustness) -> float | None:
     """Return the requirement on a corner, or None."""
     metric = wish.metric
-    if wish.origin == GUARD:
+    if wish.origin == GUARD_ORIGIN:
         return None
     if metric.name in ("overshoot", "steady_state_error") and not wish.at_least:
         return robustness.overshoot_factor * max(wish.bound, metric.scale)
-    if metric.kind != LOOP or not wish.at_least or metric.name == "bandwidth":
+    if metric.kind != LOOP_KIND or not wish.at_least or metric.name == "bandwidth":
         return None
     share = robustness.margin_share
     if metric.name == "gain_margin":  # a factor: its logarithm shrinks
@@ -154,19 +157,19 @@ def wished_quantities(law: Controller) -> list[Wish]:
     """
     limits = {
         "rise_time": math.inf,
-        "overshoot": OVERSHOOT,
-        "steady_state_error": STEADY_STATE_ERROR,
+        "overshoot": MAX_WISHED_OVERSHOOT_PCT,
+        "steady_state_error": MAX_WISHED_ERROR_PCT,
     }
     wishes = [
         Wish(axis, find_metric(name), False, limit)
-        for axis in AXES
+        for axis in AXIS_NAMES
         for name, limit in limits.items()
     ]
     wishes += [
         Wish(loop.name, find_metric(name), True, least)
         for loop in law.loops
         if not loop.hold
-        for name, least in MARGINS.items()
+        for name, least in MIN_WISHED_MARGINS.items()
     ]
     return wishes
 
@@ -182,21 +185,21 @@ def default_wishes(quantities: Sequence[Wish], reached: Sequence[float]) -> list
     for wish, value in zip(quantities, reached, strict=True):
         bound = wish.bound
         if wish.metric.name == "rise_time":
-            bound = SLOWER * value
-        elif not Requirement(wish, NOMINAL, bound).met(value):
+            bound = RISE_TIME_FACTOR * value
+        elif not Requirement(wish, NOMINAL_CASE, bound).met(value):
             bound = _with_room(wish, value)
         if math.isfinite(bound) and wish.metric.minimum <= bound <= wish.metric.maximum:
-            found.append(dataclasses.replace(wish, bound=float(f"{bound:.{DIGITS}g}")))
+            found.append(dataclasses.replace(wish, bound=float(f"{bound:.{LIMIT_DIGITS}g}")))
     return found
 
 
-def completed(wishes: Sequence[Wish], defaults: Sequence[Wish]) -> list[Wish]:
+def completed_wishes(wishes: Sequence[Wish], defaults: Sequence[Wish]) -> list[Wish]:
     """Return wishes, with the defaults for quantities without a wish."""
     named = {wish.name for wish in wishes}
     return [*wishes, *(wish for wish in defaults if wish.name not in named)]
 
 
-def guards(
+def guard_wishes(
     reached: Sequence[float], present: Sequence[float], quantities: Sequence[Wish]
 ) -> list[Wish]:
     """Return wishes that keep the margins of loops without a written wish.
@@ -212,7 +215,7 @@ def guards(
     """
     found = []
     for wish, rule, now in zip(quantities, reached, present, strict=True):
-        bound = min(wish.bound, ROOM * min(rule, now))
+        bound = min(wish.bound, LIMIT_ROOM_FACTOR * min(rule, now))
         if wish.metric.minimum < bound <= wish.metric.maximum:
             found.append(dataclasses.replace(wish, bound=bound))
     return found
@@ -231,15 +234,17 @@ def guarded_quantities(law: Controller, wishes: Sequence[Wish]) -> list[Wish]:
     through = {loop.name for loop in law.loops if not loop.hold and loop.axis in asked}
     found = []
     for loop in (loop.name for loop in law.loops if loop.name not in named):
-        for name, least in MARGINS.items():
+        for name, least in MIN_WISHED_MARGINS.items():
             bound = least if loop in through else math.inf
-            wish = Wish(loop, find_metric(name), True, bound, GUARD)
+            wish = Wish(loop, find_metric(name), True, bound, GUARD_ORIGIN)
             if loop not in through or wish.name not in known:
                 found.append(wish)
     return found
 
 
-def softened(required: Sequence[Requirement], reached: np.ndarray) -> list[Requirement]:
+def softened_requirements(
+    required: Sequence[Requirement], reached: np.ndarray
+) -> list[Requirement]:
     """Return requirements; those of defaults in corners are no stricter than the rule's gains meet.
 
     Args:
@@ -249,7 +254,11 @@ def softened(required: Sequence[Requirement], reached: np.ndarray) -> list[Requi
     found = []
     for requirement, value in zip(required, reached, strict=True):
         wish = requirement.wish
-        if wish.origin == DEFAULT and requirement.case != NOMINAL and not requirement.met(value):
+        if (
+            wish.origin == DEFAULT_ORIGIN
+            and requirement.case != NOMINAL_CASE
+            and not requirement.met(value)
+        ):
             bound = _with_room(wish, float(value))
             if not math.isfinite(bound) or (wish.at_least and bound <= 0.0):
                 continue
@@ -260,4 +269,4 @@ def softened(required: Sequence[Requirement], reached: np.ndarray) -> list[Requi
 
 def _with_room(wish: Wish, value: float) -> float:
     """Return a limit that a value meets."""
-    return ROOM * value if wish.at_least else value / ROOM
+    return LIMIT_ROOM_FACTOR * value if wish.at_least else value / LIMIT_ROOM_FACTOR

@@ -10,16 +10,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.control.controller import Controller, Loop
+from workbench.control.controller import Controller
+from workbench.control.loop import Loop
 from workbench.design.tune.wish import Wish
-from workbench.scenario.axes import AXES
-from workbench.scenario.parameters import ParameterTable, parameter_table
+from workbench.parameters.parameter_table import ParameterTable
+from workbench.scenario.axes import AXIS_NAMES
 
-LEAST = 1e-3
+MIN_GAIN_SHARE = 1e-3
 """Lower limit of a gain that may be 0, as a share of its largest value, as 0 has no logarithm."""
-ALIKE = 0.1
+SYMMETRIC_TOLERANCE = 0.1
 """Largest relative difference of the rule's gains for roll and pitch of a symmetric vehicle."""
-DIGITS = 4
+TUNED_GAIN_DIGITS = 4
 """Number of significant digits of a gain found; more would be noise."""
 
 
@@ -38,17 +39,17 @@ def loops_for(law: Controller, subject: str) -> tuple[Loop, ...]:
     """
     loop = loop_of(law, subject)
     what = (loop.axis or loop.name) if loop else subject
-    everything = loop is None and subject not in AXES  # the rotors, or a point of no loop
+    everything = loop is None and subject not in AXIS_NAMES  # the rotors, or a point of no loop
     inner = tuple(
         each
-        for axis in (*AXES, "")
+        for axis in (*AXIS_NAMES, "")
         for each in law.loops
         if each.axis == axis and not each.hold and (everything or what in (axis, each.name))
     )
     return (*inner, loop) if loop and loop.hold else inner
 
 
-def twins(law: Controller) -> dict[str, str]:
+def twin_gains(law: Controller) -> dict[str, str]:
     """Return the gains along x, with those along y that are equal on a symmetric vehicle."""
     return {
         one: other
@@ -80,7 +81,7 @@ class Variables:
     def low(self) -> np.ndarray:
         """Smallest coordinates (n)."""
         rows = [self.table.find(group[0]) for group in self.groups]
-        return np.log([row.minimum or LEAST * row.maximum for row in rows])
+        return np.log([row.minimum or MIN_GAIN_SHARE * row.maximum for row in rows])
 
     @property
     def high(self) -> np.ndarray:
@@ -107,7 +108,7 @@ class Variables:
     def rounded(self, point: np.ndarray) -> dict[str, float]:
         """Return the gains at coordinates (n) with few digits."""
         return {
-            name: self.table.find(name).check(float(f"{value:.{DIGITS}g}"))
+            name: self.table.find(name).check(float(f"{value:.{TUNED_GAIN_DIGITS}g}"))
             for name, value in self.gains(point).items()
         }
 
@@ -127,10 +128,10 @@ def variables_for(
     names = dict.fromkeys(name for loop in loops for name in loop.gains)
     if law.schedule:
         names = dict.fromkeys(n for n in names if law.schedule.number_of(n) in (None, flown_set))
-    table = parameter_table(law)
+    table = law.table
     if not tied:
         return Variables(table, tuple((name,) for name in names))
-    other = twins(law)
+    other = twin_gains(law)
     first = {twin: name for name, twin in other.items()}
     heads = dict.fromkeys(first.get(name, name) for name in names)
     return Variables(
@@ -157,16 +158,16 @@ def symmetric(law: Controller, rule: Mapping[str, float], wishes: Sequence[Wish]
         wishes: written ones; different ones for x and y need separate gains.
     """
     alike = all(
-        abs(rule[one] - rule[other]) <= ALIKE * max(rule[one], rule[other])
-        for one, other in twins(law).items()
+        abs(rule[one] - rule[other]) <= SYMMETRIC_TOLERANCE * max(rule[one], rule[other])
+        for one, other in twin_gains(law).items()
     )
     along_x = counterparts(law)
-    sides = [_bounds(wishes, side) for side in (along_x.values(), along_x)]
-    across = _bounds(_swapped(law, wishes), along_x.values())
+    sides = [_subject_bounds(wishes, side) for side in (along_x.values(), along_x)]
+    across = _subject_bounds(_swapped(law, wishes), along_x.values())
     return alike and (not all(sides) or sides[0] == across)
 
 
-def mirrored(law: Controller, wishes: Sequence[Wish]) -> list[Wish]:
+def mirrored_wishes(law: Controller, wishes: Sequence[Wish]) -> list[Wish]:
     """Return wishes along x or y for both."""
     known = {wish.key for wish in wishes}
     return [*wishes, *(wish for wish in _swapped(law, wishes) if wish.key not in known)]
@@ -183,5 +184,7 @@ def _swapped(law: Controller, wishes: Sequence[Wish]) -> list[Wish]:
     ]
 
 
-def _bounds(wishes: Sequence[Wish], subjects: Collection[str]) -> set[tuple[str, bool, float]]:
+def _subject_bounds(
+    wishes: Sequence[Wish], subjects: Collection[str]
+) -> set[tuple[str, bool, float]]:
     return {(*wish.key, wish.bound) for wish in wishes if wish.subject in subjects}

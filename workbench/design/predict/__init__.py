@@ -1,1 +1,0 @@
-"""Predictions of flown flights by a model, and of the same flights with other gains."""
