@@ -8,10 +8,12 @@ import math
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from workbench.common.errors import WorkbenchError, unknown_name
-from workbench.control.controller import DEFAULT
-from workbench.design.rollout.batch import Batch, shown
+from workbench.control.installed_laws import DEFAULT_CONTROLLER
+from workbench.design.rollout.batch import Batch
+from workbench.design.rollout.batch_arrays import values_preview
 from workbench.plant.gravity import GRAVITY
 from workbench.plant.rotors import wrench_matrix
 
@@ -26,19 +28,19 @@ except ImportError:
     ) from None
 
 TASKS = ("hover", "track")
-OBSERVED = 18
+OBSERVATION_SIZE = 18
 """Numbers of an observation."""
-HEIGHT = 10.0
+TARGET_HEIGHT_M = 10.0
 """Of targets, far above the ground [m]."""
-REACH = 4.0
+EPISODE_RADIUS_M = 4.0
 """Distance from its target at which an episode ends [m]."""
-SPREAD = 1.5
+START_SPREAD_M = 1.5
 """Episodes begin within this of their targets along each axis [m]."""
-TILT, SPEED, RATE = 0.4, 1.0, 1.0
+MAX_START_TILT_RAD, MAX_START_SPEED_M_S, MAX_START_RATE_RAD_S = 0.4, 1.0, 1.0
 """Range of initial tilt, velocity and angular velocity of each axis [rad, m/s, rad/s]."""
-RADIUS, TURN = 1.5, 1.0
+TRACK_RADIUS_M, TRACK_TURN_RAD_S = 1.5, 1.0
 """Radius of the circle to follow [m], and its angular velocity [rad/s]."""
-MOMENT = 0.2
+ACTION_MOMENT_SHARE = 0.2
 """Share of the largest moment of the rotors that an action asks for at most."""
 
 
@@ -87,7 +89,7 @@ class DroneVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         num_envs: int = 1,
         task: str = "hover",
         model: str = "dh_drone",
-        controller: str = DEFAULT,
+        controller: str = DEFAULT_CONTROLLER,
         actions: str = "setpoint",
         periods: int = 4,
         max_episode_steps: int = 320,
@@ -107,10 +109,10 @@ class DroneVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         self._scale = _action_scale(self.batch, actions)
         many = self._scale.shape[-1]
         self.single_action_space = Box(-1.0, 1.0, (many,), np.float32)
-        self.single_observation_space = Box(-np.inf, np.inf, (OBSERVED,), np.float32)
+        self.single_observation_space = Box(-np.inf, np.inf, (OBSERVATION_SIZE,), np.float32)
         self.action_space = batch_space(self.single_action_space, num_envs)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
-        self._middle = np.array([0.0, 0.0, HEIGHT])
+        self._middle = np.array([0.0, 0.0, TARGET_HEIGHT_M])
         self._phase = np.zeros(num_envs)
         self._age = np.zeros(num_envs, dtype=int)
         self._ended = np.zeros(num_envs, dtype=bool)
@@ -155,14 +157,14 @@ class DroneVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
             self._begin(again)
         self._aim()
         far = np.linalg.norm(self.target - self.batch.position, axis=1)
-        out = self.batch.lost | ~(far < REACH)
-        rewards = np.where(self.batch.lost, 0.0, np.maximum(0.0, 1.0 - far / REACH))
+        out = self.batch.lost | ~(far < EPISODE_RADIUS_M)
+        rewards = np.where(self.batch.lost, 0.0, np.maximum(0.0, 1.0 - far / EPISODE_RADIUS_M))
         late = (self._age >= self._most) & ~out
         rewards[again] = 0.0
         self._ended = out | late
         return self._observed(), rewards, out, late, {}
 
-    def _checked(self, actions: Any) -> np.ndarray:
+    def _checked(self, actions: ArrayLike) -> np.ndarray:
         """Return actions (n, actions) from outside."""
         shape = self.action_space.shape
         try:
@@ -171,7 +173,7 @@ class DroneVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
             found = np.array(np.nan)
         if found.shape != shape or not np.isfinite(found).all():
             raise WorkbenchError(
-                f"actions are {shown(actions)}: give an array {shape} of finite numbers"
+                f"actions are {values_preview(actions)}: give an array {shape} of finite numbers"
             )
         return found
 
@@ -183,23 +185,31 @@ class DroneVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         self._aim()
         starts = self.batch.starts
         heading = rng.uniform(-math.pi, math.pi, many)
-        axis, tilt = rng.uniform(-math.pi, math.pi, many), rng.uniform(0.0, TILT, many)
+        axis, tilt = (
+            rng.uniform(-math.pi, math.pi, many),
+            rng.uniform(0.0, MAX_START_TILT_RAD, many),
+        )
         starts[which, 0:4] = _attitude(heading, axis, tilt)
-        starts[which, 4:7] = self.target[which] + rng.uniform(-SPREAD, SPREAD, (many, 3))
-        starts[which, 7:10] = rng.uniform(-RATE, RATE, (many, 3))
-        starts[which, 10:13] = rng.uniform(-SPEED, SPEED, (many, 3))
+        starts[which, 4:7] = self.target[which] + rng.uniform(
+            -START_SPREAD_M, START_SPREAD_M, (many, 3)
+        )
+        starts[which, 7:10] = rng.uniform(-MAX_START_RATE_RAD_S, MAX_START_RATE_RAD_S, (many, 3))
+        starts[which, 10:13] = rng.uniform(-MAX_START_SPEED_M_S, MAX_START_SPEED_M_S, (many, 3))
         self.batch.reset(which, seeds=rng.integers(0, 2**31, many).tolist())
 
     def _angle(self) -> np.ndarray:
         """Return how far round their circles targets are (n) [rad]."""
         step = self._periods * self.batch.rates.control_period
-        return self._phase + TURN * step * self._age
+        return self._phase + TRACK_TURN_RAD_S * step * self._age
 
     def _aim(self) -> None:
         """Let targets be where they are now."""
         if self._task == "track":
             angle = self._angle()
-            self.target[:, 0], self.target[:, 1] = RADIUS * np.cos(angle), RADIUS * np.sin(angle)
+            self.target[:, 0], self.target[:, 1] = (
+                TRACK_RADIUS_M * np.cos(angle),
+                TRACK_RADIUS_M * np.sin(angle),
+            )
 
     def _ask(self, actions: np.ndarray) -> None:
         """Ask the drones for actions (n, actions) within -1 .. 1."""
@@ -218,13 +228,13 @@ class DroneVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
 
     def _observed(self) -> np.ndarray:
         """Return what is observed now (n, 18)."""
-        batch, found = self.batch, np.empty((self.num_envs, OBSERVED), np.float32)
+        batch, found = self.batch, np.empty((self.num_envs, OBSERVATION_SIZE), np.float32)
         found[:, 0:3] = self.target - batch.position
         found[:, 3:6] = -batch.velocity
         if self._task == "track":
             angle = self._angle()
-            found[:, 3] -= RADIUS * TURN * np.sin(angle)
-            found[:, 4] += RADIUS * TURN * np.cos(angle)
+            found[:, 3] -= TRACK_RADIUS_M * TRACK_TURN_RAD_S * np.sin(angle)
+            found[:, 4] += TRACK_RADIUS_M * TRACK_TURN_RAD_S * np.cos(angle)
         R_WB = _rotations(batch.attitude)
         found[:, 6:15] = R_WB.reshape(-1, 9)
         found[:, 15:18] = np.einsum("nij,ni->nj", R_WB, batch.angular_velocity)
@@ -271,7 +281,7 @@ def _action_scale(batch: Batch, actions: str) -> np.ndarray:
         return most - np.array(vehicle.hover_speeds)
     thrusts = np.array([rotor.max_thrust for rotor in vehicle.rotors])
     moments = np.abs(wrench_matrix(vehicle.rotors, vehicle.p_BoBcm_B)[3:]) @ thrusts
-    return np.array([vehicle.mass * GRAVITY, *(0.5 * MOMENT * moments)])
+    return np.array([vehicle.mass * GRAVITY, *(0.5 * ACTION_MOMENT_SHARE * moments)])
 
 
 def _attitude(heading: np.ndarray, axis: np.ndarray, tilt: np.ndarray) -> np.ndarray:

@@ -6,6 +6,7 @@ what flies is loaded when the first spec runs.
 
 from collections.abc import Callable, Iterator
 from fnmatch import fnmatch
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -18,8 +19,10 @@ from workbench.common.plain_text import visible
 if TYPE_CHECKING:
     from workbench.design.step_response import StepResponse
 
-PATTERN = "workbench_spec_files"
-UPDATE = "workbench_update"
+SPEC_PATTERN_OPTION = "workbench_spec_files"
+UPDATE_OPTION = "workbench_update"
+REGEN_OPTION = "force_regen"
+"""Also the one of pytest-regressions."""
 
 
 class RegressionError(Exception):
@@ -27,23 +30,30 @@ class RegressionError(Exception):
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    """Add --workbench-update and the pattern of specs' names."""
+    """Add --force-regen, --workbench-update, and the pattern of specs' names."""
     group = parser.getgroup("workbench", "step-response regressions")
+    what = "record the baselines of the collected specs again; their limits are judged all the same"
+    if find_spec("pytest_regressions") is None:  # which has the option, for the same
+        group.addoption("--force-regen", action="store_true", dest=REGEN_OPTION, help=what)
     group.addoption(
         "--workbench-update",
         action="store_true",
-        dest=UPDATE,
-        help="record the baselines of the collected specs again; their limits are judged all the "
-        "same",
+        dest=UPDATE_OPTION,
+        help=f"as --force-regen, for these baselines alone: {what}",
     )
     parser.addini(
-        PATTERN, "patterns of the names of spec files", type="args", default=["*.spec.yaml"]
+        SPEC_PATTERN_OPTION,
+        "patterns of the names of spec files",
+        type="args",
+        default=["*.workbench.yaml", "*.spec.yaml"],
     )
 
 
 def pytest_collect_file(parent: pytest.Collector, file_path: Path) -> pytest.Collector | None:
     """Return a collector for a spec."""
-    if any(fnmatch(file_path.name, pattern) for pattern in parent.config.getini(PATTERN)):
+    if any(
+        fnmatch(file_path.name, pattern) for pattern in parent.config.getini(SPEC_PATTERN_OPTION)
+    ):
         collector: pytest.Collector = SpecCollector.from_parent(parent, path=file_path)
         return collector
     return None
@@ -68,18 +78,18 @@ class SpecItem(pytest.Item):
 
     def runtest(self) -> None:
         from workbench.design.regress.loading import load_spec
-        from workbench.design.regress.running import Job, baseline_files, compare
+        from workbench.design.regress.running import Job, baseline_files, compare_to_baseline
         from workbench.logs.judged_log import read_case
 
         # a controller of this repository runs as its conftest.py does
         spec = load_spec(self.path, trusted=self.config.rootpath)
         job = Job(spec, self.name).with_log(read_case)
         flown = job.task.run()
-        if self.config.getoption(UPDATE):
+        if self.config.getoption(UPDATE_OPTION) or self.config.getoption(REGEN_OPTION, False):
             for path, text in baseline_files(job, flown).items():
                 path.parent.mkdir(exist_ok=True)
                 write_atomically(path, text)
-        result = compare(job, flown)
+        result = compare_to_baseline(job, flown)
         if not result.passed:
             raise RegressionError("\n".join(result.story))
         if result.skipped:

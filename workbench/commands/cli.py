@@ -14,71 +14,74 @@ import sys
 from collections.abc import Iterator, Sequence
 from importlib import import_module
 from types import FrameType
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import Any, NoReturn
 
 from workbench.commands import ExitCode
-from workbench.commands.printing import plain_output, say
-from workbench.common.errors import LONGEST_ECHO, WorkbenchError, unknown_name
+from workbench.commands.printing import plain_output, print_message
+from workbench.commands.remark_sentences import remarks_as_sentences
+from workbench.common.errors import MAX_ECHO_CHARS, WorkbenchError, unknown_name
+from workbench.common.extensions import (
+    ExtensionGroup,
+    complete_extensions,
+    find_extensions,
+    load_extension,
+)
 
-if TYPE_CHECKING:
-    import logging
-
-BAD_INPUT = 2
-INTERRUPTED = 130
+BAD_INPUT_EXIT = 2
+INTERRUPTED_EXIT = 130
 """Exit code of a program ended by Ctrl-C (128 + SIGINT)."""
-READER_GONE = 141
+BROKEN_PIPE_EXIT = 141
 """Exit code for SIGPIPE, such as in `workbench params | head -1`."""
 MAY_BE_EMPTY = ("--sensors",)
 """Options whose empty value means none."""
-AGAIN = 2.0
-"""Time after which unchanged progress is reported again [s]."""
-COMMANDS = {
+COMMAND_MODULES = {
     "new": "new",
     "inspect": "inspect",
     "frames": "frames",
-    "hover": "step.add_hover",
+    "check": "hover.add_hover",
     "reproduce": "paper",
-    "lidar-trial": "paper.add_trial",
+    "lidar-trial": "lidar_trial.add_trial",
     "step": "step",
     "linearize": "linearize",
-    "judge": "judge",
+    "margins": "judge",
     "frequency-response": "linearize.add_frequency_response",
     "compare": "compare",
-    "pin": "regress.add_pin",
+    "record": "regress.add_pin",
     "regress": "regress",
     "sweep": "sweep",
     "tune": "tune",
     "fly": "fly",
     "serve": "serve",
-    "sitl": "sitl",
-    "monitor": "gateway.add_monitor",
-    "gateway": "gateway",
     "tokens": "serve.add_tokens",
     "log": "log",
-    "identify": "identify",
-    "import": "log.add_import",
     "replay": "log.add_replay",
-    "plot": "log.add_plot",
+    "plot": "log_plot.add_plot",
     "export": "log.add_export",
     "estimate": "estimate",
-    "excite": "identify.add_excite",
-    "predict": "predict",
-    "what-if": "predict.add_what_if",
     "params": "controllers.add_params",
     "gains": "gains",
     "controllers": "controllers",
-    "graph": "graph",
     "gui": "gui",
-    "completion": "completion",
 }
-"""Location of each command, in the order of the help: its module, and the function that adds it
-unless that is `add_parser`."""
-ENDING = (signal.SIGTERM, signal.SIGHUP)
+"""Location of each command of the core, in the order of the help: its module, and the function that
+adds it unless that is `add_parser`. Extensions add others, `ExtensionGroup.COMMANDS`."""
+OTHER_NAMES = {"hover": "check", "judge": "margins", "pin": "record"}
+"""Names that commands had first, and keep."""
+GONE_COMMANDS: dict[tuple[str, ...], str] = {
+    ("gains", "translate"): "gains are translated while they are exported or imported: `workbench "
+    "gains export FILE --for px4 --controller pd` writes those of pd, or of a gain file with "
+    "--gains, as those of px4, and `workbench gains import FILE --controller pid --save GAINS` "
+    "makes gains of pid from a gain file or the file of an autopilot",
+}
+"""What takes the place of a command that is gone."""
+TERMINATION_SIGNALS = (signal.SIGTERM, signal.SIGHUP)
 """Other signals to end a program: a system shutdown, a closed terminal."""
 
 
 class Terminated(KeyboardInterrupt):
-    """A signal in `ENDING`: the command ends as with Ctrl-C, without incomplete files."""
+    """A signal in `TERMINATION_SIGNALS`: the command ends as with Ctrl-C, without incomplete
+    files.
+    """
 
     def __init__(self, number: int) -> None:
         super().__init__(number)
@@ -110,14 +113,14 @@ class Parser(argparse.ArgumentParser):
         """Return what is wrong with a word that no argument takes."""
         from difflib import get_close_matches
 
-        shown = f"'{word:.{LONGEST_ECHO}}'"
+        shown = f"'{word:.{MAX_ECHO_CHARS}}'"
         if not word.startswith("-"):
             return f"{shown} is one argument too many"
         names = [name for action in self._actions for name in action.option_strings]
         near = get_close_matches(word, names, n=1)
         return f"unknown option {shown}" + (f": did you mean '{near[0]}'?" if near else "")
 
-    def _check_value(self, action: argparse.Action, value: Any) -> None:
+    def _check_value(self, action: argparse.Action, value: str) -> None:
         """Refuse what is not among the choices, with the nearest one."""
         if action.choices is not None and value not in action.choices:
             what = "command" if action.dest == "command" else (action.option_strings or [""])[0]
@@ -142,34 +145,33 @@ def main(argv: Sequence[str] | None = None) -> int:
     """
     _open_closed_streams()
     with plain_output():
-        return _end_in_sentences(argv)
-
-
-def _end_in_sentences(argv: Sequence[str] | None) -> int:
-    """Run one command, and return its exit code; errors become sentences."""
-    try:
-        with _endings_as_exceptions():
-            code = _run(argv)
-            sys.stdout.flush()  # so that a closed reader or a full device is noticed here
-            return code
-    except WorkbenchError as error:
-        say(" ".join(str(error).split()))
-        return BAD_INPUT
-    except (KeyboardInterrupt, ImportError) as error:
-        interrupt = _interrupt(error)
-        if interrupt is None:
-            raise
-        return end_interrupted(interrupt)
-    except BrokenPipeError:
-        _discard_output()
-        return READER_GONE
-    except OSError:
-        reason = _output_failure()
-        if reason is None:
-            raise
-        _discard_output()
-        say(f"standard output cannot be written: {reason}: redirect it to another place")
-        return BAD_INPUT
+        try:
+            with _endings_as_exceptions():
+                args = _parsed(argv)
+                with remarks_as_sentences(getattr(args, "verbose", False)), _flying_on(args):
+                    code = int(args.run(args))
+                sys.stdout.flush()  # so that a closed reader or a full device is noticed here
+                return code
+        except WorkbenchError as error:
+            print_message(" ".join(str(error).split()))
+            return BAD_INPUT_EXIT
+        except (KeyboardInterrupt, ImportError) as error:
+            interrupt = _interrupt(error)
+            if interrupt is None:
+                raise
+            return end_interrupted(interrupt)
+        except BrokenPipeError:
+            _discard_output()
+            return BROKEN_PIPE_EXIT
+        except OSError:
+            reason = _output_failure()
+            if reason is None:
+                raise
+            _discard_output()
+            print_message(
+                f"standard output cannot be written: {reason}: redirect it to another place"
+            )
+            return BAD_INPUT_EXIT
 
 
 def _open_closed_streams() -> None:
@@ -201,41 +203,41 @@ def _discard_output() -> None:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
-def _run(argv: Sequence[str] | None) -> int:
-    """Run one command and return its exit code."""
+def _parsed(argv: Sequence[str] | None) -> argparse.Namespace:
+    """Return the arguments of a command line; its `run` carries out the command."""
     words = sys.argv[1:] if argv is None else argv
     if "_ARGCOMPLETE" in os.environ:  # a shell asks for the candidates at its cursor
-        from workbench.commands.completion import complete
+        import argcomplete
 
-        complete(_parser)
+        argcomplete.autocomplete(_parser(), always_complete_options=False)
     _refuse_empty(words)
+    if instead := GONE_COMMANDS.get(tuple(words[:2])):
+        raise WorkbenchError(instead)
     parser = _parser(*words[:1])
     args = parser.parse_args(argv)
     if args.says_version:
-        print(f"workbench {_version()}")
-        return ExitCode.DONE
-    if args.command is None:
+        args.run = _print_version
+    elif args.command is None:
         parser.print_help(sys.stderr)
-        return BAD_INPUT
-    with _remarks_as_sentences(getattr(args, "verbose", False)), _flying_on(args):
-        return int(args.run(args))
+        args.run = lambda _: BAD_INPUT_EXIT
+    return args
 
 
 @contextlib.contextmanager
 def _flying_on(args: argparse.Namespace) -> Iterator[None]:
     """Let this command, and processes that it starts, fly on what is asked for."""
-    from workbench.design.flier import VARIABLE
+    from workbench.design.flier import FLY_ON_VARIABLE
 
-    before = os.environ.get(VARIABLE)
+    before = os.environ.get(FLY_ON_VARIABLE)
     if chosen := getattr(args, "fly_on", None):
-        os.environ[VARIABLE] = chosen
+        os.environ[FLY_ON_VARIABLE] = chosen
     try:
         yield
     finally:
         if chosen and before is not None:
-            os.environ[VARIABLE] = before
+            os.environ[FLY_ON_VARIABLE] = before
         elif chosen:
-            del os.environ[VARIABLE]
+            del os.environ[FLY_ON_VARIABLE]
 
 
 def _refuse_empty(argv: Sequence[str]) -> None:
@@ -254,10 +256,14 @@ def _refuse_empty(argv: Sequence[str]) -> None:
 
 
 def end_interrupted(interrupt: KeyboardInterrupt) -> int:
-    """Report that the command was ended, and return its exit code."""
+    """Report that the command was ended, and return its exit code.
+
+    The notes of the exception say what was written nevertheless.
+    """
     what = "terminated" if isinstance(interrupt, Terminated) else "interrupted"
-    say(f"{what}; nothing was written")
-    return 128 + interrupt.number if isinstance(interrupt, Terminated) else INTERRUPTED
+    written = "; ".join(getattr(interrupt, "__notes__", ())) or "nothing was written"
+    print_message(f"{what}; {written}")
+    return 128 + interrupt.number if isinstance(interrupt, Terminated) else INTERRUPTED_EXIT
 
 
 def _interrupt(error: BaseException | None) -> KeyboardInterrupt | None:
@@ -278,7 +284,7 @@ def _endings_as_exceptions() -> Iterator[None]:
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    heard = [each for each in ENDING if signal.getsignal(each) is signal.SIG_DFL]
+    heard = [each for each in TERMINATION_SIGNALS if signal.getsignal(each) is signal.SIG_DFL]
     for each in heard:
         signal.signal(each, _terminate)
     try:
@@ -300,8 +306,8 @@ def _parser(*only: str) -> argparse.ArgumentParser:
     parser = Parser(
         prog="workbench",
         description="Design a multirotor and its controller on Drake.",
-        epilog="example:\n  workbench fly hover\n\nAll commands but gui and completion print JSON "
-        "with --json; serve, monitor and gateway print one object a line.\nexit codes: 0 "
+        epilog="example:\n  workbench fly hover\n\nAll commands but gui print JSON with "
+        "--json; serve and gateway print one object a line.\nexit codes: 0 "
         "success, 1 a requirement is not met or the flight was lost, 2 bad input",
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
@@ -309,81 +315,39 @@ def _parser(*only: str) -> argparse.ArgumentParser:
         "--version", action="store_true", dest="says_version", help="print the version and stop"
     )
     commands = parser.add_subparsers(dest="command", title="commands", metavar="COMMAND")
-    for name in [name for name in COMMANDS if name in only] or COMMANDS:
-        module, _, add = COMMANDS[name].partition(".")
-        getattr(import_module(f"workbench.commands.{module}"), add or "add_parser")(commands)
+    for name in _names(only):
+        if name in COMMAND_MODULES:
+            module, _, add = COMMAND_MODULES[name].partition(".")
+            getattr(import_module(f"workbench.commands.{module}"), add or "add_parser")(commands)
+            continue
+        try:
+            load_extension(ExtensionGroup.COMMANDS, name)(commands)
+        except WorkbenchError as error:
+            if name in only:
+                raise
+            print_message(str(error))  # the list has the others
     return parser
 
 
-@contextlib.contextmanager
-def _remarks_as_sentences(verbose: bool = False) -> Iterator[None]:
-    """Print log messages of the workbench in the same form as other output on stderr.
-
-    Args:
-        verbose: whether to print those for the curious, too.
-    """
-    import logging
-
-    from workbench.commands.progress import above_bars
-
-    class Handler(logging.StreamHandler):
-        """Prints a sentence above a progress bar, not into it."""
-
-        def emit(self, record: logging.LogRecord) -> None:
-            with above_bars():
-                super().emit(record)
-
-    logger = logging.getLogger("workbench")
-    handler = Handler()
-    handler.setFormatter(logging.Formatter("workbench: %(message)s"))
-    said: dict[str, tuple[float, float]] = {}
-    handler.addFilter(lambda record: _is_new(record, said, sys.stderr.isatty()))
-    logger.setLevel(logging.DEBUG if verbose else logging.INFO)
-    logger.addHandler(handler)
-    logger.propagate = False
-    try:
-        yield
-    finally:
-        logger.removeHandler(handler)
-        logger.propagate = True
-        logger.setLevel(logging.NOTSET)
+def _names(only: Sequence[str]) -> list[str]:
+    """Return the commands of this name, or all that can be loaded if there is none of it."""
+    only = [OTHER_NAMES.get(name, name) for name in only]
+    if wanted := [name for name in COMMAND_MODULES if name in only]:
+        return wanted
+    extensions = find_extensions(ExtensionGroup.COMMANDS)  # no command of the core looks for them
+    if wanted := [name for name in extensions if name in only]:
+        return wanted
+    complete = complete_extensions(ExtensionGroup.COMMANDS)
+    return [*COMMAND_MODULES, *(name for name in complete if name not in COMMAND_MODULES)]
 
 
-def _is_new(
-    record: "logging.LogRecord", said: dict[str, tuple[float, float]], terminal: bool
-) -> bool:
-    """Return whether to print a message: a remark only once, as a command may fly several times.
-
-    Progress is reported again even if unchanged, as silence looks like a program that hangs, but
-    only once for all processes that wait at a time, and ever less often in a file or a pipe.
-
-    Args:
-        record: of the message.
-        said: time of the next message that may be printed, and time until that, of each [s].
-        terminal: whether it is printed on one.
-    """
-    from workbench.commands.progress import longer
-    from workbench.common.cache import PROGRESS_LOGGER
-
-    message, now = record.getMessage(), record.created
-    if getattr(record, "repeated", False) and not terminal:
-        message = message.partition(":")[0]
-        due, pause = said.get(message, (now, AGAIN))
-        pause = longer(pause)
-    else:
-        due, pause = said.get(message, (now, 0.0))
-        pause = AGAIN if record.name == PROGRESS_LOGGER else float("inf")
-    if now < due:
-        return False
-    said[message] = now + pause, pause
-    return True
-
-
-def _version() -> str:
-    """Return the version; the module with it is slow to load."""
+def _print_version(_: argparse.Namespace) -> int:
+    """Print the version; the module with it is slow to load."""
     from importlib import metadata
 
     try:
-        return metadata.version("drake-drone-workbench")
+        version = metadata.version("drake-drone-workbench")
     except metadata.PackageNotFoundError:
-        return "(not installed: run from its sources)"
+        version = "(not installed: run from its sources)"
+    print(f"workbench {version}")
+    return ExitCode.DONE

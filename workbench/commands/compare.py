@@ -6,13 +6,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from workbench.commands import ExitCode
+from workbench.commands.chosen_vehicle import with_model
 from workbench.commands.options import (
+    Subcommands,
     add_command,
     add_flier_options,
     add_json_option,
     add_model_options,
     add_output_options,
-    with_model,
 )
 from workbench.commands.outputs import Outputs
 from workbench.commands.printing import pick, print_result, print_table
@@ -22,10 +23,10 @@ from workbench.common.plain_text import html_text
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from workbench.design.compare import Comparison
+    from workbench.design.comparison import ControllerComparison
     from workbench.scenario.scenario import Scenario
 
-_STYLE = """
+_COMPARISON_STYLE = """
 body { font: 15px/1.45 system-ui, sans-serif; color: #222; margin: 2em; }
 table { border-collapse: collapse; } svg { max-width: 100%; height: auto; }
 th, td { text-align: right; padding: .18em .9em; border-bottom: 1px solid #e4e4e4; }
@@ -33,7 +34,7 @@ th:first-child, td:first-child, td:last-child { text-align: left; } td:last-chil
 """
 
 
-def add_parser(commands: Any) -> None:
+def add_parser(commands: Subcommands) -> None:
     """Add the command."""
     parser = add_command(
         commands,
@@ -83,7 +84,12 @@ def add_parser(commands: Any) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Compare, print the table, write the picture."""
-    from workbench.design.compare import chosen_parts, compare, find_candidates, wishes_of
+    from workbench.design.compare import (
+        chosen_parts,
+        compare_controllers,
+        find_candidates,
+        wishes_of,
+    )
 
     parts = chosen_parts([name.strip() for name in args.parts.split(",") if name.strip()])
     candidates = find_candidates(args.controllers)
@@ -94,7 +100,7 @@ def run(args: argparse.Namespace) -> int:
         picture = outputs.picture(args, "compare.png")
         page = outputs.add(args.html) if args.html else None
         with progress_bar("comparing controllers") as progress:
-            found = compare(
+            found = compare_controllers(
                 args.controllers, scenario, parts=parts, wishes=args.tune, progress=progress
             )
         if picture or page:
@@ -113,7 +119,8 @@ def run(args: argparse.Namespace) -> int:
 def _scenario(args: argparse.Namespace, controller: str) -> "Scenario":
     """Return the scenario with the vehicle; errors are reported before Drake loads."""
     from workbench.common.resources import find_scenario
-    from workbench.scenario.scenario import Scenario, load_scenario
+    from workbench.scenario.scenario import Scenario
+    from workbench.scenario.scenario_file import load_scenario
 
     scenario = Scenario()
     if args.scenario:
@@ -121,16 +128,16 @@ def _scenario(args: argparse.Namespace, controller: str) -> "Scenario":
     return with_model(scenario, args)
 
 
-def _result(found: "Comparison") -> dict[str, Any]:
+def _result(found: "ControllerComparison") -> dict[str, Any]:
     """Return a comparison for JSON."""
     return {
         "vehicle": found.vehicle,
-        "rows": found.rows,
+        "rows": [pick(each, "name unit part help") for each in found.rows],
         "controllers": [pick(each, "name numbers remarks gains") for each in found.controllers],
     }
 
 
-def _texts(found: "Comparison") -> list[list[str]]:
+def _texts(found: "ControllerComparison") -> list[list[str]]:
     """Return the table, with a row for each number and a column for each controller."""
     rows = [["", "unit", *(each.name for each in found.controllers), ""]]
     for row in found.rows:
@@ -147,7 +154,7 @@ def _text(value: float) -> str:
     return f"{value:.3g}" if abs(value) >= 1e-6 else "0"
 
 
-def _remarks(found: "Comparison") -> list[str]:
+def _remarks(found: "ControllerComparison") -> list[str]:
     """Return remarks on single numbers, each as one sentence for all numbers concerned."""
     names: dict[tuple[str, str], list[str]] = {}
     for row in found.rows:
@@ -157,7 +164,7 @@ def _remarks(found: "Comparison") -> list[str]:
     return [f"{law}, {', '.join(rows)}: {remark}" for (law, remark), rows in names.items()]
 
 
-def _print(found: "Comparison") -> None:
+def _print(found: "ControllerComparison") -> None:
     """Print the table, and remarks on single numbers."""
     tuned = any(each.gains for each in found.controllers)
     whose = "the gains found for the wishes" if tuned else "its gains for it, or of its file"
@@ -169,7 +176,7 @@ def _print(found: "Comparison") -> None:
         print("\n".join(remarks))
 
 
-def _page(found: "Comparison", figure: "Figure") -> str:
+def _page(found: "ControllerComparison", figure: "Figure") -> str:
     """Return the page."""
     from workbench.design.plots import inline_svg
 
@@ -183,7 +190,7 @@ def _page(found: "Comparison", figure: "Figure") -> str:
     return f"""<!DOCTYPE html>
 <html lang="en">
 <head><meta charset="utf-8"><title>{title}</title>
-<meta name="viewport" content="width=device-width"><style>{_STYLE}</style></head>
+<meta name="viewport" content="width=device-width"><style>{_COMPARISON_STYLE}</style></head>
 <body>
 <h1>{title}</h1>
 {inline_svg(figure)}

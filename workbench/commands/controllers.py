@@ -8,21 +8,22 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from workbench.commands import ExitCode
+from workbench.commands.chosen_vehicle import chosen_setup
 from workbench.commands.options import (
+    Subcommands,
     add_command,
     add_json_option,
     add_vehicle_options,
-    chosen_scenario,
 )
 from workbench.commands.printing import pick, print_result, print_table
 
 if TYPE_CHECKING:
     from workbench.control.controller import Controller
 
-_COLUMNS = ("name", "value", "unit", "min", "max", "default", "help")
+_PARAMETER_COLUMNS = ("name", "value", "unit", "min", "max", "default", "help")
 
 
-def add_parser(commands: Any) -> None:
+def add_parser(commands: Subcommands) -> None:
     """Add the command."""
     parser = add_command(
         commands,
@@ -40,13 +41,14 @@ def add_parser(commands: Any) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Print the list, or one controller."""
-    from workbench.control.controller import PROGRAMS, SHIPPED, load_controller
+    from workbench.control.controller_file import load_controller
+    from workbench.control.installed_laws import known_laws
 
     if args.controller:
         law = load_controller(args.controller)
         print_result(args, _stated(law), _show, law)
         return ExitCode.DONE
-    laws = [load_controller(name) for name in (*SHIPPED, *PROGRAMS)]
+    laws = [load_controller(name) for name in known_laws()]
     rows = [("name", "parameters", "memory", "loops", "what it is")]
     rows += [
         (law.name, str(_own(law)), str(len(law.memory)), str(len(law.loops)), _sentence(law))
@@ -59,9 +61,9 @@ def run(args: argparse.Namespace) -> int:
 
 def _own(law: "Controller") -> int:
     """Return the number of its own parameters."""
-    from workbench.control.controller import COMMON
+    from workbench.control.controller import COMMON_PARAMETERS
 
-    return len(law.parameters) - len(COMMON)
+    return len(law.parameters) - len(COMMON_PARAMETERS)
 
 
 def _sentence(law: "Controller") -> str:
@@ -155,7 +157,7 @@ def _table(what: str, head: tuple[str, ...], rows: list[tuple[str, ...]]) -> Non
     print_table([head, *rows], left=range(len(head)))
 
 
-def add_params(commands: Any) -> None:
+def add_params(commands: Subcommands) -> None:
     """Add the command."""
     parser = add_command(
         commands,
@@ -170,20 +172,15 @@ def add_params(commands: Any) -> None:
 
 def run_params(args: argparse.Namespace) -> int:
     """Print the table."""
-    from workbench.gains.gains import flight_gains
-    from workbench.scenario.configured import configured_vehicle
-    from workbench.scenario.parameters import parameter_table, vehicle_parameters
-    from workbench.scenario.scenario import flown_controller
+    from workbench.parameters.parameter_table import vehicle_parameters
 
-    scenario = chosen_scenario(args)
-    config, law = scenario.vehicle, flown_controller(scenario)
-    vehicle = configured_vehicle(config)
-    values = flight_gains(vehicle, config.gains, dict(args.set), law)
+    setup = chosen_setup(args)
+    values = setup.values
     rows = [
         (row.name, values[row.name], row.unit, row.minimum, row.maximum, row.default, row.help)
-        for row in vehicle_parameters(vehicle, parameter_table(law))
+        for row in vehicle_parameters(setup.vehicle, setup.table)
     ]
     texts = [[f"{x:g}" if isinstance(x, float) else x for x in row] for row in rows]
-    result = {"parameters": [dict(zip(_COLUMNS, row, strict=True)) for row in rows]}
-    print_result(args, result, partial(print_table, [_COLUMNS, *texts], left=(0, 2, 6)))
+    result = {"parameters": [dict(zip(_PARAMETER_COLUMNS, row, strict=True)) for row in rows]}
+    print_result(args, result, partial(print_table, [_PARAMETER_COLUMNS, *texts], left=(0, 2, 6)))
     return ExitCode.DONE

@@ -9,14 +9,13 @@ from contextlib import suppress
 from multiprocessing.connection import Connection
 from pathlib import Path
 from queue import SimpleQueue
-from types import TracebackType
 from typing import Any, Self
 
-from workbench.commands.printing import say
+from workbench.commands.printing import print_message
 from workbench.common.errors import WorkbenchError
 from workbench.ipc.child_process import ChildProcess
 
-PERIOD = 3.0
+FIGURE_MESSAGE_PERIOD_S = 3.0
 """Period between messages while waiting for a figure [s]."""
 
 
@@ -62,8 +61,8 @@ class Drawer:
         while self._begun:
             picture = self._begun.pop(0)
             try:
-                while not self._process.connection.poll(PERIOD):
-                    say(f"drawing {picture}; the first time, matplotlib looks for fonts")
+                while not self._process.connection.poll(FIGURE_MESSAGE_PERIOD_S):
+                    print_message(f"drawing {picture}; the first time, matplotlib looks for fonts")
                 error = self._process.connection.recv()
             except (EOFError, OSError) as gone:
                 raise self._ended() from gone
@@ -78,12 +77,7 @@ class Drawer:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         """End the process; all finished figures are written."""
         self._process.end(0.0)
         self._process.release()

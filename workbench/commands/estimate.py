@@ -4,31 +4,32 @@ import argparse
 import math
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from workbench.commands import ExitCode
 from workbench.commands.options import (
+    Subcommands,
     add_command,
     add_json_option,
     add_output_options,
     add_repeated,
 )
 from workbench.commands.outputs import Outputs
-from workbench.commands.printing import print_result, print_table, say
+from workbench.commands.printing import print_message, print_result, print_table
 from workbench.commands.progress import progress_bar
 from workbench.common.errors import WorkbenchError, unknown_name
-from workbench.estimation.settings import EKF, ESTIMATORS, HEARD, TRUTH
-from workbench.scenario.parameters import split_setting
+from workbench.estimation.settings import AIDING_SENSORS, EKF, ESTIMATORS, TRUTH
+from workbench.parameters.parameter_table import split_setting
 
 if TYPE_CHECKING:
     from workbench.design.estimation_errors import EstimateOverTruth, EstimateReport, Innovations
     from workbench.estimation.estimators import Estimator
-    from workbench.estimation.run import Gap, SensorSamples
+    from workbench.estimation.run import ImuGap
     from workbench.logs.record import LogRecord
 
 
-_NAMES = [name for name in ESTIMATORS if name != TRUTH]
-_SHOWN = {
+_ESTIMATOR_NAMES = [name for name in ESTIMATORS if name != TRUTH]
+_DISPLAY_UNITS = {
     "rad": ("deg", math.degrees(1.0)),
     "rad/s": ("deg/s", math.degrees(1.0)),
     "1": ("%", 100.0),
@@ -36,7 +37,7 @@ _SHOWN = {
 """Displayed unit for a unit, and the factor on its numbers."""
 
 
-def add_parser(commands: Any) -> None:
+def add_parser(commands: Subcommands) -> None:
     """Add the command."""
     parser = add_command(
         commands,
@@ -50,8 +51,8 @@ def add_parser(commands: Any) -> None:
     parser.add_argument(
         "--estimator",
         metavar="NAME|FILE",
-        help=f"{', '.join(_NAMES)}, or a .py file of your own, which runs; see docs/estimation.md "
-        f"(default: the flight's, or {EKF})",
+        help=f"{', '.join(_ESTIMATOR_NAMES)}, or a .py file of your own, which runs; see "
+        f"docs/estimation.md (default: the flight's, or {EKF})",
     )
     add_repeated(
         parser,
@@ -69,7 +70,7 @@ def run(args: argparse.Namespace) -> int:
     """Run the estimator, print its errors, write table and picture."""
     from workbench.design.estimation_errors import judge_estimate, over_truth
     from workbench.estimation.estimators import find_estimator
-    from workbench.estimation.run import gaps, run_estimator
+    from workbench.estimation.run import imu_gaps, run_estimator
     from workbench.logs.record import read_log
     from workbench.logs.replay import logged_estimator
     from workbench.logs.sensor_samples import logged_sensors
@@ -77,7 +78,7 @@ def run(args: argparse.Namespace) -> int:
     with progress_bar(f"reading {args.log.name}"):
         record = read_log(args.log)
     if record.remark:
-        say(f"{args.log}: {record.remark}")
+        print_message(f"{args.log}: {record.remark}")
     with Outputs() as outputs:
         table = outputs.add(args.output / f"{args.log.stem}-estimate.csv")
         picture = outputs.picture(args, f"{args.log.stem}-estimate.png")
@@ -86,12 +87,13 @@ def run(args: argparse.Namespace) -> int:
             flown_on = EKF
         estimator = find_estimator(flown_on)
         if estimator is None:
-            raise unknown_name("estimator", args.estimator, _NAMES)
+            raise unknown_name("estimator", args.estimator, _ESTIMATOR_NAMES)
         name = estimator.name
         settings = _settings(estimator, record, dict(args.set))
         sensors = logged_sensors(record)
-        missing, silent = _missing(sensors.samples), gaps(sensors.samples.imu)
-        _tell(args.log, missing, silent)
+        missing = [kind for kind in AIDING_SENSORS if getattr(sensors.samples, kind) is None]
+        silent = imu_gaps(sensors.samples.imu)
+        _print_missing_sensors(args.log, missing, silent)
         with progress_bar(f"estimating {args.log.name}") as progress:
             history = run_estimator(
                 estimator,
@@ -136,17 +138,17 @@ def _settings(
     Raises:
         WorkbenchError: if a given one is unknown to the estimator, or out of its limits.
     """
-    from workbench.control.controller import load_controller, with_estimator
-    from workbench.scenario.parameters import parameter_table
+    from workbench.control.controller_file import load_controller, with_estimator
+    from workbench.parameters.parameter_table import flight_table
 
     own = estimator if estimator.file else None
-    table = parameter_table(with_estimator(load_controller(), own))
+    table = with_estimator(load_controller(), own).table
     names = estimator.settings._fields
     for name in given:
         if name in names:
             continue
         for other in ESTIMATORS:
-            if any(row.name == name for row in parameter_table().of(other)):
+            if any(row.name == name for row in flight_table().of(other)):
                 raise WorkbenchError(
                     f"{name} is a setting of {other}, but {estimator.name} runs: add `--estimator "
                     f"{other}`, or leave it out"
@@ -157,21 +159,16 @@ def _settings(
     return values | table.checked(given)
 
 
-def _missing(samples: "SensorSamples") -> list[str]:
-    """Return the kinds of sensors that the estimator could use and the log does not have."""
-    return [kind for kind in HEARD if getattr(samples, kind) is None]
-
-
-def _tell(log: Path, missing: list[str], silent: "tuple[Gap, ...]") -> None:
+def _print_missing_sensors(log: Path, missing: list[str], silent: "tuple[ImuGap, ...]") -> None:
     """Print the sensors that are missing."""
     if missing:
         *others, last = (kind.replace("_", " ") for kind in missing)
         kinds = f"{', '.join(others)} and {last}" if others else last
-        say(f"{log}: has no samples of {kinds}: the estimate does not use them")
+        print_message(f"{log}: has no samples of {kinds}: the estimate does not use them")
     if silent:
         longest = max(silent, key=lambda each: each.length)
         times = "once" if len(silent) == 1 else f"{len(silent)} times"
-        say(
+        print_message(
             f"{log}: the IMU is silent {times}, longest for {longest.length:.3f} s from "
             f"{longest.begin:.3f} s on: the gaps are interpolated linearly, which is a guess"
         )
@@ -181,8 +178,8 @@ def _write(found: "EstimateOverTruth", path: Path) -> None:
     """Write truth, estimate and standard deviations, with a row for each update."""
     import numpy as np
 
-    from workbench.logs.flight_record import Signal
-    from workbench.logs.table_file import write_table
+    from workbench.common.series import Series
+    from workbench.logs.table_file import write_columns
     from workbench.session.recording import estimate_columns
 
     groups = (
@@ -203,7 +200,9 @@ def _write(found: "EstimateOverTruth", path: Path) -> None:
         for index, axis in enumerate("xyz"):
             columns[f"estimate.{name}.{axis} [{unit}]"] = values[:, index]
     # the names have their units already
-    write_table({name: Signal(name, "", found.time, each) for name, each in columns.items()}, path)
+    write_columns(
+        {name: Series(name, "", found.time, each) for name, each in columns.items()}, path
+    )
 
 
 def print_estimate(report: "EstimateReport", title: str = "") -> None:
@@ -212,7 +211,7 @@ def print_estimate(report: "EstimateReport", title: str = "") -> None:
         print(title)
     rows = [("estimate", "RMS error", "worst", "")]
     for state in report.states:
-        unit, factor = _SHOWN.get(state.unit, (state.unit, 1.0))
+        unit, factor = _DISPLAY_UNITS.get(state.unit, (state.unit, 1.0))
         rows.append((state.name, f"{factor * state.rms:.3f}", f"{factor * state.worst:.3f}", unit))
     print_table(rows, left=(0, 3))
     nees = report.nees
@@ -232,11 +231,11 @@ def print_estimate(report: "EstimateReport", title: str = "") -> None:
         for each in report.innovations
     ]
     print_table(told, left=(0,))
-    for sentence in surprises(report.innovations):
+    for sentence in underestimated_settings(report.innovations):
         print(sentence)
 
 
-def surprises(innovations: "Sequence[Innovations]") -> list[str]:
+def underestimated_settings(innovations: "Sequence[Innovations]") -> list[str]:
     """Return a sentence for each setting of the estimator that is too small for the sensor."""
     found: dict[str, list[Innovations]] = {}
     for each in innovations:

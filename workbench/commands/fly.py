@@ -1,48 +1,39 @@
 """`workbench fly`: fly a scenario, or a table of rotor commands from its start."""
 
 import argparse
-import math
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from workbench.commands import ExitCode
-from workbench.commands.estimate import print_estimate
+from workbench.commands.chosen_vehicle import chosen_scenario, with_sensors
+from workbench.commands.flight_report import FlightOutcome, report_flight
 from workbench.commands.options import (
+    Subcommands,
     add_command,
     add_json_option,
     add_output_options,
     add_sensor_options,
     add_vehicle_options,
-    with_sensors,
-    with_vehicle,
 )
 from workbench.commands.outputs import Outputs, make_folder_of
 from workbench.commands.printing import (
-    lost_replies,
     pick,
+    print_message,
     print_result,
     print_table,
-    say,
-    say_written,
-    told_of_autopilot,
+    print_written_files,
 )
 from workbench.commands.progress import progress_bar
-from workbench.commands.stopping import told_to_stop
+from workbench.commands.stopping import stop_event_on_signal
 from workbench.common.errors import FlightBrokenError, WorkbenchError
 
-LOOK = 0.1
+FILE_WATCH_PERIOD_S = 0.1
 """Period between checks of a watched flight [s]."""
 
 if TYPE_CHECKING:
-    from workbench.design.flight_summary import FlightSummary
-    from workbench.plant.worlds.world import World
     from workbench.scenario.scenario import Scenario
-    from workbench.session.recording import Recording
     from workbench.session.session import Session
-    from workbench.session.snapshot import SensorStatus
-    from workbench.systems.sensors.samples import Samples
 
 
 def _print_shipped(args: argparse.Namespace) -> None:
@@ -55,7 +46,7 @@ def _print_shipped(args: argparse.Namespace) -> None:
         worlds_dir,
     )
     from workbench.plant.worlds.reading import read_world
-    from workbench.scenario.scenario import load_scenario
+    from workbench.scenario.scenario_file import load_scenario
 
     scenarios = {name: load_scenario(find_scenario(name)) for name in list_scenarios()}
     packages = {"worlds": str(worlds_dir())}
@@ -79,7 +70,7 @@ def _print_shipped(args: argparse.Namespace) -> None:
     print_result(args, result, show)
 
 
-def add_parser(commands: Any) -> None:
+def add_parser(commands: Subcommands) -> None:
     """Add the command."""
     parser = add_command(
         commands,
@@ -99,7 +90,7 @@ def add_parser(commands: Any) -> None:
         "--duration",
         type=float,
         metavar="T",
-        help="fly this long instead of the scenario's time, in s",
+        help="fly this long instead of the scenario's time [s]",
     )
     parser.add_argument(
         "--csv", type=Path, metavar="FILE", help="log of the states (default: DIR/SCENARIO.csv)"
@@ -137,7 +128,7 @@ def add_parser(commands: Any) -> None:
 def run(args: argparse.Namespace) -> int:
     """Fly, print the summary, write log and overview."""
     from workbench.common.resources import find_scenario
-    from workbench.scenario.scenario import load_scenario
+    from workbench.scenario.scenario_file import load_scenario
 
     if args.list:
         _print_shipped(args)
@@ -151,7 +142,7 @@ def run(args: argparse.Namespace) -> int:
         raise WorkbenchError(f"{args.csv}: is the table that is flown: name another file for --csv")
     path = find_scenario(args.scenario)
     scenario = load_scenario(path, args.controller, args.estimator)
-    scenario = with_sensors(with_vehicle(scenario, args), args)
+    scenario = with_sensors(chosen_scenario(args, scenario), args)
     scenario.sensors.keep = True
     title = scenario.title or path.stem
     if args.rotor_commands is not None:
@@ -181,39 +172,22 @@ def run(args: argparse.Namespace) -> int:
 
                 figure = plot_estimate(flown.recording, f"{name}: {title}, {scenario.estimator}")
                 write_png(figure, outputs.add(args.output / f"{path.stem}-estimate.png"))
-    _report(args, title, flown, outputs.files)
-    say_written([*outputs.files, *([args.log] if args.log and not flown.log_said else [])])
+    report_flight(args, title, flown, outputs.files)
+    print_written_files([*outputs.files, *([args.log] if args.log and not flown.log_said else [])])
     if flown.broken:
-        say(f"{flown.broken}; what was flown until then is in the log")
+        print_message(f"{flown.broken}; what was flown until then is in the log")
         return ExitCode.NOT_AS_DEMANDED
     if flown.ended:
-        say(flown.ended)
+        print_message(flown.ended)
         return ExitCode.NOT_AS_DEMANDED
     if flown.log_said:  # reported when the log was lost
         return ExitCode.NOT_AS_DEMANDED
     return ExitCode.DONE
 
 
-@dataclass(frozen=True)
-class _Flown:
-    """A flight with its world and sensors, and why it or its log broke off.
-
-    It also has the statistics of the exchange with a program that ran the law, why that ended in
-    flight, and its recording.
-    """
-
-    recording: "Recording"
-    world: "World"
-    sensors: "tuple[SensorStatus, ...]" = ()
-    samples: "tuple[Samples, ...]" = ()
-    broken: str = ""
-    log_said: str = ""
-    exchange: "Mapping[str, float]" = field(default_factory=dict)
-    ended: str = ""
-    records: "Mapping[str, bytes]" = field(default_factory=dict)
-
-
-def _fly(scenario: "Scenario", name: str, args: argparse.Namespace, page: Path | None) -> _Flown:
+def _fly(
+    scenario: "Scenario", name: str, args: argparse.Namespace, page: Path | None
+) -> FlightOutcome:
     """Fly closed loop, or open loop for a table; `page` is the 3-D page to write."""
     with progress_bar(f"flying {name}") as progress:
         if args.rotor_commands is not None:
@@ -236,9 +210,11 @@ def _fly(scenario: "Scenario", name: str, args: argparse.Namespace, page: Path |
                     "--watch and --estimator"
                 )
             if unused := _without_effect(scenario):
-                say(f"the table flies alone, without what {name} has: {', '.join(unused)}")
+                print_message(
+                    f"the table flies alone, without what {name} has: {', '.join(unused)}"
+                )
             recording = fly_open_loop(scenario, args.rotor_commands, progress)
-            return _Flown(recording, read_configured_world(scenario))
+            return FlightOutcome(recording, read_configured_world(scenario))
         broken = log_said = ""
         if args.watch:
             return _watched(scenario, args)
@@ -250,7 +226,7 @@ def _fly(scenario: "Scenario", name: str, args: argparse.Namespace, page: Path |
             from workbench.design.flight_page import fly_and_film
 
             session = fly_and_film(scenario, dict(args.set), page, progress)
-        return _Flown(
+        return FlightOutcome(
             recording=session.recording(),
             world=session.world,
             sensors=() if broken else session.snapshot().sensors,
@@ -276,12 +252,12 @@ def _without_effect(scenario: "Scenario") -> list[str]:
     return [name for name, there in parts.items() if there]
 
 
-def _watched(scenario: "Scenario", args: argparse.Namespace) -> _Flown:
+def _watched(scenario: "Scenario", args: argparse.Namespace) -> FlightOutcome:
     """Fly in real time, and report the result of each edit of the file of the law."""
     from workbench.live.flight import LiveFlight
     from workbench.live.messages import Phase
     from workbench.scenario.configured import read_configured_world
-    from workbench.scenario.scenario import flown_controller
+    from workbench.scenario.flown_controller import flown_controller
 
     law = flown_controller(scenario)
     if law.shipped or args.html:
@@ -291,20 +267,22 @@ def _watched(scenario: "Scenario", args: argparse.Namespace) -> _Flown:
         )
     log_said, told = "", 0
     with (
-        told_to_stop() as stopped,
+        stop_event_on_signal() as stopped,
         LiveFlight(scenario, dict(args.set), draw=True, watch=True) as flight,
     ):
-        view = flight.wait(progress=say)
-        say(f"{law.file} flies, drawn at {view.url}: edit and save it; Ctrl-C ends the flight")
+        view = flight.wait(progress=print_message)
+        print_message(
+            f"{law.file} flies, drawn at {view.url}: edit and save it; Ctrl-C ends the flight"
+        )
         if args.log:
             make_folder_of(args.log)
             flight.keep_log(args.log).result()
-        while not stopped.wait(LOOK):
+        while not stopped.wait(FILE_WATCH_PERIOD_S):
             view = flight.latest()
             for said in view.remarks[told:]:
-                say(said)
+                print_message(said)
             told = len(view.remarks)
-            if view.phase in (Phase.ENDED, Phase.BROKEN):
+            if view.is_over:
                 break
             if view.snapshot and view.snapshot.time >= scenario.duration:
                 break
@@ -314,7 +292,7 @@ def _watched(scenario: "Scenario", args: argparse.Namespace) -> _Flown:
         if view.phase is Phase.ENDED or view.snapshot is None:
             raise WorkbenchError(view.said)
         flown = flight.flown().result()
-        return _Flown(
+        return FlightOutcome(
             recording=flown.recording,
             world=read_configured_world(scenario),
             sensors=view.snapshot.sensors,
@@ -347,79 +325,8 @@ def _flown_session(
             (logged or session).run(progress)
         except FlightBrokenError as error:  # the log shows the cause
             broken = str(error)
+        except KeyboardInterrupt as interrupt:
+            if logged:
+                interrupt.add_note(f"{args.log} has the flight until then")
+            raise
     return session, broken, logged.said if logged else ""
-
-
-def _report(args: argparse.Namespace, title: str, flight: _Flown, files: list[Path]) -> None:
-    """Print the summary, and the table of sensors."""
-    import dataclasses
-
-    from workbench.control.mode import Reason
-    from workbench.design.flight_summary import summarise
-
-    summary = summarise(flight.recording)
-    estimate = None
-    if flight.recording.estimated:  # its judgement loads scipy
-        from workbench.design.estimation_errors import judge_estimate
-
-        estimate = judge_estimate(flight.recording)
-    if summary.turned_over is not None:
-        say(f"the drone turned over at {summary.turned_over:.1f} s")
-    for failsafe in summary.failsafes:
-        if failsafe.reason != Reason.AUTOPILOT_ENDED.label:  # which is reported with its cause
-            say(failsafe.said)
-
-    def show() -> None:
-        print(title)
-        lines = _lines(summary)
-        if flight.exchange:
-            lines.append(("lost replies", *lost_replies(flight.exchange)))
-        print_table(lines, left=(0, 2))
-        if flight.sensors:
-            print()
-            print_table(_sensor_lines(flight.sensors), left=(0, 1))
-        if estimate:
-            print()
-            print_estimate(estimate)
-
-    result = {"title": title, **dataclasses.asdict(summary), "sensors": flight.sensors}
-    result |= {"estimate": estimate, "files": files}
-    print_result(args, result | told_of_autopilot(flight.exchange, flight.ended), show)
-
-
-def _lines(summary: "FlightSummary") -> list[tuple[str, str, str]]:
-    """Return the summary's rows."""
-    lines = [
-        ("duration", f"{summary.duration:.2f}", "s"),
-        ("distance", f"{summary.distance:.2f}", "m"),
-        ("max speed", f"{summary.max_speed:.2f}", "m/s"),
-        ("max height", f"{summary.max_height:.2f}", "m"),
-        ("lowest height", f"{summary.min_height:.2f}", "m"),
-        ("end", " ".join(f"{number:z.2f}" for number in summary.end), "m"),
-        ("max tilt", f"{math.degrees(summary.max_tilt):.1f}", "deg"),
-        ("max yaw rate", f"{math.degrees(summary.max_yaw_rate):.1f}", "deg/s"),
-        ("max rotor use", f"{100.0 * summary.max_rotor_use:.1f}", "% of the speed limit"),
-        ("final mode", summary.final_mode, ""),
-    ]
-    if not math.isnan(summary.battery_used):
-        lines.append(("battery used", f"{100.0 * summary.battery_used:.1f}", "%"))
-    if summary.least_clearance is not None:
-        lines.append(("least clearance", f"{summary.least_clearance:.2f}", "m from obstacles"))
-    if summary.touch_down_speed is not None:
-        lines.append(("touch-down speed", f"{summary.touch_down_speed:.2f}", "m/s"))
-    return lines
-
-
-def _sensor_lines(sensors: "tuple[SensorStatus, ...]") -> list[tuple[str, ...]]:
-    """Return the table of sensors with its heading."""
-    rows = [
-        (
-            sensor.name,
-            sensor.kind.replace("_", " "),
-            f"{sensor.asked_rate:g}",
-            f"{sensor.rate:.2f}",
-            f"{1000.0 * sensor.age:.0f}" if math.isfinite(sensor.age) else "-",
-        )
-        for sensor in sensors
-    ]
-    return [("sensor", "kind", "asked Hz", "delivered Hz", "age ms"), *rows]

@@ -2,14 +2,15 @@
 
 import argparse
 import math
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from workbench.commands import ExitCode
+from workbench.commands.chosen_vehicle import chosen_scenario
 from workbench.commands.options import (
+    Subcommands,
     add_command,
     add_json_option,
     add_vehicle_options,
-    with_vehicle,
 )
 from workbench.commands.printing import print_result, print_table
 from workbench.commands.progress import progress_bar
@@ -17,22 +18,22 @@ from workbench.common.errors import WorkbenchError
 from workbench.common.plain_text import plain_name
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     from pydrake.math import RigidTransform
 
     from workbench.plant.frame_tree import FrameTree
-    from workbench.plant.vehicle import Vehicle
-    from workbench.plant.worlds.world import World
-    from workbench.scenario.scenario import Scenario
+    from workbench.setup import Setup
 
 
-def add_parser(commands: Any) -> None:
+def add_parser(commands: Subcommands) -> None:
     """Add the command."""
     parser = add_command(
         commands,
         "frames",
         "Print the tree of all frames, or the pose of frame B in frame A: with the drone standing "
         "at the origin, or at a time of a flight.",
-        "workbench frames world camera_optical --scenario square --at 5",
+        "workbench frames world camera_optical --scenario square --at-time 5",
         run,
     )
     parser.usage = "%(prog)s [A B] [options]"  # options with several values would swallow them
@@ -40,7 +41,7 @@ def add_parser(commands: Any) -> None:
     parser.add_argument(
         "--scenario", metavar="NAME|PATH", help="fly this scenario, shipped or a .yaml file"
     )
-    parser.add_argument("--at", type=float, metavar="T", help="to this time of it, in s")
+    parser.add_argument("--at-time", type=float, metavar="T", help="to this time of it [s]")
     add_vehicle_options(parser)
     add_json_option(parser)
 
@@ -50,28 +51,33 @@ def run(args: argparse.Namespace) -> int:
     from pydrake.math import RigidTransform
 
     from workbench.common.resources import find_scenario
-    from workbench.scenario.configured import tell_world
-    from workbench.scenario.scenario import Scenario, load_scenario
+    from workbench.plant.frame_tree import frames_in_world
+    from workbench.scenario.configured import log_held_joints, log_world_remarks
+    from workbench.scenario.scenario import Scenario
+    from workbench.scenario.scenario_file import load_scenario
+    from workbench.setup import make_setup
 
     if len(args.frames) not in (0, 2):
         raise WorkbenchError(
             f"{len(args.frames)} frames are named: name two, A and B, or none for the whole tree"
         )
-    if (args.scenario is None) != (args.at is None):
-        raise WorkbenchError("--scenario and --at go together: give both")
+    if (args.scenario is None) != (args.at_time is None):
+        raise WorkbenchError("--scenario and --at-time go together: give both")
     flown = args.scenario is not None
     scenario = Scenario()
     if flown:
         scenario = load_scenario(find_scenario(args.scenario), args.controller, args.estimator)
-    scenario = with_vehicle(scenario, args)
-    vehicle, world, tree = _read(scenario)
+    scenario = chosen_scenario(args, scenario)
+    setup = make_setup(scenario, dict(args.set))
+    tree = frames_in_world(setup.vehicle, setup.description.model, setup.world)
     for name in args.frames:
         tree.check(name)
-    X_WB, time = RigidTransform([0.0, 0.0, vehicle.ground_clearance]), 0.0
+    X_WB, time = RigidTransform([0.0, 0.0, setup.vehicle.ground_clearance]), 0.0
     if flown:  # which reports the world itself
-        X_WB, time = _flown_to(args.at, scenario, args)
+        X_WB, time = _flown_to(args.at_time, setup, args)
     else:
-        tell_world(world)
+        log_held_joints(setup.description)
+        log_world_remarks(setup.world)
     if args.frames:
         a, b = args.frames
         _print_transform(a, b, tree.X(a, b, X_WB, time), time, args)
@@ -80,20 +86,8 @@ def run(args: argparse.Namespace) -> int:
     return ExitCode.DONE
 
 
-def _read(scenario: "Scenario") -> tuple["Vehicle", "World", "FrameTree"]:
-    """Return the vehicle and the world of a scenario, and all frames."""
-    from workbench.plant.frame_tree import frames_in_world
-    from workbench.plant.loading import make_vehicle
-    from workbench.scenario.configured import read_configured, read_configured_world
-
-    description = read_configured(scenario.vehicle)
-    vehicle = make_vehicle(description)
-    world = read_configured_world(scenario)
-    return vehicle, world, frames_in_world(vehicle, description.model, world)
-
-
 def _flown_to(
-    at: float, scenario: "Scenario", args: argparse.Namespace
+    at: float, setup: "Setup", args: argparse.Namespace
 ) -> tuple["RigidTransform", float]:
     """Return the pose of the base link and the time [s] after a flight to a time [s]."""
     from pydrake.common.eigen_geometry import Quaternion
@@ -101,11 +95,12 @@ def _flown_to(
 
     from workbench.session.session import Session
 
-    if not 0.0 <= at <= scenario.duration:
+    duration = setup.scenario.duration
+    if not 0.0 <= at <= duration:
         raise WorkbenchError(
-            f"--at is {at:g} s: {args.scenario} lasts from 0 to {scenario.duration:g} s"
+            f"--at-time is {at:g} s: {args.scenario} lasts from 0 to {duration:g} s"
         )
-    session = Session(scenario, dict(args.set))
+    session = Session(setup)
     with progress_bar(f"flying {args.scenario}") as progress:
         slices = math.ceil(4.0 * at)
         for index in range(slices):
@@ -149,5 +144,5 @@ def _print_transform(
     print_result(args, result, show)
 
 
-def _texts(values: Any) -> list[str]:
+def _texts(values: "Iterable[float]") -> list[str]:
     return [f"{value + 0.0:.6f}" for value in values]

@@ -3,46 +3,49 @@
 import argparse
 import os
 import struct
+import sys
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from workbench.commands.options import (
     MODEL_HELP,
     NO_SENSORS,
+    Subcommands,
     add_command,
     add_description_options,
     add_estimator_option,
 )
 from workbench.common.errors import WorkbenchError, unknown_name
+from workbench.common.optional_package import require_package
 from workbench.common.system_libraries import (
     known_platforms,
+    library_advice,
     missing_libraries,
     platform_names,
     platform_plugins,
-    remedy,
 )
-from workbench.gui.first_flight import DEFAULT_SCENARIO
+from workbench.gui.first_flight import DEFAULT_APP_SCENARIO
 
 if TYPE_CHECKING:
     from workbench.live.choice import Choice
 
-REMEDY = (
+NO_DISPLAY_ADVICE = (
     "run it on a desktop, log in with `ssh -X`, or set QT_QPA_PLATFORM=offscreen to run it unseen"
 )
-PATIENCE = 2.0
+DISPLAY_TIMEOUT_S = 2.0
 """Time limit for the answer of a display [s]."""
-FIRST_PORT = 6000
+X11_BASE_PORT = 6000
 """First port of X servers on the network."""
 X11, WAYLAND = "xcb", "wayland"
 """Platforms of Qt that need somebody to answer."""
 FIRST_DISPLAY, FIRST_COMPOSITOR = ":0", "wayland-0"
 """Displays of X11 and Wayland unless DISPLAY or WAYLAND_DISPLAY name others."""
-SYNC = struct.pack("=III", 1, 12 << 16, 2)
+WAYLAND_SYNC = struct.pack("=III", 1, 12 << 16, 2)
 """Wayland's request `wl_display.sync`: object, length and opcode, number of the answer."""
 
 
-def add_parser(commands: Any) -> None:
+def add_parser(commands: Subcommands) -> None:
     """Add the command."""
     parser = add_command(
         commands,
@@ -55,7 +58,7 @@ def add_parser(commands: Any) -> None:
         "--scenario",
         metavar="NAME|PATH",
         help="scenario to fly first (default: the last one set up in Settings, or "
-        f"{DEFAULT_SCENARIO}, a drone on the ground between obstacles with IMU, GPS and lidar)",
+        f"{DEFAULT_APP_SCENARIO}, a drone on the ground between obstacles with IMU, GPS and lidar)",
     )
     parser.add_argument(
         "--model",
@@ -91,14 +94,15 @@ def add_parser(commands: Any) -> None:
         "--screen",
         default="",
         metavar="NAME",
-        help="first screen: home, server, joystick, visualization, tuning or settings (default: "
-        "the last one shown)",
+        help="first screen: start, home, server, joystick, visualization, tuning or settings "
+        "(default: the last one shown)",
     )
     parser.add_argument("--no-3d", action="store_true", help="do not draw flights in 3-D")
 
 
 def run(args: argparse.Namespace) -> int:
     """Check the arguments, then open the window."""
+    require_package("PyQt6", "the app's windows")
     from workbench.gui.screen_table import find_screen
 
     named = (
@@ -134,7 +138,7 @@ def _choice(args: argparse.Namespace) -> "Choice":
 
     if args.demo and args.scenario:
         raise WorkbenchError("--demo and --scenario both say what to fly: give one of them")
-    scenario = args.scenario or DEFAULT_SCENARIO
+    scenario = args.scenario or DEFAULT_APP_SCENARIO
     sensors = None
     if args.sensors is not None:
         names = [name.strip() for name in args.sensors.split(",")]
@@ -160,25 +164,28 @@ def check_display(environment: Mapping[str, str]) -> None:
     Raises:
         WorkbenchError: that says what to set.
     """
+    if sys.platform == "darwin":  # its screen needs no name
+        return
     asked = environment.get("QT_QPA_PLATFORM", "")
     display, wayland = environment.get("DISPLAY", ""), environment.get("WAYLAND_DISPLAY", "")
     if not asked and not display and not wayland:
-        raise WorkbenchError(f"there is no display (DISPLAY is not set): {REMEDY}")
+        raise WorkbenchError(f"there is no display (DISPLAY is not set): {NO_DISPLAY_ADVICE}")
     screens = [name.partition("-")[0] for name in platform_names(environment)]
     known = known_platforms()
     for name in screens if known else ():
         if name not in known:
             raise WorkbenchError(
-                f"QT_QPA_PLATFORM: {unknown_name('platform of Qt', name, known)}; {REMEDY}"
+                f"QT_QPA_PLATFORM: {unknown_name('platform of Qt', name, known)}; "
+                f"{NO_DISPLAY_ADVICE}"
             )
     for name in screens:
         if name not in (X11, WAYLAND):
             return
-        if answers(display) if name == X11 else composes(environment):
+        if x_server_listens(display) if name == X11 else compositor_listens(environment):
             return
     where = {X11: display or FIRST_DISPLAY, WAYLAND: wayland or FIRST_COMPOSITOR}
     tried = " or ".join(f"'{where[name]}'" for name in dict.fromkeys(screens))
-    raise WorkbenchError(f"the display {tried} does not answer: {REMEDY}")
+    raise WorkbenchError(f"the display {tried} does not answer: {NO_DISPLAY_ADVICE}")
 
 
 def check_libraries(environment: Mapping[str, str]) -> None:
@@ -191,11 +198,11 @@ def check_libraries(environment: Mapping[str, str]) -> None:
     if missing:
         raise WorkbenchError(
             f"no window can be opened without the system's {', '.join(sorted(missing))}: "
-            f"{remedy(missing)}; or set QT_QPA_PLATFORM=offscreen to run it unseen"
+            f"{library_advice(missing)}; or set QT_QPA_PLATFORM=offscreen to run it unseen"
         )
 
 
-def answers(display: str) -> bool:
+def x_server_listens(display: str) -> bool:
     """Return whether an X server listens at a display such as :0 or localhost:10.0."""
     import socket  # other commands do not need it
 
@@ -206,13 +213,13 @@ def answers(display: str) -> bool:
     try:
         if host in ("", "unix"):
             return _reaches(f"/tmp/.X11-unix/X{number}") or _reaches(f"\0/tmp/.X11-unix/X{number}")
-        socket.create_connection((host, FIRST_PORT + int(number)), PATIENCE).close()
+        socket.create_connection((host, X11_BASE_PORT + int(number)), DISPLAY_TIMEOUT_S).close()
     except OSError:
         return False
     return True
 
 
-def composes(environment: Mapping[str, str]) -> bool:
+def compositor_listens(environment: Mapping[str, str]) -> bool:
     """Return whether a Wayland compositor answers."""
     import socket
 
@@ -222,9 +229,9 @@ def composes(environment: Mapping[str, str]) -> bool:
     path = Path(environment.get("XDG_RUNTIME_DIR", "")) / name
     try:
         with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as end:
-            end.settimeout(PATIENCE)
+            end.settimeout(DISPLAY_TIMEOUT_S)
             end.connect(str(path))
-            end.sendall(SYNC)
+            end.sendall(WAYLAND_SYNC)
             return bool(end.recv(1))
     except OSError:
         return False
@@ -235,5 +242,5 @@ def _reaches(path: str) -> bool:
     import socket
 
     with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as end:
-        end.settimeout(PATIENCE)
+        end.settimeout(DISPLAY_TIMEOUT_S)
         return end.connect_ex(path) == 0

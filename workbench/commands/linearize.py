@@ -2,21 +2,21 @@
 
 import argparse
 import math
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from workbench.commands import ExitCode
-from workbench.commands.judge import print_modes
+from workbench.commands.chosen_vehicle import chosen_setup, flown_with
+from workbench.commands.judgement_tables import print_modes
 from workbench.commands.options import (
+    Subcommands,
     add_command,
     add_flight_options,
     add_json_option,
     add_option,
     add_vehicle_options,
-    chosen_scenario,
-    flown_with,
 )
 from workbench.commands.outputs import Outputs
-from workbench.commands.printing import pick, print_result, print_table, say
+from workbench.commands.printing import pick, print_message, print_result, print_table
 from workbench.commands.progress import progress_bar
 
 if TYPE_CHECKING:
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from workbench.design.linear.model import Matrices
 
 
-def add_parser(commands: Any) -> None:
+def add_parser(commands: Subcommands) -> None:
     """Add the command."""
     parser = add_command(
         commands,
@@ -39,7 +39,7 @@ def add_parser(commands: Any) -> None:
         parser,
         "--at",
         "POINT",
-        "hover, or as vx=5,vz=-1,yaw_rate=0.2, in m/s and rad/s; ax, ay, az [m/s²] for an "
+        "hover, or as vx=5,vz=-1,yaw_rate=0.2 [m/s, rad/s]; ax, ay, az [m/s²] for an "
         "instant of an accelerated flight; hold=1 while the position is held",
         "hover",
     )
@@ -76,21 +76,21 @@ def add_parser(commands: Any) -> None:
 def run(args: argparse.Namespace) -> int:
     """Linearise and print."""
     from workbench.design.linear.linearize import linear_matrices
-    from workbench.scenario.scenario import flown_controller
 
-    scenario = chosen_scenario(args)
-    law = flown_controller(scenario)
+    setup = chosen_setup(args)
+    law = setup.controller
     if law.derivatives != "AutoDiff":
-        say(f"{law.name} does not convert to AutoDiffXd: its derivatives are {law.derivatives}")
+        print_message(
+            f"{law.name} does not convert to AutoDiffXd: its derivatives are {law.derivatives}"
+        )
     system = linear_matrices(
-        scenario,
+        setup,
         at=args.at,
         loop=args.loop,
         cut=args.cut,
         time=args.time,
         inputs=_names(args.inputs),
         outputs=_names(args.outputs),
-        gains=dict(args.set),
         minimal=args.minimal,
     )
     result = {
@@ -102,23 +102,26 @@ def run(args: argparse.Namespace) -> int:
         "outputs": list(system.output_labels),
         **{name: getattr(system, name).tolist() for name in "ABCD"},
     }
-    print_result(args, result, _print, system, args)
+    joints = [name for name, _ in setup.vehicle.small_joint_signals]
+    print_result(args, result, _print, system, joints, args)
     return ExitCode.DONE
 
 
-def _print(system: "Matrices", args: argparse.Namespace) -> None:
+def _print(system: "Matrices", joints: list[str], args: argparse.Namespace) -> None:
     """Print order and poles, fast ones last, in the terms of `control.damp`."""
-    from workbench.design.judge.loop_response import INTEGRATOR
-    from workbench.design.judge.modes import modes_of, natural_poles
+    from workbench.design.judge.loop_response import MAX_INTEGRATOR_RATE
+    from workbench.design.judge.modes import modes_of, named_poles, natural_poles
 
     kind = f"sampled each {1e3 * system.dt:.4g} ms" if system.dt else "continuous"
     print(f"{args.loop} at {args.at}, {kind}, {flown_with(args)}: {len(system.A)} states")
     print(f"inputs:  {', '.join(system.input_labels)}")
     print(f"outputs: {', '.join(system.output_labels)}")
-    poles = system.poles
-    modes = [mode for mode in modes_of(poles, system.dt) if not mode.gone_after(system.dt)]
+    poles, names = system.poles, []
+    if joints and system.state_labels:
+        poles, names = named_poles(system.A, system.state_labels, joints)
+    modes = [mode for mode in modes_of(poles, system.dt, names) if not mode.gone_after(system.dt)]
     print_modes(modes)
-    integrators = int((abs(natural_poles(poles, system.dt)) <= INTEGRATOR).sum())
+    integrators = int((abs(natural_poles(poles, system.dt)) <= MAX_INTEGRATOR_RATE).sum())
     # a pair is one mode of two poles; a lone sampled pole at negative z swings at half the rate
     pairs = sum(0.0 < mode.imaginary < _half_rate(system.dt) for mode in modes)
     gone = len(system.A) - integrators - len(modes) - pairs
@@ -138,7 +141,7 @@ def _names(text: str | None) -> list[str] | None:
     return [name.strip() for name in text.split(",")] if text else None
 
 
-def add_frequency_response(commands: Any) -> None:
+def add_frequency_response(commands: Subcommands) -> None:
     """Add the command."""
     parser = add_command(
         commands,
@@ -155,12 +158,12 @@ def add_frequency_response(commands: Any) -> None:
         default="actuator",
         help="where the loop is opened (default: actuator)",
     )
-    add_option(parser, "--lowest", "W", "frequency in rad/s; a period is as long as its wave", 0.5)
+    add_option(parser, "--lowest", "W", "frequency [rad/s]; a period is as long as its wave", 0.5)
     parser.add_argument(
         "--highest",
         type=float,
         metavar="W",
-        help="frequency in rad/s (default: 4 times the loop's bandwidth or crossover)",
+        help="frequency [rad/s] (default: 4 times the loop's bandwidth or crossover)",
     )
     add_option(parser, "--periods", "N", "flown, the first of which is not measured", 8)
     parser.add_argument(
@@ -177,7 +180,7 @@ def run_frequency_response(args: argparse.Namespace) -> int:
     """Measure, print, write table and picture."""
     from workbench.design.judge.loop_measurement import fly_measurement
 
-    scenario = chosen_scenario(args)
+    setup = chosen_setup(args)
     with Outputs() as outputs:
         table = outputs.add(args.output / f"frequency-response-{args.loop}.csv")
         plot = outputs.picture(args, f"frequency-response-{args.loop}.png")
@@ -185,8 +188,7 @@ def run_frequency_response(args: argparse.Namespace) -> int:
             found = fly_measurement(
                 args.loop,
                 cut=args.cut,
-                scenario=scenario,
-                settings=dict(args.set),
+                scenario=setup,
                 size=args.size,
                 lowest=args.lowest,
                 highest=args.highest,

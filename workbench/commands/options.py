@@ -2,51 +2,83 @@
 
 import argparse
 import dataclasses
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from workbench.commands.printing import say
+from workbench.commands.progress import progress_bar
 from workbench.common.errors import WorkbenchError, unknown_name
-from workbench.control.controller import DEFAULT, PROGRAMS, SHIPPED
-from workbench.design.flier import CHOICES, VARIABLE
+from workbench.control.installed_laws import DEFAULT_CONTROLLER, installed_laws, known_laws
+from workbench.design.flier import FLY_ON_CHOICES, FLY_ON_VARIABLE
 from workbench.estimation.settings import ESTIMATORS, TRUTH
-from workbench.scenario.parameters import split_setting
+from workbench.parameters.parameter_table import split_setting
+from workbench.plant.sensors import sensor_kinds
 
 if TYPE_CHECKING:
-    from workbench.design.executor.executor import Executor
-    from workbench.scenario.scenario import Scenario, VehicleConfig
+    from workbench.common.flight import Flight
+    from workbench.logs.readers.log_reader import LogFile
 
+    Subcommands = argparse._SubParsersAction[argparse.ArgumentParser]
+else:  # it takes no parameters when it runs
+    Subcommands = argparse._SubParsersAction
+"""What `add_parser` of a command adds itself to."""
 
 MODEL_HELP = (
     "shipped model, or a .xacro, .urdf, .sdf or MuJoCo .xml file, or a Gazebo model's folder"
 )
 LOG_HELP = (
-    "log of a flight: .mcap, PX4's .ulg, ArduPilot's .bin, Betaflight's .bbl, a Crazyflie's usd "
-    "log, NanoBench's .csv, or a .csv with a mapping"
+    "log of a flight: .mcap, PX4's .ulg, ArduPilot's .bin, Betaflight's .bbl, MAVLink's .tlog, a "
+    "Crazyflie's usd log, NanoBench's .csv, or a .csv with a mapping"
 )
+LAW_NAMES, PROGRAM_TOO, KIND_NAMES = "{laws}", "{laws and programs}", "{sensors}"
+"""In the help of an option, these stand for the names of installed laws and of the kinds of
+sensors, see `HelpFormatter`."""
 NO_SENSORS = "none"
 """The name for no sensors."""
 
 
+class HelpFormatter(argparse.RawDescriptionHelpFormatter):
+    """Formats a help in which names are looked up when it is printed, not in each run."""
+
+    def _get_help_string(self, action: argparse.Action) -> str:
+        text = action.help or ""
+        for place, names in (
+            (LAW_NAMES, installed_laws),
+            (PROGRAM_TOO, known_laws),
+            (KIND_NAMES, sensor_kinds),
+        ):
+            if place in text:
+                text = text.replace(place, ", ".join(names()))
+        return text
+
+
 def add_command(
-    commands: Any, name: str, summary: str, example: str, run: Callable[[argparse.Namespace], int]
+    commands: Subcommands,
+    name: str,
+    summary: str,
+    example: str,
+    run: Callable[[argparse.Namespace], int],
+    other_name: str = "",
 ) -> argparse.ArgumentParser:
-    """Add a subcommand with a sentence and an example in its help."""
+    """Add a subcommand, by one name or two, with a sentence and an example in its help."""
     parser: argparse.ArgumentParser = commands.add_parser(
         name,
+        aliases=[other_name] if other_name else [],
         help=summary,
         description=summary,
         epilog=f"example:\n  {example}",
-        formatter_class=argparse.RawDescriptionHelpFormatter,
+        formatter_class=HelpFormatter,
     )
     parser.set_defaults(run=run)
     return parser
 
 
 def add_option(
-    parser: "argparse._ActionsContainer", option: str, metavar: str, help: str, default: Any
+    parser: "argparse._ActionsContainer",
+    option: str,
+    metavar: str,
+    help: str,
+    default: str | float | Path,
 ) -> None:
     """Add an option with a value of its default's type; its help ends with the default."""
     shown = f"{default:g}" if isinstance(default, float) else default
@@ -127,9 +159,9 @@ def add_controller_option(parser: "argparse._ActionsContainer", instead: str = "
         "--controller",
         metavar="NAME|FILE",
         default="",
-        help=f"control law: {', '.join((*SHIPPED, *PROGRAMS))}, or a .py file of your own, which "
-        "runs; @speed=0,4,8 behind it schedules its gains; see docs/controllers.md (default: the "
-        f"{instead}'s, or {DEFAULT})",
+        help=f"control law: {PROGRAM_TOO}, or a .py "
+        "file of your own, which runs; @speed=0,4,8 behind it schedules its gains; see "
+        f"docs/controllers.md (default: the {instead}'s, or {DEFAULT_CONTROLLER})",
     )
 
 
@@ -180,8 +212,8 @@ def add_sensor_options(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--sensors",
         metavar="NAME[,NAME]",
-        help="sensors that measure, by name or kind (imu, gps, lidar, range_finder, barometer, "
-        f"depth_camera, magnetometer), all, or {NO_SENSORS} (default: the scenario's)",
+        help=f"sensors that measure, by name or kind ({KIND_NAMES}), all, or "
+        f"{NO_SENSORS} (default: the scenario's)",
     )
     group.add_argument("--seed", type=int, metavar="N", help="of noise and turbulence")
     group.add_argument("--no-noise", action="store_true", help="let sensors be exact")
@@ -194,7 +226,7 @@ def add_json_option(
     parser.add_argument("--json", action="store_true", help=what)
 
 
-def add_log_options(parser: Any) -> None:
+def add_log_options(parser: "argparse._ActionsContainer") -> None:
     """Add --mapping and --log-number."""
     parser.add_argument(
         "--mapping",
@@ -202,6 +234,11 @@ def add_log_options(parser: Any) -> None:
         metavar="MAPPING.yaml",
         help="what the columns of a CSV log are (default: LOG.mapping.yaml beside LOG.csv, if any)",
     )
+    add_log_number_option(parser)
+
+
+def add_log_number_option(parser: "argparse._ActionsContainer") -> None:
+    """Add --log-number."""
     parser.add_argument(
         "--log-number",
         type=int,
@@ -211,7 +248,26 @@ def add_log_options(parser: Any) -> None:
     )
 
 
-def add_order_option(parser: Any) -> None:
+def asked_log(args: argparse.Namespace) -> "LogFile":
+    """Return the log that the arguments name, see `add_log_options`."""
+    from workbench.logs.readers.log_reader import LogFile
+
+    return LogFile(args.log, args.mapping, args.log_number)
+
+
+def read_asked_flight(args: argparse.Namespace) -> "Flight":
+    """Return the flight in the log that the arguments name, and show progress.
+
+    Raises:
+        WorkbenchError: if it cannot be read.
+    """
+    from workbench.logs.flight_reader import read_flight
+
+    with progress_bar(f"reading {args.log.name}") as progress:
+        return read_flight(args.log, args.mapping, progress, args.log_number)
+
+
+def add_order_option(parser: "argparse._ActionsContainer") -> None:
     """Add --order."""
     parser.add_argument(
         "--order",
@@ -254,9 +310,10 @@ def add_flier_options(parser: argparse.ArgumentParser) -> None:
     """Add --fly-on and --verbose, see `cli.main`."""
     parser.add_argument(
         "--fly-on",
-        choices=CHOICES,
+        choices=FLY_ON_CHOICES,
         help="let the diagram fly, or compiled code where there is such; both give the same "
-        f"numbers (default: that of {VARIABLE} in the environment, or auto, the quicker one)",
+        f"numbers (default: that of {FLY_ON_VARIABLE} in the environment, or auto, the quicker "
+        "one)",
     )
     parser.add_argument("--verbose", action="store_true", help="tell who flies, and why")
 
@@ -266,16 +323,6 @@ def add_flight_options(parser: argparse.ArgumentParser) -> None:
     add_output_options(parser)
     add_vehicle_options(parser)
     add_json_option(parser)
-
-
-def flown_with(args: argparse.Namespace) -> str:
-    """Return the values of a flight, for its title."""
-    parts = [args.gains] if args.gains else []
-    parts += [f"{name}={value:g}" for name, value in args.set]
-    parts += [f"--vary {name}={value:g}" for name, value in args.vary]
-    if not parts:
-        return "with its own gains"
-    return f"with {', '.join(parts[:-1])} and {parts[-1]}" if len(parts) > 1 else f"with {parts[0]}"
 
 
 def parse_argument(text: str) -> tuple[str, str]:
@@ -320,115 +367,3 @@ def parse_variation(text: str) -> tuple[str, float]:
         return name.strip(), int(value) if name.strip() == "control_delay" else float(value)
     except ValueError:
         raise WorkbenchError(f"the variation of {name} is '{value}': give it a number") from None
-
-
-def with_model(scenario: "Scenario", args: argparse.Namespace) -> "Scenario":
-    """Set the model from the command line in a scenario, and return it.
-
-    A different model drops the arguments and gains of the scenario, which were for its own model.
-
-    Raises:
-        WorkbenchError: if there is no such model or file.
-    """
-    from workbench.common.resources import find_file, find_model
-    from workbench.scenario.scenario import VehicleConfig
-
-    if args.model:
-        scenario.vehicle = VehicleConfig(model=args.model)
-    scenario.vehicle.args |= dict(args.arg)
-    scenario.vehicle.packages |= dict(args.package)
-    scenario.vehicle.rotors = args.rotors or scenario.vehicle.rotors
-    find_model(scenario.vehicle.model)
-    if scenario.vehicle.rotors:
-        find_file(scenario.vehicle.rotors)
-    return scenario
-
-
-def chosen_model(args: argparse.Namespace) -> "VehicleConfig":
-    """Return the model that the command line names, and how to read it."""
-    from workbench.scenario.scenario import VehicleConfig
-
-    return VehicleConfig(args.model, dict(args.arg), dict(args.package), args.rotors)
-
-
-def chosen_scenario(args: argparse.Namespace) -> "Scenario":
-    """Return the default scenario with the vehicle and the world from the command line."""
-    from workbench.scenario.scenario import Scenario
-
-    return with_vehicle(Scenario(), args)
-
-
-def with_vehicle(scenario: "Scenario", args: argparse.Namespace) -> "Scenario":
-    """Set the vehicle and the world from the command line in a scenario, and return it."""
-    from workbench.common.resources import find_file, find_world
-    from workbench.gains.gains import flown_by
-    from workbench.scenario.parameters import parameter_table
-    from workbench.scenario.scenario import at_own_period, flown_controller
-
-    with_model(scenario, args)  # names are checked before the second spent on loading Drake
-    if args.gains:
-        scenario.vehicle.gains = args.gains
-    variation = dataclasses.replace(scenario.vehicle.variation, **dict(args.vary))
-    variation.check()
-    scenario.vehicle.variation = variation
-    scenario.world = args.world or scenario.world
-    scenario.controller = flown_by(args.controller or scenario.controller, scenario.vehicle.gains)
-    scenario.estimator = args.estimator or scenario.estimator
-    parameter_table(flown_controller(scenario)).checked(dict(args.set))
-    if scenario.vehicle.gains:
-        find_file(scenario.vehicle.gains)
-    find_world(scenario.world)
-    _say_unused(scenario.estimator, [name for name, _ in args.set])
-    return at_own_period(scenario)
-
-
-def _say_unused(estimator: str, names: list[str]) -> None:
-    """Report values set for estimators that are not in use."""
-    from workbench.scenario.parameters import parameter_table
-
-    for other in ESTIMATORS:
-        rows = {row.name for row in parameter_table().of(other)}
-        unused = [name for name in dict.fromkeys(names) if name in rows]
-        if other != estimator and unused:
-            flown = "the truth" if estimator == TRUTH else f"what {estimator} estimates"
-            say(
-                f"nothing uses {' and '.join(unused)}, because the controller gets {flown}: "
-                f"add `--estimator {other}`"
-            )
-
-
-def with_sensors(scenario: "Scenario", args: argparse.Namespace) -> "Scenario":
-    """Set the sensors from the command line in a scenario, and return it.
-
-    A log of a flight with an estimator also has the IMU, so that `workbench estimate` can use it:
-    the estimator reads the IMU within the update of the vehicle, and other sensors as they measure.
-    """
-    if args.sensors is not None:
-        names = [name.strip() for name in args.sensors.split(",")]
-        scenario.sensors.use = [name for name in names if name not in ("", NO_SENSORS)]
-    if args.seed is not None:
-        scenario.sensors.seed = args.seed
-    if args.no_noise:
-        scenario.sensors.noise = False
-    logged = getattr(args, "log", None) is not None
-    if logged and scenario.estimator != TRUTH and not {"imu", "all"} & {*scenario.sensors.use}:
-        scenario.sensors.use = [*scenario.sensors.use, "imu"]
-    return scenario
-
-
-@contextmanager
-def chosen_executor(scheduler: str, here: "Executor") -> Iterator["Executor"]:
-    """Yield the executor: the cluster of a scheduler, with a message on its size, or the local one.
-
-    Raises:
-        WorkbenchError: if the scheduler cannot be reached, or flights by its workers would differ
-            from local ones.
-    """
-    if not scheduler:
-        yield here
-        return
-    from workbench.design.executor.cluster import DaskCluster
-
-    with DaskCluster(scheduler) as cluster:
-        say(f"flying on {cluster.workers} workers of {scheduler}")
-        yield cluster

@@ -8,8 +8,9 @@ from pathlib import Path
 from types import TracebackType
 
 from workbench.common.errors import WorkbenchError
+from workbench.common.plain_files import make_folder
 
-_FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
+_OUTPUT_ERRORS = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
 """Errors that only writing raises: the device is full, a quota is used up, it is defective."""
 
 
@@ -76,7 +77,7 @@ class Outputs:
         traceback: TracebackType | None,
     ) -> None:
         try:
-            if isinstance(error, OSError) and error.errno in _FULL:
+            if isinstance(error, OSError) and error.errno in _OUTPUT_ERRORS:
                 names = ", ".join(map(str, self._partial))
                 raise WorkbenchError(f"{names}: cannot be written: {error.strerror}") from error
             if kind is None:
@@ -134,4 +135,4 @@ def make_folder_of(path: Path) -> None:
         WorkbenchError: if this fails, or the path is not writable.
     """
     check_writable(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
+    make_folder(path.parent)

@@ -14,9 +14,9 @@ from workbench.commands import ExitCode
 from workbench.common.plain_text import escaped_json, plain_name, plain_text, visible
 
 if TYPE_CHECKING:
-    from workbench.logs.flight_record import FlightRecord
+    from workbench.common.flight import Flight
 
-LONGEST_CELL = 10_000
+MAX_PRINTED_CELL_CHARS = 10_000
 """Largest number of characters that are shown in a message or a cell of a table."""
 
 
@@ -54,25 +54,25 @@ def terminal() -> TextIO:
     return sys.stderr.stream if isinstance(sys.stderr, PlainOutput) else sys.stderr
 
 
-def say(sentence: str) -> None:
+def print_message(sentence: str) -> None:
     """Print a message for the person at the terminal, unless that is closed or full."""
     with contextlib.suppress(OSError):
-        print(f"workbench: {plain_text(sentence, LONGEST_CELL)}", file=sys.stderr)
+        print(f"workbench: {plain_text(sentence, MAX_PRINTED_CELL_CHARS)}", file=sys.stderr)
 
 
-def say_written(files: Sequence[Path]) -> None:
+def print_written_files(files: Sequence[Path]) -> None:
     """Print the files written."""
-    say(f"wrote {', '.join(map(str, files))}")
+    print_message(f"wrote {', '.join(map(str, files))}")
 
 
-def print_remarks(flight: "FlightRecord") -> None:
+def print_remarks(flight: "Flight") -> None:
     """Print the remarks on samples of a log that were left out, moved or spread."""
     for remark in flight.remark_details():
         if remark["place"]:
-            say(f"{flight.source}: {remark['text']}")
+            print_message(f"{flight.source}: {remark['text']}")
 
 
-def remark_rows(flights: "Sequence[FlightRecord]") -> list[dict[str, Any]]:
+def remark_rows(flights: "Sequence[Flight]") -> list[dict[str, Any]]:
     """Return the remarks on logs, with number and place, for JSON."""
     return [
         {"log": flight.source, **remark} for flight in flights for remark in flight.remark_details()
@@ -83,16 +83,16 @@ def lost_replies(exchange: Mapping[str, float]) -> tuple[str, str]:
     """Return the numbers of late and of all packets exchanged with a program that ran the law.
 
     Args:
-        exchange: see `Program.report`.
+        exchange: see `LawProgram.report`.
     """
     return f"{exchange['lost']:.0f}", f"of {exchange['packets']:.0f} packets to the autopilot"
 
 
-def told_of_autopilot(exchange: Mapping[str, float], ended: str) -> dict[str, Any]:
+def autopilot_json(exchange: Mapping[str, float], ended: str) -> dict[str, Any]:
     """Return the statistics of a program that ran the law for JSON, or nothing.
 
     Args:
-        exchange: see `Program.report`.
+        exchange: see `LawProgram.report`.
         ended: why it ended in flight, else "".
     """
     return {"exchange": exchange, "autopilot_ended": ended} if exchange else {}
@@ -100,7 +100,7 @@ def told_of_autopilot(exchange: Mapping[str, float], ended: str) -> dict[str, An
 
 def print_result(
     args: argparse.Namespace,
-    result: Any,
+    result: object,
     show: Callable[..., None] | None = None,
     *shown: Any,
     files: Sequence[Path] | None = None,
@@ -119,18 +119,18 @@ def print_result(
     elif show:
         show(*shown)
     if files:
-        say_written(files)
+        print_written_files(files)
 
 
-def not_as_demanded(missed: Sequence[str]) -> ExitCode:
+def report_unmet(missed: Sequence[str]) -> ExitCode:
     """Print the demands that are not met, if any, and return the exit code."""
     if not missed:
         return ExitCode.DONE
-    say(f"requirements not met: {'; '.join(missed)}")
+    print_message(f"requirements not met: {'; '.join(missed)}")
     return ExitCode.NOT_AS_DEMANDED
 
 
-def pick(item: Any, names: str) -> dict[str, Any]:
+def pick(item: object, names: str) -> dict[str, Any]:
     """Return attributes of an object for JSON.
 
     Args:
@@ -140,17 +140,17 @@ def pick(item: Any, names: str) -> dict[str, Any]:
     return {name: getattr(item, name) for name in names.split()}
 
 
-def print_json(data: Any) -> None:
+def print_json(data: object) -> None:
     """Print data as strict JSON: dataclasses become objects, and non-finite numbers null."""
     print(to_json(data))
 
 
-def print_json_line(data: Any) -> None:
+def print_json_line(data: object) -> None:
     """Print data as JSON on one line, without buffering, for commands that continue to run."""
     print(to_json(data, indent=None), flush=True)
 
 
-def to_json(data: Any, indent: int | None = 2) -> str:
+def to_json(data: object, indent: int | None = 2) -> str:
     """Return data as JSON text, see `print_json`."""
     import json
 
@@ -165,7 +165,7 @@ def print_table(rows: Sequence[Sequence[str]], *, left: Sequence[int] = (0,)) ->
         rows: all of one length.
         left: columns to align left; the others align right.
     """
-    rows = [[plain_name(text, LONGEST_CELL) for text in row] for row in rows]
+    rows = [[plain_name(text, MAX_PRINTED_CELL_CHARS) for text in row] for row in rows]
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     for row in rows:
         cells = [
@@ -175,8 +175,10 @@ def print_table(rows: Sequence[Sequence[str]], *, left: Sequence[int] = (0,)) ->
         print("  ".join(cells).rstrip())
 
 
-def _plain(data: Any) -> Any:
-    """Return data in JSON types only."""
+def _plain(data: object) -> Any:
+    """Return data in JSON types only; a record that has `to_json` says itself what is in there."""
+    if hasattr(data, "to_json"):
+        return _plain(data.to_json())
     if dataclasses.is_dataclass(data) and not isinstance(data, type):
         return {f.name: _plain(getattr(data, f.name)) for f in dataclasses.fields(data)}
     if isinstance(data, Mapping):

@@ -8,8 +8,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from workbench.commands import ExitCode
+from workbench.commands.chosen_vehicle import chosen_executor, chosen_scenario
 from workbench.commands.options import (
     LOG_HELP,
+    Subcommands,
     add_command,
     add_controller_option,
     add_flier_options,
@@ -20,27 +22,25 @@ from workbench.commands.options import (
     add_repeated,
     add_scheduler_option,
     add_vehicle_options,
-    chosen_executor,
-    chosen_scenario,
     parse_argument,
     parse_variation,
 )
 from workbench.commands.outputs import Outputs
 from workbench.commands.printing import pick, print_result
 from workbench.commands.progress import progress_bar
-from workbench.commands.step import LOADS
+from workbench.commands.step import LOAD_CHOICES
 from workbench.common.errors import WorkbenchError
-from workbench.scenario.parameters import split_setting
+from workbench.parameters.parameter_table import split_setting
 
 if TYPE_CHECKING:
     from workbench.design.regress.flight import Changes
     from workbench.design.regress.verdict import CaseResult
 
-AXIS = "x"
+DEFAULT_PIN_AXIS = "x"
 """Default axis of a step."""
 
 
-def add_parser(commands: Any) -> None:
+def add_parser(commands: Subcommands) -> None:
     """Add the command."""
     parser = add_command(
         commands,
@@ -54,7 +54,8 @@ def add_parser(commands: Any) -> None:
         "specs",
         nargs="*",
         metavar="SPEC",
-        help="spec file, folder of *.spec.yaml, or name of a shipped spec (default: all shipped)",
+        help="spec file, folder of *.workbench.yaml, or name of a shipped spec (default: all "
+        "shipped)",
     )
     change = parser.add_argument_group("changes to the specs")
     add_repeated(
@@ -77,7 +78,7 @@ def add_parser(commands: Any) -> None:
     )
     add_controller_option(change, "spec")
     change.add_argument("--seed", type=int, metavar="N", help="of noise and turbulence")
-    change.add_argument("--physics-step", type=float, metavar="S", help="of the integration, in s")
+    change.add_argument("--physics-step", type=float, metavar="S", help="of the integration [s]")
     parser.add_argument("--update", action="store_true", help="record the baselines again")
     parser.add_argument("--junit", type=Path, metavar="FILE", help="write JUnit XML")
     parser.add_argument("--html", type=Path, metavar="FILE", help="write a page with all curves")
@@ -92,7 +93,7 @@ def add_parser(commands: Any) -> None:
 def run(args: argparse.Namespace) -> int:
     """Fly, judge, print and write; return 1 if a demand is not met."""
     from workbench.design.regress.flight import Changes
-    from workbench.design.regress.running import local, record, regress
+    from workbench.design.regress.running import local_executor, record, regress
     from workbench.design.regress.spec_names import find_specs
     from workbench.logs.judged_log import read_case
 
@@ -106,7 +107,10 @@ def run(args: argparse.Namespace) -> int:
         )
     changes = dataclasses.replace(changes, controller=args.controller)
     specs = find_specs(args.specs)
-    with Outputs() as outputs, chosen_executor(args.scheduler, local(args.jobs)) as executor:
+    with (
+        Outputs() as outputs,
+        chosen_executor(args.scheduler, local_executor(args.jobs)) as executor,
+    ):
         junit = outputs.add(args.junit) if args.junit else None
         html = outputs.add(args.html) if args.html else None
         with progress_bar("judging the cases") as progress:
@@ -124,7 +128,8 @@ def run(args: argparse.Namespace) -> int:
                 results = regress(
                     specs, changes, executor=executor, progress=progress, read_log=read_case
                 )
-        _write(results, junit, html, _title(args.specs))
+        title = ", ".join(args.specs) or "the shipped specs"
+        _write(results, junit, html, f"Regression of {title}")
     print_result(args, _result(results, changes), _print, results, files=outputs.files)
     return ExitCode.DONE if all(result.passed for result in results) else ExitCode.NOT_AS_DEMANDED
 
@@ -143,13 +148,9 @@ def _write(
         html.write_text(results_page(results, title), encoding="utf-8")
 
 
-def _title(specs: Sequence[str]) -> str:
-    return f"Regression of {', '.join(specs)}" if specs else "Regression of the shipped specs"
-
-
 def _print(results: Sequence["CaseResult"]) -> None:
     """Print a sentence for each failure, and the number of passed cases."""
-    from workbench.design.regress.verdict import since_baseline, summary
+    from workbench.design.regress.verdict import results_summary, since_baseline
 
     for result in results:
         for failure in result.failures:
@@ -158,7 +159,7 @@ def _print(results: Sequence["CaseResult"]) -> None:
             print(f"{result.spec}: {result.case}: skipped: {skipped}")
     for changed in since_baseline([result for result in results if not result.passed]):
         print(changed)
-    print(summary(results))
+    print(results_summary(results))
 
 
 def _result(results: Sequence["CaseResult"], changes: "Changes") -> dict[str, Any]:
@@ -197,27 +198,30 @@ def _result(results: Sequence["CaseResult"], changes: "Changes") -> dict[str, An
     }
 
 
-def add_pin(commands: Any) -> None:
+def add_pin(commands: Subcommands) -> None:
     """Add the command."""
     parser = add_command(
         commands,
-        "pin",
+        "record",
         "Fly a step, or take a log, and write a spec that later flights must fulfil.",
-        "workbench pin my_quad.spec.yaml --model my_quad.urdf.xacro --gains my_gains.yaml --axis x",
+        "workbench record quad.workbench.yaml --model quad.urdf.xacro --gains mine.yaml --axis x",
         run_pin,
+        other_name="pin",
     )
     parser.add_argument(
         "spec",
         type=Path,
-        metavar="NAME.spec.yaml",
+        metavar="NAME.workbench.yaml",
         help="to be written, with NAME.gains.yaml and NAME.baseline beside it",
     )
     what = parser.add_mutually_exclusive_group()
     what.add_argument("--axis", choices=("x", "y", "z", "yaw"), help="of the step (default: x)")
     what.add_argument(
-        "--load", choices=LOADS, help="of a step of a load in hover, see `workbench step --help`"
+        "--load",
+        choices=LOAD_CHOICES,
+        help="of a step of a load in hover, see `workbench step --help`",
     )
-    what.add_argument("--log", type=Path, metavar="LOG", help=f"take a flight: {LOG_HELP}")
+    what.add_argument("--from-log", type=Path, metavar="LOG", help=f"take a flight: {LOG_HELP}")
     add_option(
         parser,
         "--amplitude",
@@ -262,15 +266,17 @@ def add_pin(commands: Any) -> None:
 
 def run_pin(args: argparse.Namespace) -> int:
     """Fly or read, write and prove the spec."""
-    if args.log:
+    if args.from_log:
         return _pin_log(args)
     for option in ("loop", "span", "order", "mapping"):
         if getattr(args, option):
-            raise WorkbenchError(f"--{option} is for a log: give --log LOG too, or leave it out")
+            raise WorkbenchError(
+                f"--{option} is for a log: give --from-log LOG too, or leave it out"
+            )
     from workbench.design.pin import pin_step
 
     scenario = chosen_scenario(args)
-    axis = args.axis or AXIS
+    axis = args.axis or DEFAULT_PIN_AXIS
     with progress_bar("flying and proving a step") as progress:
         pinned = pin_step(
             args.spec,
@@ -309,15 +315,15 @@ def _pin_log(args: argparse.Namespace) -> int:
         raise WorkbenchError(
             f"--{given[0]} is for a step, and a log has flown already: leave it out"
         )
-    with progress_bar(f"pinning and proving {args.log.name}") as progress:
-        from workbench.design.pin import pin_log
+    with progress_bar(f"pinning and proving {args.from_log.name}") as progress:
+        from workbench.design.pin_log import pin_log
         from workbench.design.regress.running import regress
         from workbench.design.regress.spec import LogConfig
         from workbench.logs.judged_log import read_case
 
         vehicle = chosen_scenario(args).vehicle
         log = LogConfig(
-            file=str(args.log),
+            file=str(args.from_log),
             mapping=str(args.mapping or ""),
             number=args.log_number or 0,
             order=args.order,
@@ -329,7 +335,7 @@ def _pin_log(args: argparse.Namespace) -> int:
     failures = [said for each in results for said in each.failures]
     if failures:
         raise WorkbenchError(f"{pinned.spec}: what was pinned fails: {failures[0]}")
-    said = [f"pinned to the present values: {pinned.limits} numbers of {args.log}"]
+    said = [f"pinned to the present values: {pinned.limits} numbers of {args.from_log}"]
     if not args.model:
         said.append(f"the drone is taken to be a {vehicle.model}: give --model if another one flew")
     said += [f"left out: {name}: {reason}" for name, reason in pinned.left_out.items()]

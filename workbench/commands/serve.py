@@ -4,23 +4,23 @@ import argparse
 import sys
 import threading
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from workbench.commands import ExitCode
+from workbench.commands.chosen_vehicle import chosen_scenario, with_sensors
 from workbench.commands.options import (
+    Subcommands,
     add_command,
     add_json_option,
     add_sensor_options,
     add_vehicle_options,
-    with_sensors,
-    with_vehicle,
 )
 from workbench.commands.outputs import make_folder_of
-from workbench.commands.printing import print_json, print_json_line, say, terminal
-from workbench.commands.stopping import told_to_stop
+from workbench.commands.printing import print_json, print_json_line, print_message, terminal
+from workbench.commands.stopping import stop_event_on_signal
 from workbench.common.errors import WorkbenchError
-from workbench.link.address import DEFAULT_PORT, LOOPBACK
-from workbench.link.authority import NOBODY_YET
+from workbench.link.address import DEFAULT_PORT, LOOPBACK_HOST
+from workbench.link.authority import NO_HOLDER_YET
 
 if TYPE_CHECKING:
     from concurrent.futures import Future
@@ -31,14 +31,14 @@ if TYPE_CHECKING:
     from workbench.scenario.scenario import Scenario
 
 
-DEFAULT_SCENARIO = "network"
-STARTING = 30.0
+SERVER_SCENARIO = "network"
+SERVER_START_TIMEOUT_S = 30.0
 """Time limit for the server to listen [s]."""
-LOOK = 0.2
+FLIGHT_CHECK_PERIOD_S = 0.2
 """Period between checks of the flight [s]."""
 
 
-def add_parser(commands: Any) -> None:
+def add_parser(commands: Subcommands) -> None:
     """Add the command."""
     parser = add_command(
         commands,
@@ -49,13 +49,13 @@ def add_parser(commands: Any) -> None:
     )
     parser.add_argument(
         "--scenario",
-        default=DEFAULT_SCENARIO,
+        default=SERVER_SCENARIO,
         metavar="NAME|FILE",
-        help=f"scenario to fly; the flight continues after its end (default: {DEFAULT_SCENARIO}, "
+        help=f"scenario to fly; the flight continues after its end (default: {SERVER_SCENARIO}, "
         "a drone on the ground with IMU, GPS and lidar)",
     )
     parser.add_argument(
-        "--duration", type=_positive, metavar="T", help="end after this simulated time, in s"
+        "--duration", type=_positive, metavar="T", help="end after this simulated time [s]"
     )
     parser.add_argument(
         "--log", type=Path, metavar="FILE.mcap", help="record a log, see docs/logs.md"
@@ -64,9 +64,9 @@ def add_parser(commands: Any) -> None:
     group = parser.add_argument_group("network")
     group.add_argument(
         "--host",
-        default=LOOPBACK,
-        help=f"where to listen (default: {LOOPBACK}, this machine only; 0.0.0.0 for all networks "
-        "needs --token-file)",
+        default=LOOPBACK_HOST,
+        help=f"where to listen (default: {LOOPBACK_HOST}, this machine only; 0.0.0.0 for all "
+        "networks needs --token-file, --tls-cert and --tls-key)",
     )
     group.add_argument(
         "--port",
@@ -101,27 +101,32 @@ def run(args: argparse.Namespace) -> int:
     scenario = _scenario(args)
     if args.log:
         make_folder_of(args.log)
-    with told_to_stop() as stopped, LiveFlight(scenario, dict(args.set), draw=args.draw) as flight:
-        view = flight.wait(progress=say)
+    with (
+        stop_event_on_signal() as stopped,
+        LiveFlight(scenario, dict(args.set), draw=args.draw) as flight,
+    ):
+        view = flight.wait(progress=print_message)
         for remark in view.remarks:
-            say(remark)
-        address = _known(flight.serve(config), "the server listens")
+            print_message(remark)
+        address = _accepted_answer(flight.serve(config), "the server listens")
         if args.log:
-            say(f"logging to {_known(flight.keep_log(args.log), 'the log is begun')}")
+            print_message(
+                f"logging to {_accepted_answer(flight.keep_log(args.log), 'the log is begun')}"
+            )
         assert view.vehicle
         if args.json:
             print_json_line(_addresses(flight, view.vehicle.name, address))
         else:
             print(f"serving {view.vehicle.name} at {address}", flush=True)
         if view.url:
-            say(f"drawn at {view.url}")
+            print_message(f"drawn at {view.url}")
         if config.web:
-            _say_page(flight)
+            _print_page_address(flight)
         code = _watch(flight, args.duration, stopped)
         if args.log:
             flight.stop_log().result()  # a long log takes time to finish: no time limit
             if lost := flight.latest().network.log_said:
-                say(lost)
+                print_message(lost)
                 return ExitCode.NOT_AS_DEMANDED
         return code
 
@@ -144,26 +149,28 @@ def _config(args: argparse.Namespace) -> "ServerConfig":
 def _scenario(args: argparse.Namespace) -> "Scenario":
     """Return the scenario."""
     from workbench.common.resources import find_scenario
-    from workbench.scenario.scenario import load_scenario, without_arrays
+    from workbench.scenario.scenario_file import load_scenario, without_arrays
 
     scenario = load_scenario(find_scenario(args.scenario), args.controller, args.estimator)
-    scenario = with_vehicle(scenario, args)
-    if args.model and args.scenario == DEFAULT_SCENARIO and args.sensors is None:
+    scenario = chosen_scenario(args, scenario)
+    if args.model and args.scenario == SERVER_SCENARIO and args.sensors is None:
         scenario.sensors.use = []  # those of another drone may have other names, or not be there
-        say("no sensor is switched on: name them, as in `--sensors imu,gps,lidar`")
+        print_message("no sensor is switched on: name them, as in `--sensors imu,gps,lidar`")
     return without_arrays(with_sensors(scenario, args))  # no client gets arrays
 
 
-def _known(answer: "Future[str]", what: str) -> str:
+def _accepted_answer(answer: "Future[str]", what: str) -> str:
     """Return an answer of the flight.
 
     Raises:
         WorkbenchError: if it is a rejection, or does not come.
     """
     try:
-        return answer.result(STARTING)
+        return answer.result(SERVER_START_TIMEOUT_S)
     except TimeoutError as error:
-        raise WorkbenchError(f"more than {STARTING:g} s passed before {what}: try again") from error
+        raise WorkbenchError(
+            f"more than {SERVER_START_TIMEOUT_S:g} s passed before {what}: try again"
+        ) from error
 
 
 def _addresses(flight: "LiveFlight", vehicle: str, address: str) -> dict[str, str | None]:
@@ -173,14 +180,14 @@ def _addresses(flight: "LiveFlight", vehicle: str, address: str) -> dict[str, st
     return {"vehicle": vehicle, "address": address, "page": page or None, "drawn": view.url or None}
 
 
-def _say_page(flight: "LiveFlight") -> None:
+def _print_page_address(flight: "LiveFlight") -> None:
     """Print the address of the page, on a terminal also as a QR code."""
     from workbench.link.page_address import PageAddress
     from workbench.link.qr import terminal_code
 
     server = flight.latest().network.server
     assert server
-    say(f"page for phones and browsers: {PageAddress(server.page).said}")
+    print_message(f"page for phones and browsers: {PageAddress(server.page).said}")
     if sys.stderr.isatty():
         print(terminal_code(server.page), file=terminal())
 
@@ -190,8 +197,8 @@ def _watch(flight: "LiveFlight", duration: float | None, stopped: threading.Even
     from workbench.live.messages import Phase
 
     told: tuple[str, ...] = ()
-    who, ended, lost, autopilot = NOBODY_YET, "", "", ""
-    while not stopped.wait(LOOK):
+    who, ended, lost, autopilot = NO_HOLDER_YET, "", "", ""
+    while not stopped.wait(FLIGHT_CHECK_PERIOD_S):
         view = flight.latest()
         if view.phase is Phase.ENDED:
             raise WorkbenchError(view.said)
@@ -199,48 +206,48 @@ def _watch(flight: "LiveFlight", duration: float | None, stopped: threading.Even
         if network.server is None and network.said and not network.starts_again:
             raise WorkbenchError(network.said)
         if view.phase is Phase.BROKEN:
-            say(f"{view.said}; the server stops")
+            print_message(f"{view.said}; the server stops")
             return ExitCode.NOT_AS_DEMANDED
         if view.autopilot and view.autopilot.ended != autopilot:
             autopilot = view.autopilot.ended
-            say(autopilot)
-        ended = _say_server(view, ended)
+            print_message(autopilot)
+        ended = _print_server_state(view, ended)
         if view.network.log_said != lost:
             lost = view.network.log_said
-            say(lost)
-        told = _say_refusals(view, told)
-        who = _say_control(view, who)
+            print_message(lost)
+        told = _print_refusals(view, told)
+        who = _print_control(view, who)
         if duration is not None and view.snapshot and view.snapshot.time >= duration:
             break
     return ExitCode.NOT_AS_DEMANDED if autopilot else ExitCode.DONE
 
 
-def _say_server(view: "LiveView", before: str) -> str:
+def _print_server_state(view: "LiveView", before: str) -> str:
     """Report that the server has ended and is restarted, or listens; return the message."""
     network = view.network
     if network.server is None:
         if network.said and network.said != before:
-            say(network.said)
+            print_message(network.said)
         return network.said or before
     if before:
-        say(f"serving again at {network.server.address}")
+        print_message(f"serving again at {network.server.address}")
     return ""
 
 
-def _say_refusals(view: "LiveView", told: tuple[str, ...]) -> tuple[str, ...]:
+def _print_refusals(view: "LiveView", told: tuple[str, ...]) -> tuple[str, ...]:
     """Report rejections since the last call."""
     log = view.network.server.log if view.network.server else told
     for sentence in log:
         if sentence not in told:
-            say(f"refused: {sentence}")
+            print_message(f"refused: {sentence}")
     return log
 
 
-def _say_control(view: "LiveView", before: str) -> str:
+def _print_control(view: "LiveView", before: str) -> str:
     """Report changes of control."""
     reason = view.network.control.reason if view.network.control else before
     if reason != before:
-        say(reason)
+        print_message(reason)
     return reason
 
 
@@ -251,7 +258,7 @@ def _positive(text: str) -> float:
     return number
 
 
-def add_tokens(commands: Any) -> None:
+def add_tokens(commands: Subcommands) -> None:
     """Add the command."""
     parser = add_command(
         commands,
@@ -273,5 +280,7 @@ def run_tokens(args: argparse.Namespace) -> int:
     write_tokens(args.file)
     if args.json:
         print_json({"files": [args.file]})
-    say(f"wrote {args.file}: give others the token of a line, and keep the file to yourself")
+    print_message(
+        f"wrote {args.file}: give others the token of a line, and keep the file to yourself"
+    )
     return ExitCode.DONE

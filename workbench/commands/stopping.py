@@ -6,13 +6,13 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import FrameType
 
-from workbench.commands.printing import say
+from workbench.commands.printing import print_message
 
-ENDING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 """Signals that end a program: Ctrl-C, a system shutdown, a closed terminal."""
 
 
-class Stopped:
+class StopFlag:
     """Whether the program was asked to end; a call returns it.
 
     Attributes:
@@ -33,7 +33,7 @@ class Stopped:
 @contextmanager
 def stop_on_interrupt(
     stop: Callable[[], None] = lambda: None, keeps: str = "what is done"
-) -> Iterator[Stopped]:
+) -> Iterator[StopFlag]:
     """Yield whether Ctrl-C was pressed, or another signal came; a second one ends the program.
 
     Outside of the main thread it is always false, as no signal arrives there.
@@ -42,13 +42,13 @@ def stop_on_interrupt(
         stop: called with the signal.
         keeps: the results kept then, for a message.
     """
-    stopped = Stopped()
+    stopped = StopFlag()
     if threading.current_thread() is not threading.main_thread():
         yield stopped
         return
     before = {
         number: signal.getsignal(number)
-        for number in ENDING
+        for number in STOP_SIGNALS
         if signal.getsignal(number) is not signal.SIG_IGN  # as under nohup
     }
 
@@ -61,7 +61,7 @@ def stop_on_interrupt(
         stop()
         restore()
         again = "press Ctrl-C again" if number == signal.SIGINT else "send the signal again"
-        say(f"stopping with {keeps}; {again} to quit at once")
+        print_message(f"stopping with {keeps}; {again} to quit at once")
 
     for number in before:
         signal.signal(number, note)
@@ -72,7 +72,7 @@ def stop_on_interrupt(
 
 
 @contextmanager
-def told_to_stop() -> Iterator[threading.Event]:
+def stop_event_on_signal() -> Iterator[threading.Event]:
     """Yield an event that is set by Ctrl-C, or by a request to end the process."""
     stopped = threading.Event()
     if threading.current_thread() is not threading.main_thread():

@@ -2,25 +2,25 @@
 
 import argparse
 import math
+from collections.abc import Callable, Iterable
 from contextlib import ExitStack
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from workbench.commands import ExitCode
+from workbench.commands.chosen_vehicle import chosen_executor, chosen_setup, flown_with
 from workbench.commands.options import (
+    Subcommands,
     add_command,
     add_flight_options,
     add_option,
     add_scheduler_option,
-    chosen_executor,
-    chosen_scenario,
-    flown_with,
 )
 from workbench.commands.outputs import Outputs
-from workbench.commands.printing import pick, print_result, print_table, say
+from workbench.commands.printing import pick, print_message, print_result, print_table
 from workbench.commands.progress import progress_bar
-from workbench.commands.stopping import stop_on_interrupt
+from workbench.commands.stopping import StopFlag, stop_on_interrupt
 from workbench.common.errors import WorkbenchError
 
 if TYPE_CHECKING:
@@ -30,15 +30,15 @@ if TYPE_CHECKING:
     from workbench.design.sweep.table import SweepTable
 
 
-_PICTURE = "workbench.design.sweep.plot_sweep"
+_SWEEP_PLOT_MODULE = "workbench.design.sweep.plot_sweep"
 _OWN_LOOP = "axis"
 """Value of --margins without a name."""
-_NOTHING_FLIES = "no best is chosen: the best candidates were lost on the full diagram"
-_RANGE = "name low high points log"
+_NO_BEST_MESSAGE = "no best is chosen: the best candidates were lost on the full diagram"
+_RANGE_KEYS = "name low high points log"
 """Keys of a range in JSON."""
 
 
-def add_parser(commands: Any) -> None:
+def add_parser(commands: Subcommands) -> None:
     """Add the command."""
     parser = add_command(
         commands,
@@ -66,13 +66,13 @@ def add_parser(commands: Any) -> None:
         "--amplitude",
         type=float,
         metavar="A",
-        help="of the command in m/s, or rad/s for yaw (default: the paper's: 2, 2, 1, 0.2)",
+        help="of the command [m/s], for yaw [rad/s] (default: the paper's: 2, 2, 1, 0.2)",
     )
     parser.add_argument(
         "--duration",
         type=float,
         metavar="T",
-        help="flown after the command's edge, in s (default: until each candidate has settled by "
+        help="flown after the command's edge [s] (default: until each candidate has settled by "
         "the linear model, at least 5)",
     )
     add_option(
@@ -111,37 +111,41 @@ def add_parser(commands: Any) -> None:
 def run(args: argparse.Namespace) -> int:
     """Sweep, prove the best, print it, write table and picture."""
     from workbench.commands.drawer import Drawer
-    from workbench.control.controller import DEFAULT, load_controller
+    from workbench.control.controller_file import load_controller
+    from workbench.control.installed_laws import DEFAULT_CONTROLLER
     from workbench.design.executor.executor import all_cores
+    from workbench.design.metrics import MARGIN_METRICS, SWEPT_METRICS, find_metric
     from workbench.design.sweep.best import prove_best
     from workbench.design.sweep.case import default_axis
-    from workbench.design.sweep.kept_flights import SUFFIX
-    from workbench.design.sweep.table import check_table_path, write_table
+    from workbench.design.sweep.kept_flights import UNFINISHED_SUFFIX
+    from workbench.design.sweep.table import check_table_path, write_sweep_table
 
+    if find_metric(args.metric, SWEPT_METRICS) in MARGIN_METRICS and not args.margins:
+        raise WorkbenchError(f"{args.metric} is not measured: add --margins")
     names = [text.partition("=")[0].strip() for text in args.ranges]
-    args.axis = args.axis or default_axis(names, load_controller(args.controller or DEFAULT))
+    args.axis = args.axis or default_axis(
+        names, load_controller(args.controller or DEFAULT_CONTROLLER)
+    )
     table_path = args.table or args.output / f"sweep-{args.axis}.csv"
     check_table_path(table_path)
-    kept = table_path.with_name(f"{table_path.name}{SUFFIX}")
-    if args.scheduler and not args.full:
-        raise WorkbenchError("a cluster flies the full diagram: add --full to --scheduler")
+    kept = table_path.with_name(f"{table_path.name}{UNFINISHED_SUFFIX}")
     with Outputs() as outputs, stop_on_interrupt() as stopped, ExitStack() as stack:
         log = outputs.add(table_path)
         drawer = None
         if not args.no_plots:
             plot = outputs.add(args.output / f"sweep-{args.axis}.png")
-            drawer = stack.enter_context(Drawer(_PICTURE))
+            drawer = stack.enter_context(Drawer(_SWEEP_PLOT_MODULE))
         with (
             chosen_executor(args.scheduler, all_cores()) as executor,
-            progress_bar(f"sweeping {len(args.ranges)} parameters") as progress,
+            progress_bar(f"sweeping {', '.join(names)}") as progress,
         ):
             table = _sweep(args, executor, progress, stopped, kept)
         if not len(table):
             raise KeyboardInterrupt  # there is nothing to write
         best = prove_best(table, args.metric)
         if drawer:
-            drawer.begin(plot, _PICTURE, "plot_sweep", table, args.metric, best)
-        write_table(table, log)
+            drawer.begin(plot, _SWEEP_PLOT_MODULE, "plot_sweep", table, args.metric, best)
+        write_sweep_table(table, log)
         if drawer:
             drawer.finish()
     if len(table) == table.planned:
@@ -151,7 +155,7 @@ def run(args: argparse.Namespace) -> int:
     print_result(args, result, print_sweep, *shown, flown_with(args), files=outputs.files)
     if len(table) < table.planned:
         again = "; the same command flies the others" if kept.exists() else ""
-        say(
+        print_message(
             f"interrupted after {len(table)} of {table.planned} candidates; those are in the table"
             f"{again}"
         )
@@ -160,33 +164,33 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _sweep(
-    args: argparse.Namespace, executor: "Executor", progress: Any, stopped: Any, kept: Path
+    args: argparse.Namespace,
+    executor: "Executor",
+    progress: Callable[[float], None],
+    stopped: StopFlag,
+    kept: Path,
 ) -> "SweepTable":
     """Fly the sweep from the command line."""
-    from workbench.design.metrics import MARGINS, SWEPT, find_metric
-    from workbench.design.reproduce import COMMANDS
+    from workbench.design.reproduce import PAPER_COMMANDS
     from workbench.design.sweep.case import axis_loop
     from workbench.design.sweep.compiled_flights import fly_fastest
     from workbench.design.sweep.full_flights import fly_full
     from workbench.design.sweep.sweep import sweep
-    from workbench.scenario.scenario import flown_controller
 
-    if find_metric(args.metric, SWEPT) in MARGINS and not args.margins:
-        raise WorkbenchError(f"{args.metric} is not measured: add --margins")
-    scenario = chosen_scenario(args)
-    law = flown_controller(scenario)
+    setup = chosen_setup(args)
     return sweep(
         args.ranges,
         method=args.method,
         samples=args.samples,
         seed=args.seed,
         axis=args.axis,
-        amplitude=COMMANDS[args.axis] if args.amplitude is None else args.amplitude,
+        amplitude=PAPER_COMMANDS[args.axis] if args.amplitude is None else args.amplitude,
         duration=args.duration,
-        scenario=scenario,
-        settings=dict(args.set),
-        loop=axis_loop(args.axis, law) if args.margins == _OWN_LOOP else args.margins,
-        fly=partial(fly_full if args.full else fly_fastest, executor=executor),
+        scenario=setup,
+        loop=axis_loop(args.axis, setup.controller) if args.margins == _OWN_LOOP else args.margins,
+        fly=partial(fly_full, executor=executor)
+        if args.full
+        else partial(fly_fastest, cluster=executor if args.scheduler else None),
         progress=progress,
         stop=stopped,
         kept=kept,
@@ -194,25 +198,26 @@ def _sweep(
 
 
 def sweep_result(table: "SweepTable", best: "BestCandidate | None", metric: str) -> dict[str, Any]:
-    """Return everything as JSON has it; angles in rad."""
+    """Return everything as JSON has it: margins in degrees, other angles in rad."""
     import numpy as np
 
-    from workbench.design.metrics import FLOWN
+    from workbench.design.metrics import FLOWN_METRICS
     from workbench.design.sweep.best import why_no_best
 
     swept = [each.name for each in table.ranges]
-    measured = [each.name for each in table.metrics]
+    measured = [each.file_name for each in table.metrics]
+    factors = [each.file_factor for each in table.metrics]
     return {
         **pick(table, "vehicle method seed planned"),
         **pick(table.case, "axis amplitude duration"),
         "set": table.case.settings,
         "variation": table.case.scenario.vehicle.variation,
-        "ranges": [pick(each, _RANGE) for each in table.ranges],
+        "ranges": [pick(each, _RANGE_KEYS) for each in table.ranges],
         "flown": len(table),
         "diverged": int(np.isfinite(table.diverged_at).sum()),
         "metric": metric,
-        "present": _named(swept, table.present) | _named(measured, table.present_values),
-        "no_best": "" if best else why_no_best(table, metric) or _NOTHING_FLIES,
+        "present": _named(swept, table.present) | _named(measured, table.present_values * factors),
+        "no_best": "" if best else why_no_best(table, metric) or _NO_BEST_MESSAGE,
         "unmoved": table.unmoved(metric),
         "withheld": int(table.withheld.sum()),
         "missed": int(table.missed.sum()),
@@ -221,14 +226,14 @@ def sweep_result(table: "SweepTable", best: "BestCandidate | None", metric: str)
         else {
             "row": best.index,
             **_named(swept, best.parameters),
-            **_named(measured, best.values),
-            "on_full_diagram": _named([each.name for each in FLOWN], best.flown),
-            "difference": _named([each.name for each in FLOWN], best.difference),
+            **_named(measured, best.values * factors),
+            "on_full_diagram": _named([each.name for each in FLOWN_METRICS], best.flown),
+            "difference": _named([each.name for each in FLOWN_METRICS], best.difference),
             "refused_rows": best.refused,
             "present_is_better": table.present_is_better(metric, best.index),
         },
-        "columns": dict(zip(table.names, table.units, strict=True)),
-        "candidates": [_named(table.names, row) for row in table.rows],
+        "columns": dict(zip(table.file_names, table.file_units, strict=True)),
+        "candidates": [_named(table.file_names, row) for row in table.file_rows],
     }
 
 
@@ -238,9 +243,10 @@ def print_sweep(
     """Print the best candidate, the present values, and its flight on the full diagram."""
     import numpy as np
 
-    from workbench.design.metrics import FLOWN, for_people
-    from workbench.design.sweep.best import what_does_not_move, why_no_best
-    from workbench.design.sweep.table import ARRIVED
+    from workbench.common.quantity import display_unit
+    from workbench.design.metrics import FLOWN_METRICS
+    from workbench.design.sweep.best import unaffected_numbers_text, why_no_best
+    from workbench.design.sweep.table import MAX_ARRIVED_ERROR_PCT
     from workbench.scenario.axes import find_axis
 
     case = table.case
@@ -250,22 +256,22 @@ def print_sweep(
         f"{len(table)} candidates, {case.axis} step of {case.amplitude:g} {unit}, "
         f"{table.vehicle} {flown_with}: {lost} diverged"
     )
-    note = what_does_not_move(table, metric)
+    note = unaffected_numbers_text(table, metric)
     withheld = int(table.withheld.sum())
     if withheld:
         within = "" if case.duration is None else f" within {case.duration:g} s"
         hint = within and "; without --duration each flies until it settles"
-        say(
+        print_message(
             f"{withheld} have no numbers, as they did not settle{within} or did not begin at "
             f"rest{hint}"
         )
     if best is None:
-        why = why_no_best(table, metric) or _NOTHING_FLIES
+        why = why_no_best(table, metric) or _NO_BEST_MESSAGE
         print(why)
         if note and note not in why:
-            say(note)
+            print_message(note)
         return
-    flew = dict(zip((each.name for each in FLOWN), best.flown, strict=True))
+    flew = dict(zip((each.name for each in FLOWN_METRICS), best.flown, strict=True))
     rows = [("", "present", "best", "full diagram", "")]
     rows += [
         (
@@ -273,7 +279,7 @@ def print_sweep(
             f"{now:.4g}",
             "any" if each.name in best.unmoved else f"{value:.4g}",
             "",
-            for_people(each.unit)[1],
+            display_unit(each.unit).symbol,
         )
         for each, now, value in zip(table.ranges, table.present, best.parameters, strict=True)
     ]
@@ -283,38 +289,38 @@ def print_sweep(
         checked = _text(each, flew[each.name]) if each.name in flew else ""
         rows.append(
             (
-                _marked(each, metric),
+                f"{each.name} *" if each.name == metric else each.name,
                 _text(each, now),
                 _text(each, value),
                 checked,
-                for_people(unit)[1],
+                display_unit(unit).symbol,
             )
         )
     print_table(rows, left=(0, 4))
     if note:
-        say(note)
+        print_message(note)
     if table.present_is_better(metric, best.index):
-        say(f"the present values are better by {metric}: keep them, or sweep other ranges")
+        print_message(
+            f"the present values are better by {metric}: keep them, or sweep other ranges"
+        )
     if missed := int(table.missed.sum()):
-        say(f"{missed} rank last, as they settle more than {ARRIVED:g} % from the command")
+        print_message(
+            f"{missed} rank last, as they settle more than {MAX_ARRIVED_ERROR_PCT:g} % from the "
+            "command"
+        )
     if best.refused:
-        say(f"{len(best.refused)} that ranked before it diverged on the full diagram")
+        print_message(f"{len(best.refused)} that ranked before it diverged on the full diagram")
     error = best.values[[each.name for each in table.metrics].index("steady_state_error")]
-    if not error <= ARRIVED:
-        say(f"no candidate comes within {ARRIVED:g} % of the command")
+    if not error <= MAX_ARRIVED_ERROR_PCT:
+        print_message(f"no candidate comes within {MAX_ARRIVED_ERROR_PCT:g} % of the command")
 
 
-def _named(names: Any, values: Any) -> dict[str, float]:
+def _named(names: Iterable[str], values: Iterable[float]) -> dict[str, float]:
     return dict(zip(names, map(float, values), strict=True))
 
 
-def _marked(metric: "Metric", chosen: str) -> str:
-    """Return the name of a metric, with a mark for the one of the ranking."""
-    return f"{metric.name} *" if metric.name == chosen else metric.name
-
-
 def _text(metric: "Metric", value: float) -> str:
-    from workbench.design.metrics import for_people
+    from workbench.common.quantity import display_unit
 
-    scaled = for_people(metric.unit)[0] * value
+    scaled = display_unit(metric.unit).factor * value
     return "—" if math.isnan(scaled) else f"{scaled:.4g}"

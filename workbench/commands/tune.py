@@ -2,38 +2,38 @@
 
 import argparse
 import math
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from workbench.commands import ExitCode
+from workbench.commands.chosen_vehicle import chosen_setup
 from workbench.commands.options import (
+    Subcommands,
     add_command,
     add_flight_options,
     add_option,
     add_repeated,
-    chosen_scenario,
 )
 from workbench.commands.outputs import Outputs, check_writable, make_folder_of
-from workbench.commands.printing import pick, print_result, print_table, say, terminal
-from workbench.commands.stopping import Stopped, stop_on_interrupt
+from workbench.commands.printing import pick, print_message, print_result, print_table
+from workbench.commands.progress import progress_bar
+from workbench.commands.stopping import StopFlag, stop_on_interrupt
 from workbench.common.errors import WorkbenchError
-from workbench.common.plain_text import plain_name
 
 if TYPE_CHECKING:
     from workbench.control.controller import Controller
     from workbench.design.tune.tuner import Tuner
-    from workbench.design.tune.tuning import Progress, Result, Tuning
+    from workbench.design.tune.tuning import Tuning, TuningProgress, WishResult
     from workbench.design.tune.wish import Wishes
 
 
-def add_parser(commands: Any) -> None:
+def add_parser(commands: Subcommands) -> None:
     """Add the command."""
     parser = add_command(
         commands,
         "tune",
-        "Find gains that meet wishes on the vehicle and on vehicles near it, and prove them in "
+        "Find gains that meet wishes on the vehicle and on vehicles near it, and verify them in "
         "flight.",
         'workbench tune --wish "level.rise_time<=0.4" --wish "tilt.phase_margin>=45deg"',
         run,
@@ -85,9 +85,11 @@ def add_parser(commands: Any) -> None:
         type=_positive(float),
         default=float("inf"),
         metavar="SECONDS",
-        help="time to search, at most (default: until all candidates are flown)",
+        help="time to search, at most [s] (default: until all candidates are flown)",
     )
-    group.add_argument("--seed", type=int, default=0, metavar="N", help="(default: 0)")
+    group.add_argument(
+        "--seed", type=int, default=0, metavar="N", help="of the random starts (default: 0)"
+    )
     parser.add_argument(
         "--save",
         type=Path,
@@ -101,14 +103,12 @@ def run(args: argparse.Namespace) -> int:
     """Tune, print the table, write gains, report and figure; return 1 if wishes cannot be met."""
     from workbench.design.linear.operating_point import steady_velocity
     from workbench.design.tune.tuner import Tuner
-    from workbench.scenario.scenario import flown_controller
 
-    scenario = chosen_scenario(args)
-    law = flown_controller(scenario)
+    setup = chosen_setup(args)
+    law = setup.controller
     tuner = Tuner(
-        scenario,
-        _wishes(args, law, scenario.vehicle.rotors),
-        settings=dict(args.set),
+        setup,
+        _wishes(args, law, setup.scenario.vehicle.rotors),
         separate=args.separate,
         evaluations=args.evaluations,
         seconds=args.budget,
@@ -130,7 +130,7 @@ def run(args: argparse.Namespace) -> int:
     if found.met:
         return ExitCode.DONE
     for sentence in conclusion(found):
-        say(sentence)
+        print_message(sentence)
     return stopped.exit_code if stopped() else ExitCode.NOT_AS_DEMANDED
 
 
@@ -143,7 +143,7 @@ def _wishes(args: argparse.Namespace, law: "Controller", rotors: str) -> "Wishes
 
     from workbench.common.resources import find_file
     from workbench.design.tune.case import Robustness, identified_robustness
-    from workbench.design.tune.wish import Wishes, load_wishes, merged, parse_wish
+    from workbench.design.tune.wish import Wishes, load_wishes, merged_wishes, parse_wish
 
     wishes = load_wishes(find_file(str(args.wishes)), law) if args.wishes else Wishes()
     said = [wish for text in args.wish for wish in parse_wish(text, law=law)]
@@ -151,46 +151,32 @@ def _wishes(args: argparse.Namespace, law: "Controller", rotors: str) -> "Wishes
     if rotors and robustness == Robustness():
         robustness = identified_robustness(find_file(rotors)) or robustness
     if robustness != wishes.robustness:
-        say(
+        print_message(
             f"by the intervals in {rotors} the mass may differ by {robustness.mass:.1%}, inertia "
             f"by {robustness.inertia:.1%}, rotor lag by {robustness.rotor_lag:.1%}"
         )
     return dataclasses.replace(
         wishes,
         robustness=robustness,
-        wishes=tuple(merged([*wishes.wishes, *said])),
+        wishes=tuple(merged_wishes([*wishes.wishes, *said])),
         defaults=wishes.defaults and not args.no_defaults,
     )
 
 
-def _tuned(tuner: "Tuner") -> "tuple[Tuning, Stopped]":
-    """Run, and show the best so far; the first Ctrl-C ends the search and keeps its results."""
-    with _bar() as show, stop_on_interrupt(tuner.stop, "the best so far") as stopped:
-        found = tuner.run(lambda progress: show(progress.share, progress_line(progress)))
+def _tuned(tuner: "Tuner") -> "tuple[Tuning, StopFlag]":
+    """Run, and show the best so far; the first Ctrl-C ends the search and keeps its results.
+
+    Before the search there are none, so that it ends the command.
+    """
+    with progress_bar("tuning") as show:
+
+        def tell(progress: "TuningProgress") -> None:
+            show(progress.share, progress_line(progress))
+
+        tuner.prepare(tell)
+        with stop_on_interrupt(tuner.stop, "the best so far") as stopped:
+            found = tuner.run(tell)
         return found, stopped
-
-
-@contextmanager
-def _bar() -> Iterator[Any]:
-    """Show a bar on stderr if that is a terminal; yield a function of the share done and a text."""
-    import sys
-
-    from tqdm import tqdm
-
-    with tqdm(
-        total=100,
-        file=terminal(),
-        disable=not sys.stderr.isatty(),
-        bar_format="{percentage:3.0f} %|{bar:20}| {elapsed} {desc}",
-        leave=False,
-    ) as bar:
-
-        def show(share: float, text: str) -> None:
-            bar.set_description_str(plain_name(text), refresh=False)
-            bar.n = 100.0 * share
-            bar.refresh()  # update() does not show a new text for an unchanged share
-
-        yield show
 
 
 def _write(found: "Tuning", report: Path, picture: Path | None) -> None:
@@ -224,10 +210,10 @@ def _save(found: "Tuning", path: Path) -> None:
     save_gains(path, found.profile, found.controller)
 
 
-def _positive(kind: type) -> Any:
+def _positive(kind: type) -> Callable[[str], float]:
     """Return a parser of numbers above 0."""
 
-    def parse(text: str) -> Any:
+    def parse(text: str) -> float:
         try:
             value = kind(text)
         except ValueError:
@@ -239,35 +225,33 @@ def _positive(kind: type) -> Any:
     return parse
 
 
-def progress_line(progress: "Progress") -> str:
+def progress_line(progress: "TuningProgress") -> str:
     """Return a line on the best candidate so far."""
-    from workbench.design.metrics import shown
-
     if progress.best is None or progress.worst is None:
         return progress.phase
     metric = progress.worst.wish.metric
     reserve = 100.0 * progress.best.reserve
     return (
         f"{progress.phase}; best so far: {progress.worst.wish.name} "
-        f"{shown(metric, progress.value)} ({reserve:+.0f} % to spare)"
+        f"{metric.text(progress.value)} ({reserve:+.0f} % to spare)"
     )
 
 
 def print_tuning(found: "Tuning") -> None:
     """Print wishes, gains and the proof."""
-    from workbench.control.controller import DEFAULT
-    from workbench.design.metrics import shown
+    from workbench.control.installed_laws import DEFAULT_CONTROLLER
     from workbench.design.tune.report import gain_rows, proof_rows, wish_rows
 
-    whose = "" if found.controller.name == DEFAULT else f" with {found.controller.name}"
+    whose = "" if found.controller.name == DEFAULT_CONTROLLER else f" with {found.controller.name}"
     searched = f"{len(found.wishes)} wishes, {found.evaluations} candidates evaluated"
     print(f"{found.vehicle}{whose}: {searched}")
     for remark in (*found.shortfalls, *found.remarks):
         print(remark)
     for each in found.given_up:
-        say(
+        print_message(
             f"not met, and not wished: {each.required}, a default; it has "
-            f"{shown(each.required.wish.metric, each.after)}. --no-defaults leaves defaults out"
+            f"{each.required.wish.metric.text(each.after)}. --no-defaults leaves defaults "
+            "out"
         )
     print()
     print_table(
@@ -293,9 +277,8 @@ def conclusion(found: "Tuning") -> list[str]:
     if found.conflicts:
         return [str(conflict) for conflict in found.conflicts]
     short = min(found.deciding, key=lambda result: result.reserve)
-    from workbench.design.metrics import shown
 
-    value = shown(short.required.wish.metric, short.after)
+    value = short.required.wish.metric.text(short.after)
     nearest = f"no gains that meet all wishes were found: {short.required} is nearest with {value}"
     if found.stopped:
         return [f"ended early; so far {nearest}"]
@@ -303,7 +286,7 @@ def conclusion(found: "Tuning") -> list[str]:
 
 
 def tuning_json(found: "Tuning") -> dict[str, Any]:
-    """Return the results for JSON, in SI units."""
+    """Return the results for JSON, in SI units but for margins, which are in degrees."""
     return {
         **pick(found, "vehicle met stopped evaluations shortfalls remarks"),
         "controller": found.controller.name,
@@ -315,20 +298,20 @@ def tuning_json(found: "Tuning") -> dict[str, Any]:
         },
         "proof": [
             {
-                "wish": required.wish.name,
+                "wish": required.wish.file_name,
                 "case": required.case,
-                "bound": required.bound,
-                "flown": value,
+                "bound": required.wish.metric.file_factor * required.bound,
+                "flown": required.wish.metric.file_factor * value,
                 "met": required.met(value),
             }
             for required, value in (found.proof.values if found.proof else ())
         ],
         "conflicts": [
             {
-                "wish": conflict.wish.name,
-                "against": [wish.name for wish in conflict.against],
-                "bound": conflict.required.bound,
-                "nearest": conflict.nearest,
+                "wish": conflict.wish.file_name,
+                "against": [wish.file_name for wish in conflict.against],
+                "bound": conflict.wish.metric.file_factor * conflict.required.bound,
+                "nearest": conflict.wish.metric.file_factor * conflict.nearest,
                 "sentence": str(conflict),
             }
             for conflict in found.conflicts
@@ -336,17 +319,18 @@ def tuning_json(found: "Tuning") -> dict[str, Any]:
     }
 
 
-def _result(result: "Result") -> dict[str, Any]:
-    required = result.required
+def _result(result: "WishResult") -> dict[str, Any]:
+    required, metric = result.required, result.required.wish.metric
+    factor = metric.file_factor
     return {
-        "wish": required.wish.name,
+        "wish": required.wish.file_name,
         "origin": required.wish.origin,
         "case": required.case,
-        "unit": required.wish.metric.unit,
+        "unit": metric.file_unit,
         "at_least": required.wish.at_least,
-        "bound": required.bound,
+        "bound": factor * required.bound,
         "widened_from": required.widened,
-        "before": result.before if math.isfinite(result.before) else None,
-        "after": result.after,
+        "before": factor * result.before if math.isfinite(result.before) else None,
+        "after": factor * result.after,
         "met": result.met,
     }

@@ -5,19 +5,19 @@ code, which holds Python's lock.
 """
 
 import ast
+import types
 from pathlib import Path
-from typing import Any
 
 from workbench.common.errors import WorkbenchError
 
-MOST_TURNS = 1_000_000
+MAX_LOOP_TURNS = 1_000_000
 """Number of turns of the loops in one call of a function after which one counts as endless."""
-_ERROR, _TURNS = "_does_not_end", "_turns"
-_FINITE = {"enumerate", "zip", "reversed", "sorted", "list", "tuple", "dict", "set"}
+_LOOP_ERROR_NAME, _TURN_COUNTER = "_does_not_end", "_turns"
+_FINITE_ITERATORS = {"enumerate", "zip", "reversed", "sorted", "list", "tuple", "dict", "set"}
 """Functions whose result ends if their argument does."""
 
 
-def bounded_code(text: str, file: Path) -> Any:
+def bounded_code(text: str, file: Path) -> types.CodeType:
     """Compile a text so that each loop in its functions ends.
 
     Args:
@@ -31,7 +31,7 @@ def bounded_code(text: str, file: Path) -> Any:
     return compile(ast.fix_missing_locations(tree), str(file), "exec")
 
 
-NAMES = {_ERROR: WorkbenchError}
+LOOP_CHECK_NAMES = {_LOOP_ERROR_NAME: WorkbenchError}
 """Names that the compiled text uses."""
 
 
@@ -52,7 +52,7 @@ class _Bounded(ast.NodeTransformer):
         self.generic_visit(node)
         if self._counts:
             at = 1 if ast.get_docstring(node, clean=False) is not None else 0
-            node.body.insert(at, _lines(f"{_TURNS} = 0", node)[0])
+            node.body.insert(at, _lines(f"{_TURN_COUNTER} = 0", node)[0])
         self._in_function, self._counts = before
         return node
 
@@ -62,36 +62,39 @@ class _Bounded(ast.NodeTransformer):
             self._count(node)
         return node
 
-    def visit_For(self, node: ast.For) -> Any:
+    def visit_For(self, node: ast.For) -> ast.AST | list[ast.stmt]:
         self.generic_visit(node)
         if not self._in_function or not isinstance(node.iter, ast.Call):
             return node
         name = node.iter.func.id if isinstance(node.iter.func, ast.Name) else ""
         if name == "range":
             return self._check_range(node, node.iter)
-        if name not in _FINITE:
+        if name not in _FINITE_ITERATORS:
             self._count(node)
         return node
 
     def _count(self, node: ast.While | ast.For) -> None:
         """Let each turn of a loop count."""
         self._counts = True
-        check = f"{_TURNS} += 1\nif {_TURNS} > {MOST_TURNS}:\n    {self._refusal(node)}"
+        check = (
+            f"{_TURN_COUNTER} += 1\nif {_TURN_COUNTER} > {MAX_LOOP_TURNS}:\n    "
+            f"{self._refusal(node)}"
+        )
         node.body = [*_lines(check, node), *node.body]
 
-    def _check_range(self, node: ast.For, called: ast.Call) -> Any:
+    def _check_range(self, node: ast.For, called: ast.Call) -> ast.AST | list[ast.stmt]:
         """Check the length of a range before the loop over it, whose turns stay as they are."""
         if all(isinstance(each, ast.Constant) for each in called.args):
             return node
         name = f"_range_{node.lineno}_{node.col_offset}"
         make = ast.Assign([ast.Name(name, ast.Store())], called)
-        check = _lines(f"if len({name}) > {MOST_TURNS}:\n    {self._refusal(node)}", node)
+        check = _lines(f"if len({name}) > {MAX_LOOP_TURNS}:\n    {self._refusal(node)}", node)
         node.iter = ast.Name(name, ast.Load())
         return [ast.copy_location(make, node), *check, node]
 
     def _refusal(self, node: ast.stmt) -> str:
         said = f"{self._file}:{node.lineno}: does not end: it has an endless loop"
-        return f"raise {_ERROR}({said!r})"
+        return f"raise {_LOOP_ERROR_NAME}({said!r})"
 
 
 def _lines(source: str, at: ast.stmt) -> list[ast.stmt]:

@@ -9,10 +9,10 @@ from pathlib import Path
 
 from workbench.common.errors import WorkbenchError
 
-_OURS = "drake-drone-workbench"
+_CACHE_FOLDER_NAME = "drake-drone-workbench"
 PROGRESS_LOGGER = "workbench.progress"
 """Name of the logger for the progress of slow computations."""
-REPEATED = {"repeated": True}
+REPEATED_RECORD = {"repeated": True}
 """Marks a record of that logger as one of many about the same work."""
 
 
@@ -31,7 +31,7 @@ def cache_folder(name: str) -> Path:
         home = Path(os.environ.get("XDG_CACHE_HOME", ""))
         if not home.is_absolute():  # the specification says to ignore relative ones
             home = Path.home() / ".cache"
-        return _writable(home / _OURS / name)
+        return _writable(home / _CACHE_FOLDER_NAME / name)
     except (OSError, RuntimeError):  # a read-only home, or (RuntimeError) no home
         return _temporary(name)
 
@@ -76,10 +76,10 @@ def _private_folder() -> Path:
 
     Its name can be guessed, so another user may have created it: then it is not used.
     """
-    folder = Path(tempfile.gettempdir()) / f"{_OURS}-{os.getuid()}"
+    folder = Path(tempfile.gettempdir()) / f"{_CACHE_FOLDER_NAME}-{os.getuid()}"
     folder.mkdir(mode=0o700, exist_ok=True)
     status = folder.lstat()
     shut = stat.S_ISDIR(status.st_mode) and not status.st_mode & 0o077
     if shut and status.st_uid == os.getuid():
         return folder
-    return Path(tempfile.mkdtemp(prefix=f"{_OURS}-"))
+    return Path(tempfile.mkdtemp(prefix=f"{_CACHE_FOLDER_NAME}-"))

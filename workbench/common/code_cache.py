@@ -12,8 +12,11 @@ from pathlib import Path
 from typing import Any
 
 from numba.core.caching import FunctionCache, IndexDataCacheFile
+from numba.core.codegen import CPUCodegen
 from numba.core.compiler import CompileResult
+from numba.core.cpu import CPUContext
 from numba.core.serialize import dumps
+from numba.core.types import Type
 
 
 class CodeCache(FunctionCache):
@@ -33,14 +36,16 @@ class CodeCache(FunctionCache):
         self._cache_file = IndexDataCacheFile(self._cache_path, name, source_stamp="")
         self.enable()
 
-    def holds(self, types: tuple[Any, ...], target: Any) -> bool:
+    def holds(self, types: tuple[Type, ...], target: CPUContext) -> bool:
         """Return whether there is code for types of arguments."""
         try:
             return self._index_key(types, target.codegen()) in self._cache_file._load_index()
         except Exception:  # pickle raises any kind for a damaged file
             return False
 
-    def load_overload(self, sig: Any, target_context: Any) -> Any:
+    def load_overload(
+        self, sig: tuple[Type, ...], target_context: CPUContext
+    ) -> CompileResult | None:
         """Return the `CompileResult` for types of arguments, or None if there is none."""
         target_context.refresh()
         try:
@@ -56,7 +61,7 @@ class CodeCache(FunctionCache):
                 self.flush()
             return None
 
-    def save_overload(self, sig: Any, data: Any) -> None:
+    def save_overload(self, sig: tuple[Type, ...], data: CompileResult) -> None:
         """Keep a `CompileResult`, unless it refers to objects of this process."""
         if data.lifted or data.library.has_dynamic_globals:
             return
@@ -65,5 +70,5 @@ class CodeCache(FunctionCache):
             key = self._index_key(sig, data.codegen)
             self._cache_file.save(key, (hashlib.sha256(content).digest(), content))
 
-    def _index_key(self, sig: Any, codegen: Any) -> tuple[Any, ...]:
+    def _index_key(self, sig: tuple[Type, ...], codegen: CPUCodegen) -> tuple[Any, ...]:
         return sig, codegen.magic_tuple()

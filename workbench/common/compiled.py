@@ -16,16 +16,22 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from functools import partial
 from pathlib import Path
-from typing import IO, Any
+from typing import IO, TYPE_CHECKING, Any
 
-from workbench.common.cache import PROGRESS_LOGGER, REPEATED, cache_folder, release
+from workbench.common.cache import PROGRESS_LOGGER, REPEATED_RECORD, cache_folder, release
 from workbench.common.errors import WorkbenchError
-from workbench.common.jitable import tell_numba
+from workbench.common.jitable import register_with_numba
+from workbench.common.optional_package import has_package, install_command
+from workbench.common.resources import PACKAGE_FOLDER
 
-_PACKAGE = Path(__file__).parent.parent
-PERIOD = 3.0
+if TYPE_CHECKING:
+    from numba.core.dispatcher import Dispatcher
+    from numba.core.event import Event
+    from numba.core.types import Type
+
+WAIT_MESSAGE_PERIOD_S = 3.0
 """Period between messages about one wait [s]."""
-PATIENCE = 1.5
+MAX_SILENT_WAIT_S = 1.5
 """Longest wait for another process or thread without a message [s]."""
 
 
@@ -108,7 +114,18 @@ class Compiled:
         return folder is not None and any(folder.glob("*.nbi"))
 
     def _begun(self) -> Callable[..., Any]:
-        """Return what numba makes of the function, or the function if NUMBA_DISABLE_JIT is set."""
+        """Return what numba makes of the function.
+
+        It is the function itself if NUMBA_DISABLE_JIT is set, or without numba, with a warning.
+        """
+        if not has_package("numba"):
+            logging.getLogger("workbench").warning(
+                "%s: without numba Python computes them, which is slow: run `%s`",
+                self._what,
+                install_command("numba"),
+            )
+            self._run = self._function
+            return self._run
         import numba  # takes a quarter of a second, and most commands compile nothing
 
         from workbench.common.code_cache import CodeCache
@@ -125,8 +142,12 @@ class Compiled:
             return self._run
 
     def _compile(
-        self, run: Any, compile_: Callable[..., Any], folder: Path | None, types: tuple[Any, ...]
-    ) -> Any:
+        self,
+        run: Any,
+        compile_: Callable[..., Any],
+        folder: Path | None,
+        types: "tuple[Type, ...]",
+    ) -> Callable[..., Any]:
         """Load or compile the code for types of arguments; numba's dispatcher calls it.
 
         Args:
@@ -143,17 +164,19 @@ class Compiled:
 
         kept = folder and run._cache.holds(types, run.targetctx)
         with (
-            _alone(None if kept else folder, self._what),
+            _compilation_lock(None if kept else folder, self._what),
             global_compiler_lock,  # threads share the functions marked for numba
-            _told(run, self._what, self._parts),
+            _report_compilation(run, self._what, self._parts),
         ):
-            tell_numba()
+            register_with_numba()
             try:
                 return compile_(types)
             except (NumbaError, UnsupportedBytecodeError) as error:
                 if not self._file:
                     raise
-                raise WorkbenchError(uncompilable(str(error), self._file, self._page)) from None
+                raise WorkbenchError(
+                    numba_error_sentence(str(error), self._file, self._page)
+                ) from None
 
     def _folder(self) -> Path | None:
         """Return the folder of its cache, or None if no folder can be written."""
@@ -166,7 +189,7 @@ class Compiled:
         return folder
 
 
-def uncompilable(said: str, file: str, page: str) -> str:
+def numba_error_sentence(said: str, file: str, page: str) -> str:
     """Return numba's complaint about a user's file as a sentence.
 
     Args:
@@ -193,7 +216,7 @@ def uncompilable(said: str, file: str, page: str) -> str:
 
 
 @contextmanager
-def _told(dispatcher: Any, what: str, parts: int) -> Iterator[None]:
+def _report_compilation(dispatcher: "Dispatcher", what: str, parts: int) -> Iterator[None]:
     """Report the progress of compiling a function.
 
     numba reports each function that it compiles, the outermost first, and LLVM processes all of
@@ -207,21 +230,24 @@ def _told(dispatcher: Any, what: str, parts: int) -> Iterator[None]:
     class Listener(event.Listener):
         done = 0
 
-        def on_start(self, event: Any) -> None:
-            if event.data["dispatcher"] is dispatcher:
+        def on_start(self, event: "Event") -> None:
+            about: Any = event.data
+            if about["dispatcher"] is dispatcher:
                 logger.warning("compiling %s for this machine, up to a minute, this once", what)
                 clock.start()
 
-        def on_end(self, event: Any) -> None:
+        def on_end(self, event: "Event") -> None:
             self.done += clock.is_alive()  # what else compiles is not counted
 
     listener = Listener()
 
     def tell() -> None:
-        while not ended.wait(PERIOD):
+        while not ended.wait(WAIT_MESSAGE_PERIOD_S):
             share = min(99, 100 * listener.done // parts)
             seconds = time.monotonic() - began
-            logger.warning("compiling %s: %d %%, %.0f s", what, share, seconds, extra=REPEATED)
+            logger.warning(
+                "compiling %s: %d %%, %.0f s", what, share, seconds, extra=REPEATED_RECORD
+            )
 
     clock = threading.Thread(target=tell, daemon=True)
     began = time.monotonic()
@@ -237,7 +263,7 @@ def _told(dispatcher: Any, what: str, parts: int) -> Iterator[None]:
 
 
 @contextmanager
-def _alone(folder: Path | None, what: str) -> Iterator[None]:
+def _compilation_lock(folder: Path | None, what: str) -> Iterator[None]:
     """Wait until no other process compiles the same function; its result is then in the cache."""
     try:
         file = None if folder is None else (folder / "lock").open("w")
@@ -248,13 +274,15 @@ def _alone(folder: Path | None, what: str) -> Iterator[None]:
         return
     with file:
         with suppress(OSError):  # some network file systems have no locks
-            told = time.monotonic() + PATIENCE
+            told = time.monotonic() + MAX_SILENT_WAIT_S
             while not _locks(file):
                 if time.monotonic() > told:
                     logging.getLogger(PROGRESS_LOGGER).warning(
-                        "waiting for another process, which compiles %s", what, extra=REPEATED
+                        "waiting for another process, which compiles %s",
+                        what,
+                        extra=REPEATED_RECORD,
                     )
-                    told = time.monotonic() + PERIOD
+                    told = time.monotonic() + WAIT_MESSAGE_PERIOD_S
                 time.sleep(0.01)  # loading the result takes less
         yield
 
@@ -278,7 +306,7 @@ def _digest(sources: Sequence[str], text: str, options: Mapping[str, Any]) -> st
     how = sorted((name, str(value)) for name, value in options.items())
     digest = hashlib.sha256(f"{made_by} {settings} {how} {text}".encode())
     for name in sources:
-        path = _PACKAGE / name
+        path = PACKAGE_FOLDER / name
         for file in sorted(path.rglob("*.py")) if path.is_dir() else [path]:
             digest.update(file.read_bytes())
     return digest.hexdigest()[:16]

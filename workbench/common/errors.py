@@ -6,11 +6,11 @@ from typing import Protocol, TypeVar
 
 from workbench.common.plain_text import plain_name
 
-LONGEST_ECHO = 60
+MAX_ECHO_CHARS = 60
 """Largest number of characters of the user's input repeated in a message."""
-LONGEST_LIST = 800
+MAX_NAME_LIST_CHARS = 800
 """Longest list of known names in a message [characters]."""
-LONGEST_MESSAGE = 4000
+MAX_ERROR_CHARS = 4000
 """Longest message [characters]."""
 
 
@@ -22,8 +22,8 @@ class WorkbenchError(Exception):
 
     def __init__(self, said: object = "") -> None:
         text = str(said)
-        if len(text) > LONGEST_MESSAGE:
-            text = f"{text[: LONGEST_MESSAGE // 2]} … {text[-LONGEST_MESSAGE // 4 :]}"
+        if len(text) > MAX_ERROR_CHARS:
+            text = f"{text[: MAX_ERROR_CHARS // 2]} … {text[-MAX_ERROR_CHARS // 4 :]}"
         super().__init__(text)
 
 
@@ -36,19 +36,19 @@ def unknown_name(kind: str, name: str, known: Iterable[str]) -> WorkbenchError:
     from difflib import get_close_matches
 
     names = sorted(plain_name(str(each)) for each in known)
-    asked = plain_name(str(name), LONGEST_ECHO)
+    asked = plain_name(str(name), MAX_ECHO_CHARS)
     plain = {each.casefold(): each for each in reversed(names)}
     near = [plain[each] for each in get_close_matches(asked.casefold(), plain, n=1)]
     hint = f"did you mean '{near[0]}'? " if near else ""
     listed = ", ".join(names)
-    if len(listed) > LONGEST_LIST:
-        shown = listed[:LONGEST_LIST].rpartition(", ")[0]
+    if len(listed) > MAX_NAME_LIST_CHARS:
+        shown = listed[:MAX_NAME_LIST_CHARS].rpartition(", ")[0]
         listed = f"{shown} and {len(names) - shown.count(', ') - 1} others"
     listed = f"known are {listed}" if listed else "there are none"
     return WorkbenchError(f"unknown {kind} '{asked}': {hint}{listed}")
 
 
-class Named(Protocol):
+class NamedRow(Protocol):
     """A row of a table."""
 
     @property
@@ -56,10 +56,10 @@ class Named(Protocol):
         """Its unique name."""
 
 
-Row = TypeVar("Row", bound=Named)
+Row = TypeVar("Row", bound=NamedRow)
 
 
-def find_row(kind: str, name: str, rows: Iterable[Row]) -> Row:
+def find_named_row(kind: str, name: str, rows: Iterable[Row]) -> Row:
     """Return the row with a name.
 
     Args:
@@ -78,7 +78,7 @@ def find_row(kind: str, name: str, rows: Iterable[Row]) -> Row:
 
 
 @contextmanager
-def sentences(what: str) -> Iterator[None]:
+def drake_error_sentences(what: str) -> Iterator[None]:
     """Turn Drake's failures into a sentence; its failed assertions arrive as SystemExit."""
     try:
         yield

@@ -8,12 +8,8 @@ import types
 from collections.abc import Callable, Sequence
 from typing import Any, TypeVar, overload
 
-Scalar = Any
-"""A number of a function that runs in three ways: float, AutoDiffXd, or what numba makes of it."""
-Vector = Any
-"""A sequence of such numbers: a list or tuple in Python, an array or tuple in machine code."""
 Function = TypeVar("Function", bound=Callable[..., Any])
-_marked: list[tuple[Callable[..., Any], dict[str, Any]]] = []
+_unregistered: list[tuple[Callable[..., Any], dict[str, Any]]] = []
 """Functions that are not registered with numba yet."""
 
 
@@ -21,19 +17,22 @@ _marked: list[tuple[Callable[..., Any], dict[str, Any]]] = []
 def register_jitable(function: Function) -> Function: ...
 @overload
 def register_jitable(
-    *, forceinline: bool = False, boundscheck: bool = False, _nrt: bool = True
+    *, forceinline: bool = False, boundscheck: bool = False, allocates: bool = True
 ) -> Callable[[Function], Function]: ...
-def register_jitable(function: Any = None, **options: Any) -> Any:
+def register_jitable(
+    function: Function | None = None, *, allocates: bool = True, **options: Any
+) -> Function | Callable[[Function], Function]:
     """Let compiled code call a function; in Python it stays as it is.
 
     Args:
         function: to be marked; without one, a decorator is returned.
-        options: of `numba.extending.register_jitable`, such as `_nrt=False` for one that makes no
-            arrays: numba then counts no references to those that it is given.
+        allocates: whether it makes arrays. If not, numba counts no references to those that it is
+            given: each count is an atomic operation, and took a third of the time of a flight.
+        options: of `numba.extending.register_jitable`.
     """
 
-    def mark(each: Callable[..., Any]) -> Callable[..., Any]:
-        _marked.append((each, options))
+    def mark(each: Function) -> Function:
+        _unregistered.append((each, {**options, "_nrt": allocates}))
         return each
 
     return mark if function is None else mark(function)
@@ -51,7 +50,7 @@ def mark_functions(module: types.ModuleType, boundscheck: bool = False) -> None:
             register_jitable(forceinline=True, boundscheck=boundscheck)(function)
 
 
-def unique(function: Function, key: str) -> Function:
+def give_unique_name(function: Function, key: str) -> Function:
     """Return a function after giving it a unique name.
 
     numba names machine code by module, name, and a count that starts at 0 in each process. If two
@@ -66,51 +65,53 @@ def unique(function: Function, key: str) -> Function:
     return function
 
 
-def each_of(functions: Sequence[Callable[..., Any]], key: str) -> Callable[..., Any]:
+def make_results_tuple(functions: Sequence[Callable[..., Any]], key: str) -> Callable[..., Any]:
     """Return a function that returns a tuple of the results of functions, and compiles.
 
     numba makes no tuple in a loop, so each function adds its result to those before it.
 
     Args:
         functions: that compile, and take the same arguments.
-        key: see `unique`.
+        key: see `give_unique_name`.
     """
     if not functions:
         return _none
-    earlier, last = each_of(functions[:-1], key), functions[-1]
+    earlier, last = make_results_tuple(functions[:-1], key), functions[-1]
 
     @register_jitable(forceinline=True)
-    def run(*args: Any) -> Any:
+    def run(*args: Any) -> tuple[Any, ...]:
         return earlier(*args) + (last(*args),)
 
-    return unique(run, f"{len(functions)}_{key}")
+    return give_unique_name(run, f"{len(functions)}_{key}")
 
 
 @register_jitable(forceinline=True)
-def _none(*args: Any) -> Any:
+def _none(*args: Any) -> tuple[()]:
     return ()
 
 
-def attribute(name: str) -> Callable[..., Any]:
+def make_attribute_reader(name: str) -> Callable[..., Any]:
     """Return a function that returns an attribute of a record, and compiles."""
 
     @register_jitable(forceinline=True)
-    def read(record: Any) -> Any:
+    def read(record: object) -> Any:
         return getattr(record, name)
 
-    return unique(read, name)
+    return give_unique_name(read, name)
 
 
-def attributes(names: Sequence[str], key: str) -> Callable[..., Any]:
-    """Return a function that returns attributes of a record as a tuple, see `each_of`."""
-    return each_of([attribute(name) for name in names], key)
+def make_tuple_reader(names: Sequence[str], key: str) -> Callable[..., Any]:
+    """Return a function that returns attributes of a record as a tuple, see
+    `make_results_tuple`.
+    """
+    return make_results_tuple([make_attribute_reader(name) for name in names], key)
 
 
-def tell_numba() -> None:
+def register_with_numba() -> None:
     """Register all functions marked so far with numba; needed before any compilation."""
     from numba.extending import register_jitable as register
 
-    while _marked:
-        function, options = _marked.pop()
+    while _unregistered:
+        function, options = _unregistered.pop()
         # no C program calls them: a wrapper would hold, and compile, a second copy of each
         register(no_cfunc_wrapper=True, **options)(function)

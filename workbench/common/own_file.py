@@ -20,20 +20,23 @@ from importlib.machinery import ModuleSpec, SourceFileLoader
 from pathlib import Path
 from typing import Any
 
-from workbench.common.bounded_loops import NAMES, bounded_code
+from workbench.common.bounded_loops import LOOP_CHECK_NAMES, bounded_code
 from workbench.common.errors import WorkbenchError
 from workbench.common.parameter import Parameter, State
 from workbench.common.plain_files import read_plain_text
 
-MOST_BYTES = 4_000_000
+Trace = Callable[[types.FrameType, str, Any], Any]
+"""What `sys.settrace` takes."""
+
+MAX_USER_FILE_BYTES = 4_000_000
 """Size limit of a file."""
-LONGEST, LONGEST_LOADING = 10.0, 60.0
+MAX_CALL_TIME_S, MAX_LOADING_TIME_S = 10.0, 60.0
 """Time after which a function that Python runs, and a file, count as never returning [s]."""
-MOST_LINES = 1_000_000
+MAX_EXECUTED_LINES = 1_000_000
 """Number of lines after which a file or an update counts as an endless loop."""
 
 
-def find_own(name: str, what: str) -> Path | None:
+def find_user_file(name: str, what: str) -> Path | None:
     """Return the file for a name, None if the name is neither a file nor a module.
 
     Args:
@@ -53,14 +56,14 @@ def find_own(name: str, what: str) -> Path | None:
     return Path(found.origin)
 
 
-def read_own(path: Path, what: str) -> str:
+def read_user_file(path: Path, what: str) -> str:
     """Return the text of a user's own file.
 
     Raises:
         WorkbenchError: if it cannot be read.
     """
     try:
-        return read_plain_text(path, MOST_BYTES)
+        return read_plain_text(path, MAX_USER_FILE_BYTES)
     except WorkbenchError as error:
         raise WorkbenchError(f"{error}: give the {what}'s file") from None
 
@@ -73,7 +76,7 @@ def _importable(name: str) -> bool:
         return False
 
 
-def run_own(what: str, name: str, file: Path, text: str) -> types.ModuleType:
+def run_user_file(what: str, name: str, file: Path, text: str) -> types.ModuleType:
     """Return the module from executing a text.
 
     Args:
@@ -89,21 +92,21 @@ def run_own(what: str, name: str, file: Path, text: str) -> types.ModuleType:
         raise WorkbenchError(
             f"{file}: name the file with letters, digits and _ only, as my_{what}.py"
         )
-    digest = hashlib.sha256(text.encode()).hexdigest()[:12]  # see `jitable.unique`
+    digest = hashlib.sha256(text.encode()).hexdigest()[:12]  # see `give_unique_name`
     whole = f"workbench_{what}_{name}_{digest}"  # machine code on disk finds the module by it
-    loader = _OwnLoader(whole, file, text)
+    loader = _TextLoader(whole, file, text)
     module = types.ModuleType(whole)
     module.__file__ = str(file)
     sys.modules[whole] = module
-    with own_errors(file, ""):
+    with user_code_errors(file, ""):
         module.__spec__ = ModuleSpec(whole, loader, origin=str(file))
-        module.__dict__.update(NAMES)
-        with at_most_lines(file):
+        module.__dict__.update(LOOP_CHECK_NAMES)
+        with limit_executed_lines(file):
             loader.exec_module(module)
     return module
 
 
-class _OwnLoader(SourceFileLoader):
+class _TextLoader(SourceFileLoader):
     """Loads a module from a text that need not be in its file any more."""
 
     def __init__(self, name: str, file: Path, text: str) -> None:
@@ -114,9 +117,7 @@ class _OwnLoader(SourceFileLoader):
         return bounded_code(self._text, self._file)
 
 
-def stated_update(
-    file: Path, own: Mapping[str, Any], arguments: Sequence[str]
-) -> Callable[..., Any]:
+def read_update(file: Path, own: Mapping[str, Any], arguments: Sequence[str]) -> Callable[..., Any]:
     """Return the `update` of a file.
 
     Raises:
@@ -134,13 +135,13 @@ def stated_update(
     return update
 
 
-def stated_parameters(file: Path, own: Mapping[str, Any]) -> tuple[Parameter, ...]:
+def read_parameters(file: Path, own: Mapping[str, Any]) -> tuple[Parameter, ...]:
     """Return the `PARAMETERS` of a file.
 
     Raises:
         WorkbenchError: if one is not a valid row, or its default is out of its limits.
     """
-    rows = table_of(file, own, "PARAMETERS", Parameter, "gain(...)")
+    rows = read_user_table(file, own, "PARAMETERS", Parameter, "gain(...)")
     for row in rows:
         if not row.minimum <= row.default <= row.maximum:
             raise WorkbenchError(
@@ -150,14 +151,14 @@ def stated_parameters(file: Path, own: Mapping[str, Any]) -> tuple[Parameter, ..
     return rows
 
 
-def stated_memory(file: Path, own: Mapping[str, Any]) -> tuple[State, ...]:
+def read_memory(file: Path, own: Mapping[str, Any]) -> tuple[State, ...]:
     """Return the `MEMORY` of a file.
 
     Raises:
         WorkbenchError: if one is not a valid row, is repeated, or has an initial value that is not
             finite.
     """
-    memory = table_of(file, own, "MEMORY", State, "State(...)")
+    memory = read_user_table(file, own, "MEMORY", State, "State(...)")
     check_names(file, "state", [each.name for each in memory])
     for state in memory:
         if not math.isfinite(state.initial):
@@ -167,7 +168,7 @@ def stated_memory(file: Path, own: Mapping[str, Any]) -> tuple[State, ...]:
     return memory
 
 
-def table_of(
+def read_user_table(
     file: Path, own: Mapping[str, Any], name: str, kind: type, make: str
 ) -> tuple[Any, ...]:
     """Return a table of a file.
@@ -197,14 +198,16 @@ def check_names(file: Path, what: str, names: Sequence[str]) -> None:
             raise WorkbenchError(f"{file}: the {what} {name} appears twice: leave one out")
 
 
-def record(name: str, fields: Sequence[str], defaults: Sequence[float] | None = None) -> Any:
+def user_record_type(
+    name: str, fields: Sequence[str], defaults: Sequence[float] | None = None
+) -> Any:
     """Return the type of a named tuple with fields from a user's own file."""
     make: Any = namedtuple
     return make(name, fields, defaults=defaults)
 
 
 @contextmanager
-def own_errors(file: Path, what: str) -> Iterator[None]:
+def user_code_errors(file: Path, what: str) -> Iterator[None]:
     """Turn any exception of the user's code into a sentence with file, line and advice."""
     try:
         yield
@@ -220,12 +223,12 @@ def own_errors(file: Path, what: str) -> Iterator[None]:
         doing = f"{what} fails: " if what else ""
         said = " ".join(str(error).split())
         raise WorkbenchError(
-            f"{file}{line}: {doing}{type(error).__name__}: {said:.200}: {_instead(error)}"
+            f"{file}{line}: {doing}{type(error).__name__}: {said:.200}: {_advice_on(error)}"
         ) from None
 
 
 @contextmanager
-def non_finite_named(file: Path, what: str) -> Iterator[None]:
+def locate_non_finite(file: Path, what: str) -> Iterator[None]:
     """Raise an error that names the line of a file which first makes a number not finite.
 
     NaN counts before infinity, which may be an intended bound. Without any, nothing is raised.
@@ -243,12 +246,12 @@ def non_finite_named(file: Path, what: str) -> Iterator[None]:
         said = f"{file}:{line}: {what} makes {name} {value:g}: let it be a finite number"
         found.setdefault(math.isnan(value), said)
 
-    def trace(frame: types.FrameType, event: str, _: Any) -> Any:
+    def trace(frame: types.FrameType, event: str, _: object) -> Trace | None:
         if frame.f_code.co_filename != str(file):
             return None
         known, line = _non_finite(frame.f_locals), frame.f_lineno
 
-        def inside(frame: types.FrameType, event: str, result: Any) -> Any:
+        def inside(frame: types.FrameType, event: str, result: object) -> Trace:
             nonlocal known, line
             there = _non_finite(frame.f_locals)
             for name, value in there.items():
@@ -283,7 +286,7 @@ def _non_finite(values: Mapping[str, Any]) -> dict[str, float]:
     return {name: number for name, number in first.items() if number is not None}
 
 
-def _numbers(value: Any) -> Iterator[float]:
+def _numbers(value: object) -> Iterator[float]:
     """Yield the numbers of a number, an array, or nested tuples and lists."""
     if isinstance(value, float):
         yield value
@@ -294,7 +297,7 @@ def _numbers(value: Any) -> Iterator[float]:
         yield from _numbers(value.tolist())
 
 
-def _instead(error: BaseException) -> str:
+def _advice_on(error: BaseException) -> str:
     """Return advice on what to write instead of a line that raises an error."""
     if isinstance(error, ImportError):
         if str(error.name).startswith("workbench."):
@@ -311,11 +314,11 @@ def _instead(error: BaseException) -> str:
 
 
 @contextmanager
-def at_most_lines(file: Path, most: int = MOST_LINES) -> Iterator[None]:
+def limit_executed_lines(file: Path) -> Iterator[None]:
     """Stop the user's code after a number of lines: nothing else ends a loop in a thread."""
-    left = most
+    left = MAX_EXECUTED_LINES
 
-    def count(frame: types.FrameType, event: str, _: Any) -> Any:
+    def count(frame: types.FrameType, event: str, _: object) -> Trace | None:
         nonlocal left
         if frame.f_code.co_filename != str(file):
             return None
@@ -330,14 +333,14 @@ def at_most_lines(file: Path, most: int = MOST_LINES) -> Iterator[None]:
     before = sys.gettrace()
     sys.settrace(count)
     try:
-        with at_most_seconds(file, "it", LONGEST_LOADING):
+        with limit_call_time(file, "it", MAX_LOADING_TIME_S):
             yield
     finally:
         sys.settrace(before)
 
 
 @contextmanager
-def at_most_seconds(file: Path, what: str, most: float = 0.0) -> Iterator[None]:
+def limit_call_time(file: Path, what: str, most: float = 0.0) -> Iterator[None]:
     """Stop the user's code after a time [s], as when it waits for something.
 
     A signal does that, so only in the main thread, and only code that Python runs.
@@ -345,9 +348,9 @@ def at_most_seconds(file: Path, what: str, most: float = 0.0) -> Iterator[None]:
     Args:
         file: with the code.
         what: runs in the block, for the message.
-        most: the time; 0 for `LONGEST`.
+        most: the time; 0 for `MAX_CALL_TIME_S`.
     """
-    most = most or LONGEST
+    most = most or MAX_CALL_TIME_S
     if threading.current_thread() is not threading.main_thread():
         yield
         return
@@ -359,7 +362,12 @@ def at_most_seconds(file: Path, what: str, most: float = 0.0) -> Iterator[None]:
         raise WorkbenchError(f"{where}: {what} has not returned for {most:g} s: let it end")
 
     handler = signal.signal(signal.SIGALRM, end)
-    timer = signal.setitimer(signal.ITIMER_REAL, most, most)
+    try:
+        timer = signal.setitimer(signal.ITIMER_REAL, most, most)
+    except signal.ItimerError:  # a held process may not: its caller limits its time
+        signal.signal(signal.SIGALRM, handler)
+        yield
+        return
     try:
         yield
     finally:

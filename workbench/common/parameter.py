@@ -1,61 +1,60 @@
 """A live parameter, for a slider, a `--set NAME=VALUE` and a line of `workbench params`."""
 
-import math
+import re
+from collections.abc import Mapping
 from dataclasses import dataclass
-from numbers import Real
 
 from workbench.common.errors import WorkbenchError
+from workbench.common.quantity import Quantity
+
+HOOKS = "open_hooks"
+"""Parameter that opens the hooks of cables, and closes them."""
+SERVO_PREFIX = "servo_"
+"""First part of the names of the parameters that are setpoints of servos."""
+SERVO_UNITS = {
+    "position": ("rad", "m"),
+    "velocity": ("rad/s", "m/s"),
+    "effort": ("N*m", "N"),
+}
+"""Units of setpoints of turning and of sliding joints, by the kind of servo."""
+MAX_SERVO_JOINT_CHARS = 60
 
 
 @dataclass(frozen=True)
-class Parameter:
-    """One live number.
+class Parameter(Quantity):
+    """One live number; its name is that of `--set name=value` and of gain files, its unit SI.
 
     Attributes:
-        name: unique, as in `--set name=value` and in gain files.
+        default: value without a gain file.
         system: the system of the diagram that has it in its numeric parameter 0, at the index of
             the row among those of that system; "rotors" and "payload" apply to the vehicle and to
             what the law knows of it, see `live_context`.
-        unit: SI.
-        minimum: smallest value allowed.
-        maximum: largest value allowed.
-        default: value without a gain file.
-        help: its effect, for a tool tip.
         whole: whether only whole numbers are meaningful.
         group: heading for the row of a controller.
     """
 
-    name: str
-    system: str
-    unit: str
-    minimum: float
-    maximum: float
-    default: float
-    help: str
+    default: float = 0.0
+    system: str = "controller"
     whole: bool = False
     group: str = ""
 
     def check(self, value: float, where: str = "") -> float:
-        """Return `value` as a float.
-
-        Args:
-            value: to be set.
-            where: file and line for the message, if any.
-
-        Raises:
-            WorkbenchError: if it is not a number, or out of range.
-        """
-        if isinstance(value, bool) or not isinstance(value, Real) or math.isnan(value):
-            raise WorkbenchError(f"{where}{self.name} is '{value}': give it a number")
-        if not self.minimum <= value <= self.maximum:
-            unit = "" if self.unit == "1" else f" {self.unit}"
-            raise WorkbenchError(
-                f"{where}{self.name} is {value:g}{unit}: keep it within "
-                f"{self.minimum:g} .. {self.maximum:g}{unit}"
-            )
-        if self.whole and not float(value).is_integer():
+        """Return a value as a float, see `Quantity.check`; refuse a fraction of a whole one."""
+        number = super().check(value, where)
+        if self.whole and not number.is_integer():
             raise WorkbenchError(f"{where}{self.name} is {value:g}: it is {self.help}")
-        return float(value)
+        return number
+
+
+def is_servo_parameter(name: str) -> bool:
+    """Return whether a parameter is the setpoint of a servo, which only some vehicles have."""
+    return name.startswith(SERVO_PREFIX)
+
+
+def servo_parameter_name(joint: str) -> str:
+    """Return the name of the parameter with the setpoint of a joint's servo."""
+    plain = re.sub(r"\W+", "_", joint, flags=re.ASCII).strip("_")[:MAX_SERVO_JOINT_CHARS]
+    return SERVO_PREFIX + (plain or "joint")
 
 
 def gain(
@@ -76,7 +75,7 @@ def gain(
         help: its effect, for a tool tip.
         group: heading for the row.
     """
-    return Parameter(name, "controller", unit, *limits, default, help, group=group)
+    return Parameter(name, unit, help, *limits, default=default, group=group)
 
 
 @dataclass(frozen=True)
@@ -86,3 +85,8 @@ class State:
     name: str
     unit: str
     initial: float = 0.0
+
+
+def hooks_are_open(values: Mapping[str, float]) -> bool:
+    """Return whether parameter values open the hooks of cables."""
+    return values.get(HOOKS, 0.0) > 0.5

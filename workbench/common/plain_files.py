@@ -10,7 +10,7 @@ from typing import IO, BinaryIO
 
 from workbench.common.errors import WorkbenchError
 
-_LEAST_READ = 1_000_000
+_MIN_READ_BYTES = 1_000_000
 """Bytes asked for at least, as some files of the system state a size of 0."""
 
 
@@ -70,10 +70,10 @@ def read_plain(path: Path | str, most: int | None = None, first: int | None = No
         if wanted is None:
             return stream.read()
         # `read` reserves all the memory that it is asked for, before it reads.
-        return stream.read(min(wanted, max(size_of(stream), _LEAST_READ)))
+        return stream.read(min(wanted, max(open_file_size(stream), _MIN_READ_BYTES)))
 
 
-def size_of(stream: IO[bytes]) -> int:
+def open_file_size(stream: IO[bytes]) -> int:
     """Return the size of an open file [bytes]."""
     return os.fstat(stream.fileno()).st_size
 
@@ -116,6 +116,25 @@ def write_atomically(path: Path, text: str | bytes) -> None:
         stream.write(text if isinstance(text, bytes) else text.encode("utf-8"))
 
 
+def write_in_folder(path: Path, text: str | bytes) -> Path:
+    """Write a file as `write_atomically` does, make its folder if needed, and return its path."""
+    make_folder(path.parent)
+    write_atomically(path, text)
+    return path
+
+
+def make_folder(folder: Path) -> None:
+    """Make a folder and those above it, if they do not exist.
+
+    Raises:
+        WorkbenchError: if it cannot be made.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise WorkbenchError(f"{folder}: cannot be made: {error.strerror}") from error
+
+
 @contextmanager
 def atomic_file(path: Path) -> Iterator[BinaryIO]:
     """Yield a stream for the new content of a file, which appears when the block ends.
@@ -132,8 +151,8 @@ def atomic_file(path: Path) -> Iterator[BinaryIO]:
         target = path.resolve()
         named = target.with_name(f".{uuid.uuid4().hex}.part")
         try:
-            number = os.open(target.parent, os.O_TMPFILE | os.O_WRONLY, 0o666)
-        except OSError:  # some network filesystems have no files without names
+            number = os.open(target.parent, getattr(os, "O_TMPFILE", 0) | os.O_WRONLY, 0o666)
+        except OSError:  # macOS and some network filesystems have no files without names
             partial = named
             number = os.open(partial, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666)
         with os.fdopen(number, "wb") as stream:

@@ -8,11 +8,11 @@ this file: whoever shows text as HTML escapes it in addition.
 
 import re
 
-LONGEST_NAME = 80
+MAX_SHOWN_NAME_CHARS = 80
 """Largest number of characters that are shown of a name."""
-LONGEST_TEXT = 2000
+MAX_SHOWN_TEXT_CHARS = 2000
 """Largest number of characters that are shown of a text in a window, a picture or a page."""
-_UNUSUAL = re.compile(r"[^ -~\n\t]+")
+_UNUSUAL_CHARS = re.compile(r"[^ -~\n\t]+")
 _JOINERS = "\N{ZERO WIDTH NON-JOINER}\N{ZERO WIDTH JOINER}"
 """Persian, Hindi and emoji are not written without them."""
 
@@ -23,10 +23,10 @@ def visible(text: str) -> str:
     These are the control characters but line feed and tab, bidirectional controls and other format
     characters, line and paragraph separators, half surrogate pairs, and unassigned code points.
     """
-    return text if text.isprintable() else _UNUSUAL.sub(_escaped_run, text)
+    return text if text.isprintable() else _UNUSUAL_CHARS.sub(_escaped_run, text)
 
 
-def plain_text(text: str, longest: int = LONGEST_TEXT) -> str:
+def plain_text(text: str, longest: int = MAX_SHOWN_TEXT_CHARS) -> str:
     """Return `visible` text of limited length; where it is cut, it ends with its full length."""
     seen = visible(text[:longest])
     if len(text) <= longest and len(seen) <= longest:
@@ -34,7 +34,7 @@ def plain_text(text: str, longest: int = LONGEST_TEXT) -> str:
     return f"{seen[:longest]}\N{HORIZONTAL ELLIPSIS} ({len(text):,} characters)"
 
 
-def plain_name(name: str, longest: int = LONGEST_NAME) -> str:
+def plain_name(name: str, longest: int = MAX_SHOWN_NAME_CHARS) -> str:
     """Return a name as one line of limited length, with its full length where it is cut."""
     text = plain_text(name, longest)
     return text if text.isprintable() else text.replace("\n", "\\n").replace("\t", "\\t")
@@ -59,7 +59,7 @@ def escaped_json(text: str) -> str:
     def escapes(run: re.Match[str]) -> str:
         return "".join(each if _is_seen(each) else json.dumps(each)[1:-1] for each in run[0])
 
-    return _UNUSUAL.sub(escapes, text)
+    return _UNUSUAL_CHARS.sub(escapes, text)
 
 
 def _escaped_run(run: re.Match[str]) -> str:

@@ -4,24 +4,26 @@ from pathlib import Path
 
 from workbench.common.errors import WorkbenchError, unknown_name
 
-_PACKAGE = Path(__file__).parent.parent
+PACKAGE_FOLDER = Path(__file__).parent.parent
+SPEC_SUFFIX = ".workbench.yaml"
+"""Suffix of the name of a spec."""
 
 
 def models_dir() -> Path:
     """Return the folder of shipped models: in an installed package, else next to the source."""
-    installed = _PACKAGE / "models"
-    return installed if installed.is_dir() else _PACKAGE.parent / "models"
+    installed = PACKAGE_FOLDER / "models"
+    return installed if installed.is_dir() else PACKAGE_FOLDER.parent / "models"
 
 
 def docs_dir() -> Path:
     """Return the folder of the docs: in an installed package, else next to the source."""
-    installed = _PACKAGE / "docs"
-    return installed if installed.is_dir() else _PACKAGE.parent / "docs"
+    installed = PACKAGE_FOLDER / "docs"
+    return installed if installed.is_dir() else PACKAGE_FOLDER.parent / "docs"
 
 
 def controllers_dir() -> Path:
     """Return the folder of shipped controller files."""
-    return _PACKAGE / "controllers"
+    return PACKAGE_FOLDER / "controllers"
 
 
 def worlds_dir() -> Path:
@@ -54,7 +56,7 @@ def find_world(name_or_path: str) -> Path:
     Raises:
         WorkbenchError: if it is neither.
     """
-    found = None if name_or_path in list_worlds() else existing(name_or_path)
+    found = None if name_or_path in list_worlds() else existing_path(name_or_path)
     if found and found.is_dir():
         raise WorkbenchError(f"{name_or_path}: is a folder: give the world's file in it")
     return _find(name_or_path, "world", list_worlds(), worlds_dir(), "{}.yaml")
@@ -71,7 +73,7 @@ def find_spec(name_or_path: str) -> Path:
     Raises:
         WorkbenchError: if it is neither.
     """
-    return _find(name_or_path, "spec", list_specs(), specs_dir(), "{}.spec.yaml")
+    return _find(name_or_path, "spec", list_specs(), specs_dir(), f"{{}}{SPEC_SUFFIX}")
 
 
 def find_file(path: str) -> Path:
@@ -103,14 +105,14 @@ def list_worlds() -> list[str]:
 
 def list_specs() -> list[str]:
     """Return the names of the shipped specs."""
-    return sorted(path.name.removesuffix(".spec.yaml") for path in specs_dir().glob("*.spec.yaml"))
+    return sorted(f.name.removesuffix(SPEC_SUFFIX) for f in specs_dir().glob(f"*{SPEC_SUFFIX}"))
 
 
 def _find(name_or_path: str, kind: str, names: list[str], folder: Path, pattern: str) -> Path:
     """Return the file from `pattern` for a shipped name, else the path itself."""
     if name_or_path in names:
         return folder / pattern.format(name_or_path)
-    file = existing(name_or_path) if kind == "model" else _file(name_or_path)
+    file = existing_path(name_or_path) if kind == "model" else _file(name_or_path)
     if file is None:
         if "/" in name_or_path or Path(name_or_path).suffix:
             raise WorkbenchError(f"{name_or_path}: no such file, and no shipped {kind} either")
@@ -120,11 +122,11 @@ def _find(name_or_path: str, kind: str, names: list[str], folder: Path, pattern:
 
 def _file(path: str) -> Path | None:
     """Return the file at a path, or None if it does not exist or the path is invalid."""
-    found = existing(path)
+    found = existing_path(path)
     return found if found and found.is_file() else None
 
 
-def existing(path: str) -> Path | None:
+def existing_path(path: str) -> Path | None:
     """Return the file or folder at a path, or None if it does not exist or the path is invalid.
 
     Raises:

@@ -11,7 +11,7 @@ from collections.abc import Iterable, Mapping
 from importlib.util import find_spec
 from pathlib import Path
 
-PACKAGES = {
+DEBIAN_PACKAGES = {
     "libEGL.so.1": "libegl1",
     "libGL.so.1": "libgl1",
     "libX11-xcb.so.1": "libx11-xcb1",
@@ -71,7 +71,7 @@ WEB_ENGINE_PACKAGES = {
     "libxkbfile.so.1": "libxkbfile1",
 }
 """The Debian package of each library for Qt's web engine."""
-RENAMED = {"libasound2": "libasound2t64"}
+RENAMED_DEBIAN_PACKAGES = {"libasound2": "libasound2t64"}
 """Packages with an old name that newer releases no longer accept."""
 
 
@@ -86,11 +86,11 @@ def missing_libraries(files: Iterable[Path]) -> set[str]:
 
 def packages_of(libraries: Iterable[str]) -> list[str]:
     """Return the known Debian packages of libraries."""
-    known = PACKAGES | WEB_ENGINE_PACKAGES
+    known = DEBIAN_PACKAGES | WEB_ENGINE_PACKAGES
     return sorted({known[name] for name in libraries if name in known})
 
 
-def remedy(libraries: Iterable[str]) -> str:
+def library_advice(libraries: Iterable[str]) -> str:
     """Return advice on missing libraries, as the end of a sentence."""
     missing = sorted(libraries)
     packages = packages_of(missing)

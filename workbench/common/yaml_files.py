@@ -14,7 +14,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from workbench.common.errors import LONGEST_ECHO, WorkbenchError, unknown_name
+from workbench.common.errors import MAX_ECHO_CHARS, WorkbenchError, unknown_name
 from workbench.common.plain_files import read_plain_text
 from workbench.common.plain_text import plain_name
 
@@ -24,15 +24,17 @@ if TYPE_CHECKING:
 
 Keys = tuple[str | int, ...]
 """The path to a value: keys of mappings and indices in lists, from the top."""
+Schema = type | types.GenericAlias | types.UnionType | str | None
+"""A dataclass, or the type of one of its fields."""
 
-MOST_BYTES = 1_000_000
-DEEPEST = 20
-MOST_TOKENS = 200_000
+MAX_YAML_BYTES = 1_000_000
+MAX_YAML_DEPTH = 20
+MAX_YAML_TOKENS = 200_000
 """Limit of the number of keys, values, brackets, colons and commas; they take a second."""
-LONGEST_NUMBER = 400
+MAX_YAML_NUMBER_CHARS = 400
 """Limit of the characters of a number; YAML's digits in base 60 take the square of their number."""
-_NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
-_NUMERIC = re.compile(r"[-+.]?\d\S*")
+_YAML_NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
+_YAML_NUMERIC_START = re.compile(r"[-+.]?\d\S*")
 
 
 @dataclass(frozen=True)
@@ -58,14 +60,14 @@ class YamlFile:
         return f"{self.path}:{self.lines.get(keys, 1)}: "
 
 
-def fast_loader() -> Any:
+def fast_loader() -> "type[yaml.SafeLoader]":
     """Return PyYAML's loader with libyaml if available, twenty times as fast."""
     import yaml
 
     return getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
 
-def read_yaml(path: Path, loader: Any = None) -> YamlFile:
+def read_yaml(path: Path, loader: "type[yaml.SafeLoader] | None" = None) -> YamlFile:
     """Read a YAML file whose top level is a mapping.
 
     Args:
@@ -75,18 +77,31 @@ def read_yaml(path: Path, loader: Any = None) -> YamlFile:
     Raises:
         WorkbenchError: if it cannot be read, or is not a YAML mapping.
     """
-    text = read_plain_text(path, MOST_BYTES)
-    found = _parsed(path, text, loader or fast_loader())
+    return parse_yaml(path, read_plain_text(path, MAX_YAML_BYTES), loader)
+
+
+def parse_yaml(source: Path, text: str, loader: "type[yaml.SafeLoader] | None" = None) -> YamlFile:
+    """Return a YAML text whose top level is a mapping.
+
+    Args:
+        source: where the text is from, for messages.
+        text: the YAML.
+        loader: of PyYAML, for additional tags; None for the fast one.
+
+    Raises:
+        WorkbenchError: if it is not a YAML mapping, or costly to read.
+    """
+    found = _parsed(source, text, loader or fast_loader())
     return dataclasses.replace(found, data=copy.deepcopy(found.data))
 
 
 @lru_cache(maxsize=16)
-def _parsed(path: Path, text: str, loader: Any) -> YamlFile:
+def _parsed(path: Path, text: str, loader: "type[yaml.SafeLoader]") -> YamlFile:
     """Return the file for a text; cached, as the gains of a vehicle are read repeatedly."""
     import yaml
 
     try:
-        refuse_bombs(path, text)
+        reject_costly_yaml(path, text)
         parser = loader(text)
         try:
             node = parser.get_single_node()
@@ -108,7 +123,7 @@ def _parsed(path: Path, text: str, loader: Any) -> YamlFile:
     return YamlFile(path, text, data, lines)
 
 
-def refuse_bombs(path: Path, text: str) -> None:
+def reject_costly_yaml(path: Path, text: str) -> None:
     """Reject files that take long or much memory: aliases, depth, many values, long numbers."""
     import yaml
 
@@ -121,28 +136,30 @@ def refuse_bombs(path: Path, text: str) -> None:
     closing = (yaml.BlockEndToken, yaml.FlowMappingEndToken, yaml.FlowSequenceEndToken)
     depth = 0
     for count, token in enumerate(yaml.scan(text, Loader=fast_loader())):
-        if count > MOST_TOKENS:
+        if count > MAX_YAML_TOKENS:
             line = token.start_mark.line + 1
             raise WorkbenchError(
-                f"{path}:{line}: here are more than {MOST_TOKENS} keys, values and signs: leave "
+                f"{path}:{line}: here are more than {MAX_YAML_TOKENS} keys, values and signs: "
+                "leave "
                 "some out"
             )
         word = token.value if isinstance(token, yaml.ScalarToken) and token.plain else ""
-        if len(word) > LONGEST_NUMBER and _NUMERIC.fullmatch(word):
+        if len(word) > MAX_YAML_NUMBER_CHARS and _YAML_NUMERIC_START.fullmatch(word):
             line = token.start_mark.line + 1
             raise WorkbenchError(
-                f"{path}:{line}: a number has more than {LONGEST_NUMBER} characters: shorten it"
+                f"{path}:{line}: a number has more than {MAX_YAML_NUMBER_CHARS} characters: "
+                "shorten it"
             )
         depth += isinstance(token, opening) - isinstance(token, closing)
-        if depth > DEEPEST:
+        if depth > MAX_YAML_DEPTH:
             line = token.start_mark.line + 1
-            raise WorkbenchError(f"{path}:{line}: is nested more than {DEEPEST} deep")
+            raise WorkbenchError(f"{path}:{line}: is nested more than {MAX_YAML_DEPTH} deep")
         if isinstance(token, yaml.AliasToken):
             line = token.start_mark.line + 1
             raise WorkbenchError(f"{path}:{line}: has an alias: write it out")
 
 
-def with_numbers(file: YamlFile, schema: Any) -> YamlFile:
+def with_numbers(file: YamlFile, schema: type) -> YamlFile:
     """Return a file with numbers converted that YAML 1.1 reads as texts or integers: 1e-3, 1e9, 2.
 
     Arguments are those of `check_schema`; values that do not fit the schema stay unchanged.
@@ -150,7 +167,7 @@ def with_numbers(file: YamlFile, schema: Any) -> YamlFile:
     return dataclasses.replace(file, data=_numbered(file.data, schema))
 
 
-def _numbered(data: Any, schema: Any) -> Any:
+def _numbered(data: Any, schema: Schema) -> Any:
     origin, parts = typing.get_origin(schema) or schema, typing.get_args(schema)
     if origin in (typing.Union, types.UnionType):
         return _numbered(data, next(part for part in parts if part is not type(None)))
@@ -161,14 +178,14 @@ def _numbered(data: Any, schema: Any) -> Any:
         return [_numbered(item, parts[0]) for item in data]
     if origin is dict and isinstance(data, dict):
         return {key: _numbered(value, parts[1]) for key, value in data.items()}
-    written = isinstance(data, str) and _NUMBER.fullmatch(data)
+    written = isinstance(data, str) and _YAML_NUMBER.fullmatch(data)
     if origin is float and (written or type(data) is int):
         with suppress(OverflowError):  # an integer beyond all floats
             return float(data)
     return data
 
 
-def check_schema(file: YamlFile, schema: Any) -> None:
+def check_schema(file: YamlFile, schema: type) -> None:
     """Check the content of a file against a dataclass.
 
     Args:
@@ -182,7 +199,7 @@ def check_schema(file: YamlFile, schema: Any) -> None:
     _check(file, file.data, schema, ())
 
 
-def _check(file: YamlFile, data: Any, schema: Any, keys: Keys) -> None:
+def _check(file: YamlFile, data: object, schema: Schema, keys: Keys) -> None:
     origin, parts = typing.get_origin(schema) or schema, typing.get_args(schema)
     if origin in (typing.Union, types.UnionType):
         if data is not None:
@@ -201,7 +218,7 @@ def _check(file: YamlFile, data: Any, schema: Any, keys: Keys) -> None:
     elif origin is dict:
         for key, value in _expect(file, data, dict, "'key: value' lines", keys).items():
             if not isinstance(key, parts[0]):
-                shown = plain_name(repr(key), LONGEST_ECHO)
+                shown = plain_name(repr(key), MAX_ECHO_CHARS)
                 raise WorkbenchError(
                     f"{file.where(*keys, key)}the key {shown} should be text: put it in quotes"
                 )
@@ -214,19 +231,21 @@ def _check(file: YamlFile, data: Any, schema: Any, keys: Keys) -> None:
                 f"{file.where(*keys)}{dotted(keys)} is {data!r}, and should be true or false"
             )
     else:
-        expected = (int, float) if origin is float else (origin,)
+        expected: Any = (int, float) if origin is float else (origin,)
         _expect(file, data, expected, "a number" if origin is float else "a whole number", keys)
 
 
-def _expect(file: YamlFile, data: Any, kind: Any, name: str, keys: Keys) -> Any:
+def _expect(
+    file: YamlFile, data: object, kind: type | tuple[type, ...], name: str, keys: Keys
+) -> Any:
     """Return `data` if it is of a type; a truth value is not a number."""
     if isinstance(data, kind) and not isinstance(data, bool):
         return data
-    shown = plain_name(repr(data), LONGEST_ECHO)
+    shown = plain_name(repr(data), MAX_ECHO_CHARS)
     raise WorkbenchError(f"{file.where(*keys)}{dotted(keys)} is {shown}, and should be {name}")
 
 
-def as_record(data: Any, schema: Any) -> Any:
+def as_record(data: Any, schema: Schema) -> Any:
     """Return checked data as the dataclass of its schema, see `check_schema`."""
     origin, parts = typing.get_origin(schema) or schema, typing.get_args(schema)
     if data is not None and origin in (typing.Union, types.UnionType):
@@ -264,20 +283,20 @@ def _collect_lines(path: Path, node: "yaml.Node", keys: Keys, lines: dict[Keys, 
             _collect_lines(path, value, (*keys, index), lines)
 
 
-def dump_changes(record: Any) -> str:
+def dump_changes(record: object) -> str:
     """Return the YAML of the differences from the defaults of a dataclass."""
     import yaml
 
     return yaml.safe_dump(changes_of(record), sort_keys=False, allow_unicode=True)
 
 
-def changes_of(record: Any) -> dict[str, Any]:
+def changes_of(record: object) -> dict[str, Any]:
     """Return the differences from the defaults of a dataclass, for YAML."""
     found: dict[str, Any] = _changes(record, type(record)())
     return found
 
 
-def _changes(value: Any, default: Any) -> Any:
+def _changes(value: object, default: object) -> Any:
     """Return a value for YAML; for a dataclass, the differences from its default."""
     if isinstance(value, list | tuple):
         return [_changes(each, type(each)()) for each in value]
@@ -291,7 +310,7 @@ def _changes(value: Any, default: Any) -> Any:
 
 
 @lru_cache(maxsize=1)
-def tagged_loader() -> Any:
+def tagged_loader() -> "type[yaml.SafeLoader]":
     """Return a loader that ignores tags of Drake such as `!Rpy`."""
     loader: Any = type("TaggedLoader", (fast_loader(),), {})
     loader.add_multi_constructor("!", _without_tag)

@@ -7,27 +7,34 @@ its length in 4 bytes, big-endian.
 import pickle
 import socket
 import struct
+from collections import deque
 from collections.abc import Iterator
 from multiprocessing.connection import Connection
 
-LENGTH = struct.Struct("!i")
-PIECE = 65536
+LENGTH_PREFIX = struct.Struct("!i")
+CHANNEL_READ_BYTES = 65536
 """Bytes per read."""
 
 
-class Channel:
+class RecordChannel:
     """Sends and receives records over a connection without a thread.
 
-    A record that does not fit into the system's buffer waits here and is sent with the next calls.
-    A received record is yielded only when it is complete.
+    What does not fit into the system's buffer waits here and is sent with the next calls: as bytes
+    if it was offered, else as a record in `waiting`. A received record is yielded only when it is
+    complete.
 
     Args:
         connection: still belongs to the caller; nothing else may use it while this object does.
+
+    Attributes:
+        waiting: records for `flush` to send after all offered ones; their order may be changed, and
+            newer ones may replace them.
     """
 
     def __init__(self, connection: Connection) -> None:
         self._socket = socket.socket(fileno=socket.dup(connection.fileno()))
         self._socket.setblocking(False)
+        self.waiting: deque[object] = deque()
         self._unsent = bytearray()
         self._unread = bytearray()
 
@@ -43,30 +50,34 @@ class Channel:
     @property
     def has_more(self) -> bool:
         """Whether a complete record waits to be yielded."""
-        return len(self._unread) >= LENGTH.size and len(self._unread) >= self._end()
+        return len(self._unread) >= LENGTH_PREFIX.size and len(self._unread) >= self._end()
 
     def offer(self, record: object, most: int) -> bool:
         """Queue a record unless more than `most` bytes would wait; return whether it was queued."""
         self.flush()
-        data = pickle.dumps(record)
-        if self._unsent and len(self._unsent) + LENGTH.size + len(data) > most:
+        data = _framed(record)
+        if self._unsent and len(self._unsent) + len(data) > most:
             return False
-        self._unsent += LENGTH.pack(len(data)) + data
+        self._unsent += data
         self.flush()
         return True
 
-    def flush(self) -> None:
-        """Send as many waiting bytes as possible without blocking.
+    def flush(self) -> bool:
+        """Send as much as possible without blocking; return whether anything is left.
 
-        If the other side is gone, they are lost; `received` reports that.
+        If the other side is gone, what is left is lost; `received` reports that.
         """
         try:
-            while self._unsent:
+            while self._unsent or self.waiting:
+                if not self._unsent:
+                    self._unsent += _framed(self.waiting.popleft())
                 del self._unsent[: self._socket.send(self._unsent)]
         except BlockingIOError:
-            pass  # the rest is sent with the next call
+            return True  # the rest is sent with the next call
         except OSError:
             self._unsent.clear()
+            self.waiting.clear()
+        return False
 
     def received(self, most: int) -> Iterator[object]:
         """Yield at most this many received records.
@@ -81,7 +92,7 @@ class Channel:
                     raise EOFError
                 return
             end = self._end()
-            record = pickle.loads(memoryview(self._unread)[LENGTH.size : end].tobytes())
+            record = pickle.loads(memoryview(self._unread)[LENGTH_PREFIX.size : end].tobytes())
             del self._unread[:end]
             yield record
 
@@ -91,15 +102,20 @@ class Channel:
 
     def _end(self) -> int:
         """Return where the first record ends."""
-        return LENGTH.size + int(LENGTH.unpack_from(self._unread)[0])
+        return LENGTH_PREFIX.size + int(LENGTH_PREFIX.unpack_from(self._unread)[0])
 
     def _read(self) -> bool:
         """Read the next bytes; return whether the other side is gone."""
         try:
-            piece = self._socket.recv(PIECE)
+            piece = self._socket.recv(CHANNEL_READ_BYTES)
         except BlockingIOError:
             return False
         except OSError:
             return True
         self._unread += piece
         return not piece
+
+
+def _framed(record: object) -> bytes:
+    data = pickle.dumps(record)
+    return LENGTH_PREFIX.pack(len(data)) + data

@@ -15,11 +15,11 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import IO, Any
 
-from workbench.common.errors import LONGEST_ECHO, WorkbenchError
+from workbench.common.errors import MAX_ECHO_CHARS, WorkbenchError
 
-LONGEST_TAIL = 4 * LONGEST_ECHO
+MAX_LAST_LINE_CHARS = 4 * MAX_ECHO_CHARS
 """Largest number of characters of a process's last line that a message repeats."""
-DYING = 5.0
+CHILD_EXIT_TIMEOUT_S = 5.0
 """Time limit for a process to exit after it closed its end of the connection [s]."""
 
 
@@ -116,8 +116,10 @@ class ChildProcess:
         return True
 
     def cause(self) -> str:
-        """Return why it ended, as a sentence; kill it if it does not exit within `DYING`."""
-        self.end(DYING)
+        """Return why it ended, as a sentence; kill it if it does not exit within
+        `CHILD_EXIT_TIMEOUT_S`.
+        """
+        self.end(CHILD_EXIT_TIMEOUT_S)
         code = self._process.returncode
         if code == -signal.SIGKILL:
             return f"the {self.name}'s process was killed: by somebody, or because memory ran out"
@@ -126,7 +128,7 @@ class ChildProcess:
         else:
             said = f"the {self.name}'s process ended with {code}"
         with contextlib.suppress(OSError, ValueError):  # ValueError: `release` closed the file
-            if last := last_line(self._output, LONGEST_TAIL):
+            if last := last_line(self._output, MAX_LAST_LINE_CHARS):
                 return f"{said}: {last}"
         return said
 

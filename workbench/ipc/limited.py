@@ -1,8 +1,8 @@
 """Processes untrusted data in a child process with limits on time, memory, output and access.
 
-The parent calls `run_limited`; the module that it names calls `serve` when it runs. The kernel
-holds the child to reading the files named for it, see `sandbox`. `run_trusted` is for code of ours
-or of the user, which may also start programs.
+The parent calls `run_limited`; the module that it names calls `serve_one_request` when it runs. The
+kernel holds the child to reading the files named for it, see `sandbox`. `run_trusted` is for code
+of ours or of the user, which may also start programs.
 """
 
 import ctypes
@@ -23,21 +23,22 @@ from typing import IO, Any
 
 from workbench.common.errors import WorkbenchError
 from workbench.ipc.child_process import last_line, start_module
-from workbench.ipc.sandbox import SandboxError, confine
+from workbench.ipc.sandbox import confine
+from workbench.ipc.system_call import SandboxError
 
-LARGEST_FILE = 128_000_000
+MAX_CHILD_FILE_BYTES = 128_000_000
 """Largest file that the process may write, its answer included [bytes]."""
-_FULL = {errno.ENOSPC, errno.EFBIG, errno.EDQUOT}
+_FULL_DEVICE_ERRORS = {errno.ENOSPC, errno.EFBIG, errno.EDQUOT}
 """Errors of a full device, or of a limit that acts like one."""
-_SLOWNESS, _START = 3.0, 10.0
+_WALL_TIME_FACTOR, _START_ALLOWANCE_S = 3.0, 10.0
 """Limit of wall time as a multiple of the computing time, plus a time to start [s], as machines are
 shared."""
-_LONGEST_TEXT = 300
+_MAX_CAUSE_CHARS = 300
 _SET_DEATH_SIGNAL = 1
 """Number of `PR_SET_PDEATHSIG`, see prctl(2)."""
-_THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
+_THREAD_VARIABLES = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 """Numbers of threads that libraries start at import: Landlock binds only its caller's thread."""
-FORBIDDEN = "it tried to do more than read its own files"
+FORBIDDEN_CLAUSE = "it tried to do more than read its own files"
 """Beginning of the clause about a process that the kernel stopped."""
 
 
@@ -60,7 +61,7 @@ def run_limited(
     here and those of Python.
 
     Args:
-        module: full name of a module that calls `serve`.
+        module: full name of a module that calls `serve_one_request`.
         request: argument of its function; anything that JSON can hold.
         seconds: limit of computing time; wall time has a larger limit.
         megabytes: limit of address space.
@@ -109,23 +110,23 @@ def _answer(
         ):
             given.write(message.encode())
             given.seek(0)
-            wall = _SLOWNESS * seconds + _START
+            wall = _WALL_TIME_FACTOR * seconds + _START_ALLOWANCE_S
             code = _run(module, given, answer, noise, wall)
             if code is None:
                 raise LimitedError(f"it did not end within {wall:g} s")
             if code != 0:
                 raise LimitedError(_cause(code, seconds, noise))
             answer.seek(0)
-            said = json.loads(answer.read(LARGEST_FILE + 1))
+            said = json.loads(answer.read(MAX_CHILD_FILE_BYTES + 1))
     except OSError as error:
-        if error.errno in _FULL:
+        if error.errno in _FULL_DEVICE_ERRORS:
             raise LimitedError(
                 f"a file in {tempfile.gettempdir()} cannot be written: {error.strerror}: make room "
                 "there, or set TMPDIR to another folder"
             ) from error
         raise LimitedError(f"no process can be started for it: {error}") from error
     except (ValueError, RecursionError) as error:
-        raise LimitedError(f"the answer cannot be read: {one_line(error)}") from error
+        raise LimitedError(f"the answer cannot be read: {one_line_message(error)}") from error
     match said:
         case {"answer": value}:
             return value
@@ -146,7 +147,7 @@ def _run(
         stdout=answer,
         stderr=noise,
         start_new_session=True,
-        env=dict.fromkeys(_THREADS, "1"),
+        env=dict.fromkeys(_THREAD_VARIABLES, "1"),
     )
     # A thread, because `wait(timeout)` polls only every 50 ms.
     timer = threading.Timer(wall, _kill, (process,))
@@ -175,10 +176,10 @@ def _cause(code: int, seconds: float, noise: IO[bytes]) -> str:
         return "its process was killed: it took too much time or memory"
     if code < 0:
         return f"its process crashed ({signal.strsignal(-code) or -code})"
-    return f"its process ended with {code}: {last_line(noise, _LONGEST_TEXT)}"
+    return f"its process ended with {code}: {last_line(noise, _MAX_CAUSE_CHARS)}"
 
 
-def serve(function: Callable[[Any], Any]) -> None:
+def serve_one_request(function: Callable[[Any], Any]) -> None:
     """Answer the request on standard input with the result of a function.
 
     Output of libraries goes to standard error.
@@ -190,14 +191,17 @@ def serve(function: Callable[[Any], Any]) -> None:
     seconds, megabytes = math.ceil(message["seconds"]), message["megabytes"]
     _limit(resource.RLIMIT_CORE, 0, 0)
     _limit(resource.RLIMIT_CPU, seconds, seconds + 1)
-    _limit(resource.RLIMIT_AS, megabytes * 1_000_000, megabytes * 1_000_000)
-    _limit(resource.RLIMIT_FSIZE, LARGEST_FILE, LARGEST_FILE)
+    if sys.platform == "linux":  # macOS refuses such a limit
+        _limit(resource.RLIMIT_AS, megabytes * 1_000_000, megabytes * 1_000_000)
+    _limit(resource.RLIMIT_FSIZE, MAX_CHILD_FILE_BYTES, MAX_CHILD_FILE_BYTES)
     try:
         if message["bounds"] is not None:
             confine(**message["bounds"])
         text = json.dumps({"answer": function(message["request"])})
-        if len(text) > LARGEST_FILE:
-            text = json.dumps({"error": f"it came to more than {LARGEST_FILE // 1_000_000} MB"})
+        if len(text) > MAX_CHILD_FILE_BYTES:
+            text = json.dumps(
+                {"error": f"it came to more than {MAX_CHILD_FILE_BYTES // 1_000_000} MB"}
+            )
     except WorkbenchError as error:
         text = json.dumps({"refused": str(error)})
     except MemoryError:
@@ -205,18 +209,21 @@ def serve(function: Callable[[Any], Any]) -> None:
     except RecursionError:
         text = json.dumps({"error": "it is nested too deeply"})
     except SandboxError as error:
-        text = json.dumps({"error": f"the kernel does not bound its process: {one_line(error)}"})
+        text = json.dumps(
+            {"error": f"the kernel does not bound its process: {one_line_message(error)}"}
+        )
     except PermissionError as error:
-        text = json.dumps({"error": f"{FORBIDDEN}: {one_line(error)}"})
+        text = json.dumps({"error": f"{FORBIDDEN_CLAUSE}: {one_line_message(error)}"})
     except Exception as error:
-        text = json.dumps({"error": one_line(error)})
+        text = json.dumps({"error": one_line_message(error)})
     with answer:
         answer.write(text.encode())
 
 
 def _end_with(caller: int) -> None:
-    """Let the kernel end this process when its caller ends, however that does."""
-    ctypes.CDLL(None).prctl(_SET_DEATH_SIGNAL, ctypes.c_ulong(signal.SIGKILL))
+    """Let the kernel end this process when its caller ends, however that does; Linux can."""
+    if sys.platform == "linux":
+        ctypes.CDLL(None).prctl(_SET_DEATH_SIGNAL, ctypes.c_ulong(signal.SIGKILL))
     if os.getppid() != caller:  # it has ended already
         os._exit(1)
 
@@ -229,8 +236,8 @@ def _limit(what: int, soft: int, hard: int) -> None:
     resource.setrlimit(what, (soft, hard))
 
 
-def one_line(error: BaseException) -> str:
+def one_line_message(error: BaseException) -> str:
     """Return an exception's message, short and in one line; its type if the message is empty."""
-    text = " ".join(str(error)[: 10 * _LONGEST_TEXT].split())
-    short = text if len(text) <= _LONGEST_TEXT else f"{text[:_LONGEST_TEXT]}..."
+    text = " ".join(str(error)[: 10 * _MAX_CAUSE_CHARS].split())
+    short = text if len(text) <= _MAX_CAUSE_CHARS else f"{text[:_MAX_CAUSE_CHARS]}..."
     return short or type(error).__name__

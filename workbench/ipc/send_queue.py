@@ -8,9 +8,9 @@ from collections import deque
 from collections.abc import Callable
 from multiprocessing.connection import Connection
 
-MOST_OFFERED = 100
+MAX_OFFERED_MESSAGES = 100
 """Number of waiting messages at which `offer` refuses further ones."""
-SHORT = 2000
+MAX_NONBLOCKING_BYTES = 2000
 """Longest message that a socket takes without blocking whenever it is writable [bytes]."""
 
 
@@ -54,7 +54,7 @@ class SendQueue:
         It may overtake a message for display.
         """
         with self._change:
-            if len(self._waiting) >= MOST_OFFERED:
+            if len(self._waiting) >= MAX_OFFERED_MESSAGES:
                 return False
         data = pickle.dumps(message)
         with self._change:
@@ -78,7 +78,7 @@ class SendQueue:
     def _add(self, data: bytes) -> None:
         """Send a message at once if that cannot block, else leave it to the thread."""
         idle = not self._waiting and not self._sending
-        if idle and len(data) <= SHORT and self._writable.poll(0):
+        if idle and len(data) <= MAX_NONBLOCKING_BYTES and self._writable.poll(0):
             self._send(data)
         else:
             self._waiting.append(data)
@@ -115,7 +115,7 @@ class SendQueue:
                 self._change.wait()
 
 
-class LogPoster(logging.Handler):
+class LogSender(logging.Handler):
     """Sends log messages.
 
     Args:

@@ -6,15 +6,18 @@ from collections.abc import Callable
 from concurrent.futures import Future
 from contextlib import suppress
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Generic, TypeVar
 
 from workbench.common.errors import WorkbenchError
-from workbench.ipc.child_process import DYING, ChildProcess
+from workbench.ipc.child_process import CHILD_EXIT_TIMEOUT_S, ChildProcess
 from workbench.ipc.send_queue import SendQueue
+
+Order = TypeVar("Order")
+"""What a worker is asked for."""
 
 
 @dataclass(frozen=True)
-class Request:
+class WorkerRequest:
     """Something to do; its answer has the same number. Numbers increase."""
 
     number: int
@@ -22,7 +25,7 @@ class Request:
 
 
 @dataclass(frozen=True)
-class Answer:
+class WorkerResult:
     """Result of a request."""
 
     number: int
@@ -30,7 +33,7 @@ class Answer:
 
 
 @dataclass(frozen=True)
-class Refusal:
+class WorkerRefusal:
     """Reason why a request failed, as a sentence."""
 
     number: int
@@ -48,7 +51,7 @@ class SupersededError(WorkbenchError):
     """A newer request replaced this one; the user need not be told."""
 
 
-class WorkerProcess(ChildProcess):
+class WorkerProcess(ChildProcess, Generic[Order]):
     """A child process that answers requests; only `end` and `close` block.
 
     A `SendQueue` sends requests, and a thread receives messages until the process is gone. Requests
@@ -100,17 +103,15 @@ class WorkerProcess(ChildProcess):
         """Send a message that has no answer; raises here if it cannot be pickled."""
         self._send_queue.post(message)
 
-    def ask(self, make: Callable[[], object], answer: "Future[Any] | None" = None) -> "Future[Any]":
+    def do(self, what: Order, /, answer: "Future[Any] | None" = None) -> "Future[Any]":
         """Send a request, which is pickled now, and return a Future of its answer.
 
         Args:
-            make: makes the request's content; a WorkbenchError that it raises becomes the answer's
-                exception.
+            what: the request's content.
             answer: an `unanswered_future` to return, if the caller already has one.
         """
         answer = answer or unanswered_future()
         try:
-            what = make()
             with self._lock:
                 if self._closed or self.ended:
                     raise WorkbenchError(self.ended or f"the {self.name} is closed")
@@ -119,11 +120,14 @@ class WorkerProcess(ChildProcess):
                         f"the {self.name} has {self._most_unanswered} orders still to answer: wait "
                         "a moment"
                     )
-                self.send(Request(self._requests + 1, what))
+                self._send_queue.post(WorkerRequest(self._requests + 1, what))
                 self._requests += 1
                 self._unanswered[self._requests] = answer
         except WorkbenchError as error:
             answer.set_exception(error)
+        except Exception as error:  # a user's object may fail in any way
+            said = f"the request cannot be sent to a process: {error}"
+            answer.set_exception(WorkbenchError(said))
         return answer
 
     def close(self, limit: float = 0.0, last: object = None) -> None:
@@ -138,7 +142,7 @@ class WorkerProcess(ChildProcess):
             self.send(last)
         self.end(limit)
         if threading.current_thread() is not self._listener:  # a callback may call close
-            self._listener.join(DYING)
+            self._listener.join(CHILD_EXIT_TIMEOUT_S)
 
     def _listen(self) -> None:
         """Receive messages until the process is gone, then release it."""
@@ -156,15 +160,15 @@ class WorkerProcess(ChildProcess):
             unanswered, self._unanswered = self._unanswered, {}
         for answer in unanswered.values():
             answer.set_exception(WorkbenchError(reason))
-        self._send_queue.close(DYING)
+        self._send_queue.close(CHILD_EXIT_TIMEOUT_S)
         self.release()
 
     def _take(self, message: object) -> None:
         match message:
-            case Answer(number, value):
+            case WorkerResult(number, value):
                 self.answered = True
                 self._pop(number).set_result(value)
-            case Refusal(number, said):
+            case WorkerRefusal(number, said):
                 self.answered = True
                 self._pop(number).set_exception(WorkbenchError(said))
             case Superseded(number):

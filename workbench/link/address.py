@@ -6,8 +6,8 @@ from typing import NamedTuple
 from workbench.common.errors import WorkbenchError
 
 DEFAULT_PORT = 7733
-LOOPBACK = "127.0.0.1"
-IPV6_PREFIX = 64
+LOOPBACK_HOST = "127.0.0.1"
+IPV6_PREFIX_BITS = 64
 """Prefix length of the IPv6 network of a single machine, with 2^64 addresses [bits]."""
 
 
@@ -26,13 +26,12 @@ class Address(NamedTuple):
         return f"[{self.host}]:{self.port}" if ":" in self.host else f"{self.host}:{self.port}"
 
 
-def parse_address(text: str, port: int = DEFAULT_PORT, host: str = LOOPBACK) -> Address:
-    """Return the address for `HOST:PORT`, `HOST`, `:PORT` or `[IPv6]:PORT`.
+def parse_address(text: str, port: int = DEFAULT_PORT) -> Address:
+    """Return the address for `HOST:PORT`, `HOST`, `:PORT` or `[IPv6]:PORT`; here without a host.
 
     Args:
         text: the text.
         port: default if the text has none.
-        host: default if the text has none.
 
     Raises:
         WorkbenchError: if it is invalid.
@@ -48,10 +47,12 @@ def parse_address(text: str, port: int = DEFAULT_PORT, host: str = LOOPBACK) -> 
         named, colon, digits = written.partition(":")
         understood = not colon or bool(digits)
     if not understood or any(sign.isspace() or sign == "/" for sign in named):
-        raise WorkbenchError(f"'{text}' is not an address: write HOST:PORT, as {LOOPBACK}:{port}")
+        raise WorkbenchError(
+            f"'{text}' is not an address: write HOST:PORT, as {LOOPBACK_HOST}:{port}"
+        )
     if digits and not (digits.isascii() and digits.isdigit() and 0 < int(digits[:6]) < 65536):
         raise WorkbenchError(f"'{text}': the port '{digits}' is not a number from 1 to 65535")
-    return Address(named or host, int(digits) if digits else port)
+    return Address(named or LOOPBACK_HOST, int(digits) if digits else port)
 
 
 def is_loopback(host: str) -> bool:
@@ -80,4 +81,4 @@ def network_of(host: str) -> str:
         return host
     if address.ipv4_mapped:
         return str(address.ipv4_mapped)
-    return str(ipaddress.ip_network((int(address), IPV6_PREFIX), strict=False))
+    return str(ipaddress.ip_network((int(address), IPV6_PREFIX_BITS), strict=False))

@@ -1,4 +1,4 @@
-"""Authentication: tokens in a file, and proofs of a token that do not reveal it."""
+"""Authentication: tokens in a file, and how a client shows that it has one."""
 
 import hashlib
 import hmac
@@ -6,16 +6,16 @@ import os
 import re
 import secrets
 import stat
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from workbench.common.errors import WorkbenchError
-from workbench.link.messages import Role
-from workbench.link.wire import HMAC_SIZE, Flag, Frame
+from workbench.link.message_json import LONGEST_TOKEN
+from workbench.link.messages import Login, Role
 
-SHORTEST_TOKEN = 16
-LARGEST_FILE = 4096
-_LINE = re.compile(r"(view|command):\s*(\S+)")
+MIN_TOKEN_CHARS = 16
+MAX_TOKEN_FILE_BYTES = 4096
+_TOKEN_LINE_PATTERN = re.compile(r"(view|command):\s*(\S+)")
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,13 +35,32 @@ class Tokens:
         return self.command if role is Role.COMMAND else self.view
 
 
+def new_token() -> str:
+    """Return 24 random bytes as 48 hexadecimal digits, which no command takes for an option."""
+    return secrets.token_hex(24)
+
+
 def new_nonce() -> str:
     """Return 16 random bytes as 32 hexadecimal digits, never used before."""
     return secrets.token_hex(16)
 
 
+def shows_token(login: Login, token: str, server_nonce: str) -> bool:
+    """Return whether a login has the token of its role, or an older client's proof of it.
+
+    Args:
+        login: of the client, with a role.
+        token: of that role.
+        server_nonce: from hello, 32 hexadecimal digits.
+    """
+    if login.token:
+        return is_same_proof(login.token, token)
+    assert login.role is not None
+    return is_same_proof(login.proof, login_proof(token, login.role, server_nonce, login.nonce))
+
+
 def login_proof(token: str, role: Role, server_nonce: str, client_nonce: str) -> str:
-    """Return the proof of a client for login, 64 hexadecimal digits.
+    """Return the proof of an older client for login, 64 hexadecimal digits.
 
     Args:
         token: of the role.
@@ -54,38 +73,8 @@ def login_proof(token: str, role: Role, server_nonce: str, client_nonce: str) ->
     return hmac.new(token.encode(), text, hashlib.sha256).hexdigest()
 
 
-def session_key(token: str, server_nonce: str, client_nonce: str) -> bytes:
-    """Return the key of 32 bytes for proofs of frames of this connection."""
-    nonces = bytes.fromhex(server_nonce) + bytes.fromhex(client_nonce)
-    return hmac.digest(token.encode(), b"DH1 session" + nonces, "sha256")
-
-
-def frame_proof(key: bytes, signed_part: bytes) -> bytes:
-    """Return the proof of 16 bytes that follows the payload of a frame.
-
-    Args:
-        key: of the session.
-        signed_part: header and payload, with flag and length in the header as for a frame with
-            proof.
-    """
-    return hmac.digest(key, signed_part, "sha256")[:HMAC_SIZE]
-
-
-def prove(frame: Frame, key: bytes) -> Frame:
-    """Return the frame with its proof."""
-    marked = replace(frame, flags=frame.flags | Flag.HMAC)
-    return replace(marked, proof=frame_proof(key, marked.signed_part()))
-
-
-def is_proven(frame: Frame, key: bytes) -> bool:
-    """Return whether a frame has a correct proof."""
-    if not frame.flags & Flag.HMAC:
-        return False
-    return hmac.compare_digest(frame.proof, frame_proof(key, frame.signed_part()))
-
-
-def is_same(one: str, other: str) -> bool:
-    """Return whether two proofs are equal, in constant time."""
+def is_same_proof(one: str, other: str) -> bool:
+    """Return whether two tokens or proofs are equal, in constant time."""
     return hmac.compare_digest(one.encode(), other.encode())
 
 
@@ -94,28 +83,32 @@ def read_tokens(path: Path | str) -> Tokens:
 
     Raises:
         WorkbenchError: if it does not exist, others than its owner may access it, or it does not
-            have two different tokens of `SHORTEST_TOKEN` characters or more.
+            have two different printable tokens of `MIN_TOKEN_CHARS` characters or more.
     """
     found: dict[str, str] = {}
     for number, line in enumerate(private_text(Path(path)).splitlines(), start=1):
         text = line.strip()
         if not text or text.startswith("#"):
             continue
-        match = _LINE.fullmatch(text)
+        match = _TOKEN_LINE_PATTERN.fullmatch(text)
         if match is None or match[1] in found:  # never show the line: it may be a token
             raise WorkbenchError(
                 f"{path}:{number}: expected one line `view: TOKEN` and one `command: TOKEN`"
             )
-        if len(match[2]) < SHORTEST_TOKEN:
+        if len(match[2]) < MIN_TOKEN_CHARS:
             raise WorkbenchError(
                 f"{path}:{number}: the {match[1]} token has {len(match[2])} characters: "
-                f"give it {SHORTEST_TOKEN} or more"
+                f"give it {MIN_TOKEN_CHARS} or more"
+            )
+        if len(match[2].encode()) > LONGEST_TOKEN or not match[2].isprintable():
+            raise WorkbenchError(
+                f"{path}:{number}: a token has at most {LONGEST_TOKEN} bytes, all printable"
             )
         found[match[1]] = match[2]
     missing = [name for name in ("view", "command") if name not in found]
     if missing:
         raise WorkbenchError(f"{path}: add a line `{missing[0]}: TOKEN`")
-    if is_same(found["view"], found["command"]):
+    if is_same_proof(found["view"], found["command"]):
         raise WorkbenchError(f"{path}: both tokens are the same: everybody who may watch could fly")
     return Tokens(found["view"], found["command"])
 
@@ -126,7 +119,7 @@ def write_tokens(path: Path | str) -> Tokens:
     Raises:
         WorkbenchError: if the file exists, or cannot be written.
     """
-    tokens = Tokens(secrets.token_urlsafe(24), secrets.token_urlsafe(24))
+    tokens = Tokens(new_token(), new_token())
     try:
         number = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
         try:
@@ -179,12 +172,12 @@ def private_text(path: Path) -> str:
                     f"{path}: others may read it (mode {status.st_mode & 0o777:04o}): "
                     f"run chmod 600 {path}"
                 )
-            text = stream.read(LARGEST_FILE + 1)
+            text = stream.read(MAX_TOKEN_FILE_BYTES + 1)
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
         raise WorkbenchError(f"{path}: cannot be read: {reason}") from error
-    if len(text) > LARGEST_FILE:
-        raise WorkbenchError(f"{path}: a token file has at most {LARGEST_FILE} bytes")
+    if len(text) > MAX_TOKEN_FILE_BYTES:
+        raise WorkbenchError(f"{path}: a token file has at most {MAX_TOKEN_FILE_BYTES} bytes")
     try:
         return text.decode("utf-8")
     except UnicodeDecodeError as error:

@@ -9,8 +9,8 @@ from typing import Any, TypeVar
 
 from workbench.common.errors import WorkbenchError
 
-NOT_OPEN = "the client is not open: write `with Client(...) as client:`"
-ENDED = "the client's thread has ended: open a new client"
+CLIENT_NOT_OPEN = "the client is not open: write `with Client(...) as client:`"
+CLIENT_THREAD_ENDED = "the client's thread has ended: open a new client"
 
 T = TypeVar("T")
 
@@ -72,7 +72,7 @@ class BackgroundLoop:
             raise
         if future.cancelled() or not future.done():
             work.close()  # it may not have started
-            raise WorkbenchError(ENDED)
+            raise WorkbenchError(CLIENT_THREAD_ENDED)
         return future.result()
 
     def post(self, act: Callable[[], None]) -> None:
@@ -88,11 +88,11 @@ class BackgroundLoop:
     def _running(self) -> Iterator[asyncio.AbstractEventLoop]:
         """Return the running loop."""
         if not self._loop.done() or self._stopping.is_set():
-            raise WorkbenchError(NOT_OPEN)
+            raise WorkbenchError(CLIENT_NOT_OPEN)
         try:
             yield self._loop.result()
         except RuntimeError as error:  # raised by asyncio for a closed loop
-            raise WorkbenchError(ENDED) from error
+            raise WorkbenchError(CLIENT_THREAD_ENDED) from error
 
     def _wait(self, future: Future[Any]) -> None:
         """Wait for a result of the thread, as long as it runs."""

@@ -12,14 +12,18 @@ from enum import Enum
 from typing import NamedTuple
 
 from workbench.link.hello import ParameterRow
-from workbench.link.messages import FlightRequest, Role, ServerMessage
+from workbench.link.message_json import FlightRequest, ServerMessage
+from workbench.link.messages import Role
 from workbench.link.topics import Topic
+
+DISCONNECT_REASON = "the operator ended it"
+"""Why the operator disconnects a client, unless stated otherwise."""
 
 # From the server to the flight. `peer` is the number of a connection, never reused.
 
 
 @dataclass(frozen=True, slots=True)
-class Command:
+class VelocityCommand:
     """A velocity command of a client, as received or as flown.
 
     Attributes:
@@ -44,7 +48,7 @@ class Command:
 
 
 @dataclass(frozen=True, slots=True)
-class Request:
+class ClientRequest:
     """A request of a client to the flight, which answers with a `Reply`."""
 
     peer: int
@@ -52,13 +56,13 @@ class Request:
 
 
 @dataclass(frozen=True, slots=True)
-class Gone:
+class ClientDisconnected:
     """The connection of a client has ended."""
 
     peer: int
 
 
-FromClient = Command | Request | Gone
+FromClient = VelocityCommand | ClientRequest | ClientDisconnected
 
 
 @dataclass(frozen=True, slots=True)
@@ -123,7 +127,7 @@ ToFlight = Callable[[FromServer], None]
 
 
 @dataclass(frozen=True, slots=True)
-class Flight:
+class ServedFlight:
     """The flight: the first message, sent again when the set of parameters changes.
 
     Attributes:
@@ -174,7 +178,7 @@ class Reply:
 
 
 @dataclass(frozen=True, slots=True)
-class Refused:
+class CommandRefusal:
     """A command that was not, or only partly, applied; `seq` is the number of its frame."""
 
     peer: int
@@ -188,10 +192,10 @@ class Disconnect:
     """The operator disconnects a client."""
 
     peer: int
-    reason: str
+    reason: str = DISCONNECT_REASON
 
 
-class Stop(Enum):
+class StopServer(Enum):
     """The last message: take leave of all clients, and end."""
 
     STOP = "stop"

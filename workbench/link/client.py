@@ -50,6 +50,7 @@ class AsyncClient(ClientCore):
         return AsyncControl(self, repeats=False)
 
     parameters = ClientCore.request_parameters
+    description = ClientCore.request_description
     ping = ClientCore.request_time
 
 
@@ -113,6 +114,14 @@ class Client(ClientCore):
             WorkbenchError: if one is unknown.
         """
         return self.loop.call(self.request_parameters(*names))
+
+    def description(self) -> str:
+        """Return the description of the vehicle as URDF.
+
+        Raises:
+            WorkbenchError: if the server is older and does not know it, or it is too long.
+        """
+        return self.loop.call(self.request_description())
 
     def ping(self) -> float:
         """Ping the server, and return its simulated time [s]."""

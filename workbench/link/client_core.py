@@ -10,29 +10,29 @@ from workbench.link.address import parse_address
 from workbench.link.client_protocol import full_name, make_options
 from workbench.link.connection import Connection, RefusedError, make_trust, open_connection
 from workbench.link.hello import Hello
+from workbench.link.message_json import Operation, ServerMessage
 from workbench.link.messages import (
     ControlState,
+    DescribeVehicle,
     GetParameters,
     Nack,
-    Operation,
     ParameterValues,
     Ping,
     Pong,
     Role,
-    ServerMessage,
 )
 from workbench.link.sample import Sample, SampleQueue
 
-FIRST_PAUSE = 0.1
-LONGEST_PAUSE = 5.0
+FIRST_RECONNECT_PAUSE_S = 0.1
+MAX_RECONNECT_PAUSE_S = 5.0
 """Longest pause between attempts to reconnect; each is twice the one before [s]."""
-REQUEST_LIMIT = 5.0
+REQUEST_TIMEOUT_S = 5.0
 """Time limit for an answer [s]."""
 
 T = TypeVar("T")
 
 
-class Follower(Protocol):
+class ControlListener(Protocol):
     """A receiver of messages about control."""
 
     def receive(self, message: ServerMessage) -> None:
@@ -96,7 +96,7 @@ class ClientCore:
         self._samples = SampleQueue()
         self._failure: WorkbenchError | None = None
         self._connection: Connection | None = None
-        self._follower: Follower | None = None
+        self._follower: ControlListener | None = None
         self._answers: dict[int, asyncio.Future[ServerMessage]] = {}
         self._arrived = asyncio.Event()
         self._task: asyncio.Task[None] | None = None
@@ -151,7 +151,7 @@ class ClientCore:
         return self._connection
 
     async def request(
-        self, make: Callable[[int], Operation], wanted: type[T], limit: float = REQUEST_LIMIT
+        self, make: Callable[[int], Operation], wanted: type[T], limit: float = REQUEST_TIMEOUT_S
     ) -> T:
         """Send a request, and return the answer.
 
@@ -192,11 +192,19 @@ class ClientCore:
         answer = await self.request(lambda id: GetParameters(id, names), ParameterValues)
         return dict(answer.values)
 
+    async def request_description(self) -> str:
+        """Return the description of the vehicle as URDF.
+
+        Raises:
+            WorkbenchError: if the server is older and does not know it, or it is too long.
+        """
+        return (await self.request(DescribeVehicle, DescribeVehicle)).urdf
+
     async def request_time(self) -> float:
         """Ask whether the server is there, and return its simulated time [s]."""
         return (await self.request(Ping, Pong)).t_ns / 1e9
 
-    def follow(self, follower: Follower | None) -> None:
+    def follow(self, follower: ControlListener | None) -> None:
         """Pass messages about control to a follower from now on."""
         self._follower = follower
 
@@ -248,7 +256,7 @@ class ClientCore:
             raise
 
     async def _connect_again(self) -> Connection:
-        pause = FIRST_PAUSE
+        pause = FIRST_RECONNECT_PAUSE_S
         while True:
             # Random pauses, so that not all clients reconnect at once.
             await asyncio.sleep(pause * random.uniform(0.5, 1.0))
@@ -258,7 +266,7 @@ class ClientCore:
                 self.trouble = str(error)
                 if not error.retried:
                     raise
-            pause = min(2.0 * pause, LONGEST_PAUSE)
+            pause = min(2.0 * pause, MAX_RECONNECT_PAUSE_S)
 
     def _deliver(self, connection: Connection) -> None:
         """Pass on what has arrived."""

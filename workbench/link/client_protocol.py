@@ -2,40 +2,32 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 from workbench.common.errors import WorkbenchError, unknown_name
-from workbench.link.authentication import login_proof, new_nonce, prove, session_key
 from workbench.link.codes import DeniedError
-from workbench.link.drone_topics import COMMAND, LONGEST_NAME
+from workbench.link.drone_topics import COMMAND_SIGNAL, MAX_LINK_NAME_CHARS
 from workbench.link.hello import Hello
-from workbench.link.messages import (
-    COMMANDING,
-    FASTEST,
-    SLOWEST,
-    Bye,
-    Error,
-    Login,
-    Nack,
+from workbench.link.message_json import (
+    MAX_TOPIC_RATE_HZ,
+    MIN_TOPIC_RATE_HZ,
     Operation,
-    Pong,
-    Role,
     ServerMessage,
-    Subscribe,
     read_message,
     write_operation,
 )
+from workbench.link.messages import Bye, Error, Login, Nack, Pong, Role, Subscribe
 from workbench.link.sample import Sample
 from workbench.link.topics import PREFIX, Topic
-from workbench.link.wire import Decoder, Flag, Frame, Kind, WireError
+from workbench.link.wire import Decoder, FrameFlag, FrameKind, WireError, WireFrame
 
 LOGIN_ID = 1
 SUBSCRIBE_ID = 2
 """Id of the protocol's own request; other ids come after."""
-ACKNOWLEDGE = int(Flag.ACKNOWLEDGE)
+ACKNOWLEDGE_FLAG = int(FrameFlag.ACKNOWLEDGE)
 """A plain number, as combining flags takes microseconds at each frame."""
-ALL = "*"
-NO_SERVER = "the first frame is not HELLO: this is not a server of this protocol"
+ALL_TOPICS = "*"
+NOT_A_SERVER = "the first frame is not HELLO: this is not a server of this protocol"
 
 
 @dataclass(frozen=True)
@@ -53,7 +45,7 @@ class ClientOptions:
     name: str = ""
     token: str = field(default="", repr=False)
     role: Role = Role.COMMAND
-    topics: tuple[str, ...] = (ALL,)
+    topics: tuple[str, ...] = (ALL_TOPICS,)
     rate: float | None = None
 
 
@@ -83,7 +75,6 @@ class ClientProtocol:
         self._outgoing = bytearray()
         self.seq = 0
         self._last_id = SUBSCRIBE_ID
-        self._key = b""
 
     def receive(self, data: bytes) -> None:
         """Process received bytes."""
@@ -106,35 +97,33 @@ class ClientProtocol:
         return self._last_id
 
     def send(self, operation: Operation) -> None:
-        """Send an operation, with a proof if required."""
-        frame = Frame(Kind.CONTROL, 0, 0, 0, 0, write_operation(operation))
-        self._send_frame(frame, commanding=isinstance(operation, COMMANDING))
+        """Send an operation."""
+        self._send_frame(FrameKind.CONTROL, 0, 0, write_operation(operation))
 
     def command(self, payload: bytes) -> None:
         """Send a command that acts on the newest state; `seq` becomes its number."""
-        frame = Frame(Kind.DATA, COMMAND, 0, 0, self.newest_ns or 0, payload)
-        self._send_frame(frame, commanding=True)
+        self._send_frame(FrameKind.DATA, COMMAND_SIGNAL.id, self.newest_ns or 0, payload)
 
     @property
     def command_topic(self) -> Topic | None:
         """The topic of commands, None if the server accepts none."""
-        return self._topics.get(COMMAND)
+        return self._topics.get(COMMAND_SIGNAL.id)
 
-    def _send_frame(self, frame: Frame, commanding: bool = False) -> None:
+    def _send_frame(self, kind: FrameKind, topic: int, t_ns: int, payload: bytes) -> None:
         self.seq += 1
-        numbered = replace(frame, seq=self.seq)
-        proven = prove(numbered, self._key) if self._key and commanding else numbered
-        self._outgoing += proven.to_bytes()
+        self._outgoing += WireFrame(kind, topic, 0, self.seq, t_ns, payload).to_bytes()
 
-    def _take(self, frame: Frame) -> None:
-        if frame.kind == Kind.CONTROL:
+    def _take(self, frame: WireFrame) -> None:
+        if frame.kind == FrameKind.CONTROL:
             self._receive(read_message(frame.payload))
         elif self.hello is None:
-            self._finish("hello", NO_SERVER)
-        elif frame.kind == Kind.DATA:
+            self._finish("hello", NOT_A_SERVER)
+        elif frame.kind == FrameKind.DATA:
             self._keep(frame)
-        if frame.flags & ACKNOWLEDGE:
-            self._outgoing += Frame(Kind.ACKNOWLEDGEMENT, 0, 0, frame.seq, 0, b"").to_bytes()
+        if frame.flags & ACKNOWLEDGE_FLAG:
+            self._outgoing += WireFrame(
+                FrameKind.ACKNOWLEDGEMENT, 0, 0, frame.seq, 0, b""
+            ).to_bytes()
 
     def _receive(self, message: ServerMessage | None) -> None:
         """Handle messages about the connection itself; pass on the rest."""
@@ -146,7 +135,7 @@ class ClientProtocol:
             case Hello() if self.hello is None:
                 self._greet(message)
             case _ if self.hello is None:
-                self._finish("hello", NO_SERVER)
+                self._finish("hello", NOT_A_SERVER)
             case Login() if not self.ready:
                 self._subscribe()
             case Subscribe():
@@ -169,10 +158,7 @@ class ClientProtocol:
                 "login", "the server wants a token: give the one for your role from its token file"
             )
         elif hello.login:
-            nonce = new_nonce()
-            self._key = session_key(options.token, hello.nonce, nonce)
-            proof = login_proof(options.token, options.role, hello.nonce, nonce)
-            self.send(Login(LOGIN_ID, options.name, options.role, nonce, proof))
+            self.send(Login(LOGIN_ID, options.name, options.role, options.token))
         elif options.name:
             self.send(Login(LOGIN_ID, options.name))
         else:
@@ -184,7 +170,7 @@ class ClientProtocol:
     def _finish(self, code: str, said: str) -> None:
         self.end = self.end or Error(code, said)
 
-    def _keep(self, frame: Frame) -> None:
+    def _keep(self, frame: WireFrame) -> None:
         """Keep a sample; topics that are not known are from a newer server."""
         topic = self._topics.get(frame.topic)
         if topic is None:
@@ -207,13 +193,18 @@ def make_options(
     Raises:
         WorkbenchError: if one of them is invalid.
     """
-    if not name.isprintable() or len(name.encode()) > LONGEST_NAME:
+    if not name.isprintable() or len(name.encode()) > MAX_LINK_NAME_CHARS:
         raise WorkbenchError(
-            f"the name {name[:LONGEST_NAME]!r} is not valid: give at most {LONGEST_NAME} "
+            f"the name {name[:MAX_LINK_NAME_CHARS]!r} is not valid: give at most "
+            f"{MAX_LINK_NAME_CHARS} "
             "bytes of printable text"
         )
-    if rate is not None and not (math.isfinite(rate) and SLOWEST <= rate <= FASTEST):
-        raise WorkbenchError(f"the rate {rate} is not within {SLOWEST:g} .. {FASTEST:g} a second")
+    if rate is not None and not (
+        math.isfinite(rate) and MIN_TOPIC_RATE_HZ <= rate <= MAX_TOPIC_RATE_HZ
+    ):
+        raise WorkbenchError(
+            f"the rate {rate} is not within {MIN_TOPIC_RATE_HZ:g} .. {MAX_TOPIC_RATE_HZ:g} a second"
+        )
     if isinstance(topics, str):
         topics = (topics,)
     try:
@@ -225,4 +216,4 @@ def make_options(
 
 def full_name(topic: str) -> str:
     """Return the name of a topic with the common prefix."""
-    return topic if topic == ALL or topic.startswith("/") else PREFIX + topic
+    return topic if topic == ALL_TOPICS or topic.startswith("/") else PREFIX + topic

@@ -16,12 +16,13 @@ from dataclasses import dataclass
 
 from workbench.common.errors import WorkbenchError
 from workbench.common.plain_files import read_plain
-from workbench.link.address import Address
+from workbench.link.address import Address, is_loopback
 from workbench.link.client_protocol import ClientOptions, ClientProtocol
-from workbench.link.messages import Bye, Error, Operation, Ping
+from workbench.link.message_json import Operation
+from workbench.link.messages import Bye, Error, Ping
 
-FINGERPRINT = "sha256:"
-MOST_BYTES = 4_000_000
+FINGERPRINT_PREFIX = "sha256:"
+MAX_TRUST_FILE_BYTES = 4_000_000
 """Size limit of a file of certificates."""
 
 
@@ -51,7 +52,8 @@ class Trust:
         shown = hashlib.sha256(certificate or b"").digest()
         if not hmac.compare_digest(shown, self.fingerprint):
             raise WorkbenchError(
-                f"the server's certificate has the fingerprint {FINGERPRINT}{shown.hex()}, which "
+                f"the server's certificate has the fingerprint {FINGERPRINT_PREFIX}{shown.hex()}, "
+                "which "
                 "is not the one that was given: connect only if its owner tells you that one"
             )
 
@@ -70,11 +72,11 @@ def make_trust(tls: str | bool | None) -> Trust:
         return Trust()
     if tls is True:
         return Trust(ssl.create_default_context())
-    if tls.startswith(FINGERPRINT):
+    if tls.startswith(FINGERPRINT_PREFIX):
         return _by_fingerprint(tls)
-    what = f"name a file of certificates (PEM), or {FINGERPRINT}FINGERPRINT"
+    what = f"name a file of certificates (PEM), or {FINGERPRINT_PREFIX}FINGERPRINT"
     try:
-        read_plain(tls, MOST_BYTES)  # the library would wait for the writer of a pipe
+        read_plain(tls, MAX_TRUST_FILE_BYTES)  # the library would wait for the writer of a pipe
         return Trust(ssl.create_default_context(cafile=tls))
     except WorkbenchError as error:
         raise WorkbenchError(f"{error}: {what}") from None
@@ -83,14 +85,15 @@ def make_trust(tls: str | bool | None) -> Trust:
 
 
 def _by_fingerprint(tls: str) -> Trust:
-    digits = tls.removeprefix(FINGERPRINT).replace(":", "")
+    digits = tls.removeprefix(FINGERPRINT_PREFIX).replace(":", "")
     try:
         fingerprint = bytes.fromhex(digits)
     except ValueError:
         fingerprint = b""
     if len(fingerprint) != hashlib.sha256().digest_size:
         raise WorkbenchError(
-            f"'{tls}' is not a fingerprint: write {FINGERPRINT} and 64 hexadecimal digits, as "
+            f"'{tls}' is not a fingerprint: write {FINGERPRINT_PREFIX} and 64 hexadecimal digits, "
+            "as "
             "`openssl x509 -fingerprint -sha256 -noout -in CERTIFICATE` prints them"
         )
     context = ssl.SSLContext(ssl.PROTOCOL_TLS_CLIENT)
@@ -99,23 +102,23 @@ def _by_fingerprint(tls: str) -> Trust:
     return Trust(context, fingerprint)
 
 
-LIMIT = 5.0
+CONNECT_TIMEOUT_S = 5.0
 """Time limit to connect [s]."""
-GREETING_LIMIT = 5.0
+GREETING_TIMEOUT_S = 5.0
 """Time limit for the greeting [s]."""
-CROWDED = 1.0
+CROWD_RETRY_S = 1.0
 """Time for which to try again if the server ends a connection before its login: it may have to make
 room, as strangers take all of its connections [s]."""
-CROWD_PAUSE = 0.02
-CHUNK = 256 * 1024
-QUIET = 2.0
+CROWD_PAUSE_S = 0.02
+READ_CHUNK_BYTES = 256 * 1024
+PING_AFTER_S = 2.0
 """Silence after which a client pings the server [s]; after another such time it disconnects."""
-FRESH = 0.2
+MAX_STATE_SILENCE_S = 0.2
 """Time without a state after which a client in control asks for the simulated time [s]."""
-MOST_UNSENT = 64 * 1024
+MAX_UNSENT_BYTES = 64 * 1024
 """Largest number of bytes waiting to be sent; a further command would be late, and is not sent."""
 
-RETRIED = {"lost", "bye", "slow", "overflow", "too_many", "back_off", "internal"}
+RETRIED_ENDS = {"lost", "bye", "slow", "overflow", "too_many", "back_off", "internal"}
 """Ends after which to reconnect; others would only occur again."""
 
 
@@ -134,12 +137,12 @@ class Connection:
         self._writer = writer
         self._end: Error | None = None
         self._pinged = False
-        self._told = -FRESH
+        self._told = -MAX_STATE_SILENCE_S
 
     @property
     def fresh(self) -> bool:
         """Whether the known simulated time is current."""
-        return time.monotonic() - self._told < FRESH
+        return time.monotonic() - self._told < MAX_STATE_SILENCE_S
 
     @property
     def end(self) -> Error | None:
@@ -149,8 +152,8 @@ class Connection:
     async def read(self) -> None:
         """Receive data, or detect that no more will come."""
         try:
-            async with asyncio.timeout(QUIET):
-                data = await self._reader.read(CHUNK)
+            async with asyncio.timeout(PING_AFTER_S):
+                data = await self._reader.read(READ_CHUNK_BYTES)
         except TimeoutError:
             self._on_silence()
             return
@@ -174,7 +177,7 @@ class Connection:
 
     def command(self, payload: bytes) -> None:
         """Send a command, unless earlier ones are still waiting to be sent."""
-        if self._writer.transport.get_write_buffer_size() < MOST_UNSENT:
+        if self._writer.transport.get_write_buffer_size() < MAX_UNSENT_BYTES:
             self.protocol.command(payload)
             self._flush()
 
@@ -198,7 +201,7 @@ class Connection:
 
     def _on_silence(self) -> None:
         if self._pinged:
-            self._end = Error("lost", f"the server was silent for {2.0 * QUIET:g} s")
+            self._end = Error("lost", f"the server was silent for {2.0 * PING_AFTER_S:g} s")
             return
         self._pinged = True
         self.send(Ping())
@@ -215,12 +218,21 @@ async def open_connection(address: Address, trust: Trust, options: ClientOptions
     Raises:
         RefusedError: if the connection fails, or the server rejects it.
     """
-    give_up = time.monotonic() + CROWDED
+    give_up = time.monotonic() + CROWD_RETRY_S
     while True:
         try:
-            connection = Connection(options, *await connect(address, trust))
+            reader, writer = await connect(address, trust)
         except WorkbenchError as error:
             raise RefusedError("lost", str(error)) from None
+        if options.token and not trust.context and _is_elsewhere(writer):
+            writer.transport.abort()
+            raise RefusedError(
+                "tls",
+                f"{address} is another machine, and without TLS anybody between could read the "
+                "token: give the server's certificate (PEM), or "
+                f"{FINGERPRINT_PREFIX}FINGERPRINT, as tls",
+            )
+        connection = Connection(options, reader, writer)
         await _greet(connection, address)
         if connection.end is None:
             return connection
@@ -228,7 +240,7 @@ async def open_connection(address: Address, trust: Trust, options: ClientOptions
         if connection.end.code != "lost" or time.monotonic() > give_up:
             said = f"{address}: {connection.end.said}{_hint(connection.end, options)}"
             raise RefusedError(connection.end.code, said)
-        await asyncio.sleep(CROWD_PAUSE)
+        await asyncio.sleep(CROWD_PAUSE_S)
 
 
 async def _greet(connection: Connection, address: Address) -> None:
@@ -238,14 +250,14 @@ async def _greet(connection: Connection, address: Address) -> None:
         RefusedError: if the server is silent.
     """
     try:
-        async with asyncio.timeout(GREETING_LIMIT):
+        async with asyncio.timeout(GREETING_TIMEOUT_S):
             while not connection.protocol.ready and connection.end is None:
                 await connection.read()
     except TimeoutError:
         await connection.close()
         raise RefusedError(
             "lost",
-            f"{address} sent no greeting within {GREETING_LIMIT:g} s: is it a drone's server, "
+            f"{address} sent no greeting within {GREETING_TIMEOUT_S:g} s: is it a drone's server, "
             "and does it want TLS?",
         ) from None
     except BaseException:
@@ -262,7 +274,7 @@ class RefusedError(WorkbenchError):
 
     def __init__(self, code: str, said: str) -> None:
         super().__init__(said)
-        self.retried = code in RETRIED
+        self.retried = code in RETRIED_ENDS
 
 
 def _hint(end: Error, options: ClientOptions) -> str:
@@ -285,7 +297,7 @@ async def connect(
         WorkbenchError: if there is no server, the name is unknown, or TLS fails.
     """
     try:
-        async with asyncio.timeout(LIMIT):
+        async with asyncio.timeout(CONNECT_TIMEOUT_S):
             reader, writer = await asyncio.open_connection(
                 address.host,
                 address.port,
@@ -294,7 +306,8 @@ async def connect(
             )
     except TimeoutError:
         raise WorkbenchError(
-            f"{address} did not answer within {LIMIT:g} s: is the host right, is a firewall in "
+            f"{address} did not answer within {CONNECT_TIMEOUT_S:g} s: is the host right, is a "
+            "firewall in "
             "between, and does the server use TLS as requested?"
         ) from None
     except OSError as error:
@@ -302,14 +315,20 @@ async def connect(
     try:
         if trust.context:
             trust.check(writer.get_extra_info("ssl_object").getpeercert(binary_form=True))
-        tune(writer)
+        disable_send_delay(writer)
     except BaseException:
         writer.transport.abort()
         raise
     return reader, writer
 
 
-def tune(writer: asyncio.StreamWriter) -> None:
+def _is_elsewhere(writer: asyncio.StreamWriter) -> bool:
+    """Return whether the other side of a connection is not this machine itself, by loopback."""
+    peer = writer.get_extra_info("peername")  # None if it was reset: nothing can be sent any more
+    return peer is not None and not is_loopback(peer[0])
+
+
+def disable_send_delay(writer: asyncio.StreamWriter) -> None:
     """Disable buffering of small packets (Nagle's algorithm), which would delay commands."""
     writer.get_extra_info("socket").setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
 

@@ -18,34 +18,33 @@ from workbench.link.background_loop import BackgroundLoop
 from workbench.link.client_core import ClientCore
 from workbench.link.codes import NackCode
 from workbench.link.connection import Connection
-from workbench.link.drone_topics import AXES
+from workbench.link.drone_topics import ALL_COMMAND_AXES
+from workbench.link.message_json import TAKE_OFF_HEIGHT_M, ServerMessage
 from workbench.link.messages import (
-    TAKE_OFF_HEIGHT,
+    ControlOwner,
     ControlState,
     FlightDone,
     FlightOperation,
-    Hand,
+    LinkLossStage,
     Nack,
     ParameterValues,
     Ping,
     ReleaseControl,
     RequestControl,
-    ServerMessage,
     SetParameters,
-    Stage,
 )
 
-RELEASE_LIMIT = 1.0
-FIELDS = ("lease", "axes", "v_x", "v_y", "v_z", "yaw_rate")
-PERIOD = 0.05
+RELEASE_TIMEOUT_S = 1.0
+COMMAND_FIELDS = ("lease", "axes", "v_x", "v_y", "v_z", "yaw_rate")
+COMMAND_PERIOD_S = 0.05
 """Period at which the last command is repeated [s]."""
-PERIOD_NS = 100_000_000
+MAX_COMMAND_PERIOD_NS = 100_000_000
 """Longest such period in simulated time [ns], for a flight faster than the clock."""
-HOLD = 2.0
+DEFAULT_VELOCITY_HOLD_S = 2.0
 """Default time for which a velocity is repeated [s]."""
 
-Velocity = tuple[float, float, float, float]
-NEUTRAL: Velocity = (0.0, 0.0, 0.0, 0.0)
+VelocityAndYawRate = tuple[float, float, float, float]
+ZERO_VELOCITY: VelocityAndYawRate = (0.0, 0.0, 0.0, 0.0)
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -73,7 +72,7 @@ class AsyncControl:
         self._client = client
         self._connection: Connection | None = None
         self._lease = 0
-        self._commanded = NEUTRAL
+        self._commanded = ZERO_VELOCITY
         self._sent_ns = 0
         self._refused = ""
         self._before = 0
@@ -82,9 +81,14 @@ class AsyncControl:
         self._lapses_at = math.inf
         self._repeating: asyncio.Task[None] | None = None
 
+    @property
+    def repeats(self) -> bool:
+        """Whether commands are repeated at present."""
+        return self._repeating is not None
+
     async def __aenter__(self) -> "AsyncControl":
         topic = self._client.connection.protocol.command_topic
-        if topic is None or tuple(field.name for field in topic.fields) != FIELDS:
+        if topic is None or tuple(field.name for field in topic.fields) != COMMAND_FIELDS:
             raise WorkbenchError("this server takes no commands that this client knows")
         await self._client.request_time()  # needed in commands
         granted = await self._client.request(
@@ -101,20 +105,28 @@ class AsyncControl:
         return self
 
     async def __aexit__(self, *_: object) -> None:
-        self._stop_repeating()
+        self.stop_repeating()
         self._client.follow(None)
         try:
             if not self.lost:
                 # No answer is needed: without the release the lease expires.
                 with contextlib.suppress(WorkbenchError):
                     await self._client.request(
-                        lambda id: ReleaseControl(id, self._lease), ReleaseControl, RELEASE_LIMIT
+                        lambda id: ReleaseControl(id, self._lease),
+                        ReleaseControl,
+                        RELEASE_TIMEOUT_S,
                     )
         finally:
             self._lease, self.lost = 0, self.lost or "it was released"
 
     def velocity(
-        self, x: float, y: float, z: float, yaw_rate: float = 0.0, *, hold: float = HOLD
+        self,
+        x: float,
+        y: float,
+        z: float,
+        yaw_rate: float = 0.0,
+        *,
+        hold: float = DEFAULT_VELOCITY_HOLD_S,
     ) -> None:
         """Fly at a velocity in W [m/s] and turn [rad/s] for a while, then hold the position.
 
@@ -135,31 +147,42 @@ class AsyncControl:
             WorkbenchError: if control was lost, a number is not finite, or the last velocity was
                 rejected.
         """
-        self.steer(self.checked(x, y, z, yaw_rate), lapse_time(hold))
+        self.steer(self.checked(x, y, z, yaw_rate), velocity_expiry(hold))
 
-    async def take_off(self, height: float = TAKE_OFF_HEIGHT) -> float:
-        """Take off to a height above the ground [m]; return the simulated start time [s].
+    async def request(self, what: str, height: float = TAKE_OFF_HEIGHT_M) -> float:
+        """Request an operation, such as take_off (to a height [m]); return the start time [s].
+
+        The operations are arm, take_off, land, stop, hold, and reset, which starts the flight again
+        and ends the lease.
 
         Raises:
-            WorkbenchError: if it is refused; the same holds for the next four methods.
+            WorkbenchError: if it is refused; the same holds for the next six methods.
         """
-        return await self._fly("take_off", height)
+        self.check()
+        answer = await self._client.request(
+            lambda id: FlightOperation(id, what, height, self._lease), FlightDone
+        )
+        return answer.applied_ns / 1e9
+
+    async def take_off(self, height: float = TAKE_OFF_HEIGHT_M) -> float:
+        """Take off to a height above the ground [m]; return the simulated start time [s]."""
+        return await self.request("take_off", height)
 
     async def land(self) -> float:
         """Land at the present position; return the simulated start time [s]."""
-        return await self._fly("land")
+        return await self.request("land")
 
     async def arm(self) -> float:
         """Let the rotors idle; return the simulated start time [s]."""
-        return await self._fly("arm")
+        return await self.request("arm")
 
     async def stop(self) -> float:
         """Stop the rotors, even in the air; return the simulated time [s]."""
-        return await self._fly("stop")
+        return await self.request("stop")
 
     async def hold(self) -> float:
         """Brake and hold the position, also in take-off or landing; return the start time [s]."""
-        return await self._fly("hold")
+        return await self.request("hold")
 
     async def set(self, **values: float) -> dict[str, float]:
         """Set live parameters by name, all or none, and return their present values.
@@ -184,7 +207,7 @@ class AsyncControl:
         if not self._lease:
             raise WorkbenchError("nobody asked for control: write `with client.control() as c:`")
 
-    def checked(self, x: float, y: float, z: float, yaw_rate: float) -> Velocity:
+    def checked(self, x: float, y: float, z: float, yaw_rate: float) -> VelocityAndYawRate:
         """Return a valid velocity; see `velocity`."""
         self.check()
         if self._refused:
@@ -200,7 +223,7 @@ class AsyncControl:
             )
         return velocity
 
-    def steer(self, velocity: Velocity, lapses_at: float) -> None:
+    def steer(self, velocity: VelocityAndYawRate, lapses_at: float) -> None:
         """Send a velocity; if repeated, it expires at a time of the monotonic clock [s]."""
         self._commanded, self._lapses_at = velocity, lapses_at
         self.scaled = ""
@@ -210,7 +233,11 @@ class AsyncControl:
         """Handle messages about control."""
         match message:
             case ControlState(hand, peer, _, stage, _, reason):
-                if (hand, peer, stage) != (Hand.CLIENT, self._client.peer, Stage.LIVE):
+                if (hand, peer, stage) != (
+                    ControlOwner.CLIENT,
+                    self._client.peer,
+                    LinkLossStage.LIVE,
+                ):
                     self.lose(reason)
             case Nack(_, _, _, int(seq)) if seq <= self._before:
                 pass  # from an older lease
@@ -219,16 +246,16 @@ class AsyncControl:
             case Nack(NackCode.NOT_HOLDER, sentence, _, int()):
                 self.lose(sentence)
             case Nack(NackCode.NEUTRAL_FIRST, _, _, int()):  # the first one was rejected
-                self._send(NEUTRAL)
+                self._send(ZERO_VELOCITY)
             case Nack(NackCode.STALE, _, _, int()):
                 pass  # the next one will act on a newer state
             case Nack(_, sentence, _, int(seq)) if seq > self._told_until:
-                self._refused, self._commanded = sentence, NEUTRAL
+                self._refused, self._commanded = sentence, ZERO_VELOCITY
 
     def lose(self, reason: str) -> None:
         """Note the loss of control."""
         self.lost = self.lost or reason
-        self._stop_repeating()
+        self.stop_repeating()
 
     def keep_up(self) -> None:
         """Repeat the command if simulated time runs faster than the clock."""
@@ -236,11 +263,11 @@ class AsyncControl:
         if (
             self._repeating
             and connection
-            and (connection.protocol.newest_ns or 0) - self._sent_ns >= PERIOD_NS
+            and (connection.protocol.newest_ns or 0) - self._sent_ns >= MAX_COMMAND_PERIOD_NS
         ):
             self._repeat_once()
 
-    def _send(self, velocity: Velocity | None = None) -> None:
+    def _send(self, velocity: VelocityAndYawRate | None = None) -> None:
         connection = self._connection
         if connection is None or self.lost or connection.end is not None:
             return
@@ -249,29 +276,26 @@ class AsyncControl:
         topic = connection.protocol.command_topic
         assert topic is not None  # checked before control was requested
         self._sent_ns = connection.protocol.newest_ns or 0
-        connection.command(topic.pack((self._lease, AXES, *(velocity or self._commanded))))
-
-    async def _fly(self, what: str, height: float = TAKE_OFF_HEIGHT) -> float:
-        self.check()
-        answer = await self._client.request(
-            lambda id: FlightOperation(id, what, height, self._lease), FlightDone
+        connection.command(
+            topic.pack((self._lease, ALL_COMMAND_AXES, *(velocity or self._commanded)))
         )
-        return answer.applied_ns / 1e9
 
     async def _repeat(self) -> None:
         """Repeat the last command, as silence means the loss of control."""
         while True:
-            await asyncio.sleep(PERIOD)
+            await asyncio.sleep(COMMAND_PERIOD_S)
             self._repeat_once()
 
     def _repeat_once(self) -> None:
         if time.monotonic() >= self._lapses_at:
-            self._commanded = NEUTRAL
+            self._commanded = ZERO_VELOCITY
         self._send()
 
-    def _stop_repeating(self) -> None:
+    def stop_repeating(self) -> None:
+        """Send each command once from now on, as with `direct_control`."""
         if self._repeating is not None:
             self._repeating.cancel()
+            self._repeating = None
 
     def _notice(self, repeating: "asyncio.Task[None]") -> None:
         """Give up control if it cannot be kept; the lease then expires."""
@@ -279,7 +303,7 @@ class AsyncControl:
             self.lose(f"the client failed: {type(error).__name__}: {error}")
 
 
-def lapse_time(hold: float) -> float:
+def velocity_expiry(hold: float) -> float:
     """Return when a velocity sent now expires, by the monotonic clock [s].
 
     Raises:
@@ -329,12 +353,19 @@ class Control:
         return self._control.scaled
 
     def velocity(
-        self, x: float, y: float, z: float, yaw_rate: float = 0.0, *, hold: float = HOLD
+        self,
+        x: float,
+        y: float,
+        z: float,
+        yaw_rate: float = 0.0,
+        *,
+        hold: float = DEFAULT_VELOCITY_HOLD_S,
     ) -> None:
         """Fly at a velocity for a while, then hold the position; see `AsyncControl.velocity`."""
         velocity = self._control.checked(x, y, z, yaw_rate)
-        self._loop.post(partial(self._control.steer, velocity, lapse_time(hold)))
+        self._loop.post(partial(self._control.steer, velocity, velocity_expiry(hold)))
 
+    request = _blocking(AsyncControl.request)
     take_off = _blocking(AsyncControl.take_off)
     land = _blocking(AsyncControl.land)
     arm = _blocking(AsyncControl.arm)

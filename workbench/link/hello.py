@@ -3,17 +3,22 @@
 from dataclasses import asdict, dataclass, fields
 from typing import Any, ClassVar
 
-from workbench.link.drone_topics import LONGEST_NAME
-from workbench.link.json_fields import LARGEST_ID, JsonFields
+from workbench.link.drone_topics import MAX_LINK_NAME_CHARS
+from workbench.link.json_fields import MAX_REQUEST_ID, JsonFields
 from workbench.link.topics import Topic, topic_from
-from workbench.link.wire import LARGEST, LARGEST_BEFORE_LOGIN, LARGEST_OPERATION, VERSION
+from workbench.link.wire import (
+    MAX_BYTES_BEFORE_LOGIN,
+    MAX_OPERATION_BYTES,
+    MAX_PAYLOAD_BYTES,
+    PROTOCOL_VERSION,
+)
 
-LARGEST_PEER = 2**63 - 1
-MOST_CLIENTS = 1_000_000
+MAX_PEER_NUMBER = 2**63 - 1
+MAX_CLIENTS = 1_000_000
 
 
 @dataclass(frozen=True, slots=True)
-class Limits:
+class ServerLimits:
     """The limits of the server.
 
     Attributes:
@@ -34,15 +39,15 @@ class Limits:
     level_speed: float
     climb_rate: float
     yaw_rate: float
-    largest: int = LARGEST
-    largest_before_login: int = LARGEST_BEFORE_LOGIN
+    largest: int = MAX_PAYLOAD_BYTES
+    largest_before_login: int = MAX_BYTES_BEFORE_LOGIN
     clients: int = 16
     clients_an_address: int = 4
     hold_after: float = 0.5
     lost_after: float = 2.0
     land_after: float = 5.0
     oldest_state: float = 1.0
-    largest_operation: int = LARGEST_OPERATION
+    largest_operation: int = MAX_OPERATION_BYTES
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,10 +86,10 @@ class Hello:
     vehicle: str
     nonce: str
     login: bool
-    limits: Limits
+    limits: ServerLimits
     topics: tuple[Topic, ...]
     parameters: tuple[ParameterRow, ...]
-    protocol: tuple[int, int] = (VERSION, VERSION)
+    protocol: tuple[int, int] = (PROTOCOL_VERSION, PROTOCOL_VERSION)
 
     def values(self) -> dict[str, object]:
         """Return the content in JSON types."""
@@ -109,39 +114,41 @@ def read_hello(found: JsonFields) -> Hello:
         DeniedError: if something is missing or wrong.
     """
     return Hello(
-        protocol=_range(found),
+        protocol=_read_bounds(found),
         server=found.sentence("server"),
-        session=found.text("session", LONGEST_NAME),
-        peer=found.integer("peer", 0, LARGEST_PEER),
+        session=found.text("session", MAX_LINK_NAME_CHARS),
+        peer=found.integer("peer", 0, MAX_PEER_NUMBER),
         vehicle=found.sentence("vehicle"),
         nonce=found.digits("nonce", 32),
         login=found.truth("login"),
-        limits=_limits(found.within("limits")),
-        topics=_topics(found),
+        limits=_read_limits(found.within("limits")),
+        topics=_read_topics(found),
         parameters=tuple(_parameter(found.part(each)) for each in found.objects("parameters")),
     )
 
 
-def _range(found: JsonFields) -> tuple[int, int]:
+def _read_bounds(found: JsonFields) -> tuple[int, int]:
     low, high = found.integers("protocol", 2)
-    if not low <= VERSION <= high:
-        raise found.bad(f"the server speaks versions {low} to {high}, this client {VERSION}")
+    if not low <= PROTOCOL_VERSION <= high:
+        raise found.bad(
+            f"the server speaks versions {low} to {high}, this client {PROTOCOL_VERSION}"
+        )
     return low, high
 
 
-def _limits(found: JsonFields) -> Limits:
-    most = dict.fromkeys(("clients", "clients_an_address"), MOST_CLIENTS)
+def _read_limits(found: JsonFields) -> ServerLimits:
+    most = dict.fromkeys(("clients", "clients_an_address"), MAX_CLIENTS)
     values: dict[str, Any] = {
-        each.name: found.integer(each.name, 1, most.get(each.name, LARGEST_ID))
+        each.name: found.integer(each.name, 1, most.get(each.name, MAX_REQUEST_ID))
         if each.type is int
         else found.number(each.name, 0.0)
-        for each in fields(Limits)
+        for each in fields(ServerLimits)
         if each.name != "largest_operation"  # not read, as older servers do not state it
     }
-    return Limits(**values)
+    return ServerLimits(**values)
 
 
-def _topics(found: JsonFields) -> tuple[Topic, ...]:
+def _read_topics(found: JsonFields) -> tuple[Topic, ...]:
     try:
         topics = tuple(topic_from(each) for each in found.objects("topics"))
     except ValueError as error:
@@ -153,8 +160,8 @@ def _topics(found: JsonFields) -> tuple[Topic, ...]:
 
 def _parameter(found: JsonFields) -> ParameterRow:
     return ParameterRow(
-        name=found.text("name", LONGEST_NAME),
-        unit=found.text("unit", LONGEST_NAME),
+        name=found.text("name", MAX_LINK_NAME_CHARS),
+        unit=found.text("unit", MAX_LINK_NAME_CHARS),
         low=found.number("low"),
         high=found.number("high"),
         default=found.number("default"),

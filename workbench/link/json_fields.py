@@ -12,20 +12,20 @@ from typing import TypeVar
 
 from workbench.common.plain_text import plain_name
 from workbench.link.codes import DeniedError, NackCode
-from workbench.link.drone_topics import LONGEST_NAME
+from workbench.link.drone_topics import MAX_LINK_NAME_CHARS
 from workbench.link.wire import WireError
 
-DEEPEST = 8
+MAX_JSON_DEPTH = 8
 """Largest depth of nested objects and arrays; the outermost object counts as 1."""
-LONGEST_INTEGER = 20
+MAX_INTEGER_CHARS = 20
 """Largest number of characters of an integer, for 64 bits."""
-_TEXT = re.compile(rb'"(?:[^"\\]|\\.)*+"?', re.DOTALL)
-_BRACKET = re.compile(rb"[\[{\]}]")
-_PAIR = re.compile(rb"\[\]|\{\}")
-_NO_BRACKET = bytes(set(range(256)) - set(b"[]{}"))
-_UNUSUAL = re.compile(rb"[0-9]{20}|[0-9][eE]")
+_JSON_STRING_PATTERN = re.compile(rb'"(?:[^"\\]|\\.)*+"?', re.DOTALL)
+_BRACKET_PATTERN = re.compile(rb"[\[{\]}]")
+_BRACKET_PAIR_PATTERN = re.compile(rb"\[\]|\{\}")
+_NO_BRACKET_BYTES = bytes(set(range(256)) - set(b"[]{}"))
+_LARGE_NUMBER_PATTERN = re.compile(rb"[0-9]{20}|[0-9][eE]")
 """Only a number with this many digits, or with an exponent, can be too large."""
-_SURROGATE = re.compile(rb"\\u[dD][89a-fA-F]")
+_SURROGATE_PATTERN = re.compile(rb"\\u[dD][89a-fA-F]")
 
 
 def read_json(payload: bytes) -> dict[str, object]:
@@ -34,12 +34,12 @@ def read_json(payload: bytes) -> dict[str, object]:
     Raises:
         WireError: code "json", for invalid UTF-8 or JSON, for anything but an object, and for
             ambiguous JSON: a repeated key, NaN and infinity, numbers too large, half of a surrogate
-            pair, arrays and objects nested deeper than `DEEPEST`.
+            pair, arrays and objects nested deeper than `MAX_JSON_DEPTH`.
     """
     try:
-        bare = _TEXT.sub(b"", payload)
+        bare = _JSON_STRING_PATTERN.sub(b"", payload)
         _check_depth(bare)  # first, as the parser is recursive
-        unusual = _UNUSUAL.search(bare)  # a check of each number would cost the most
+        unusual = _LARGE_NUMBER_PATTERN.search(bare)  # a check of each number would cost the most
         value = json.loads(
             payload.decode("utf-8"),
             object_pairs_hook=_object,
@@ -47,7 +47,7 @@ def read_json(payload: bytes) -> dict[str, object]:
             parse_int=_integer if unusual else None,
             parse_constant=_no_number,
         )
-        if _SURROGATE.search(payload):
+        if _SURROGATE_PATTERN.search(payload):
             json.dumps(value, ensure_ascii=False).encode()
     except UnicodeDecodeError as error:
         raise WireError("json", f"byte {error.start} is not UTF-8") from error
@@ -76,20 +76,20 @@ def _check_depth(bare: bytes) -> None:
     Args:
         bare: JSON without its texts.
     """
-    left = brackets = bare.translate(None, _NO_BRACKET)
+    left = brackets = bare.translate(None, _NO_BRACKET_BYTES)
     for opening, closing in (b"[]", b"{}"):
         open_ = brackets.count(opening) - brackets.count(closing)
-        if 0 != open_ <= DEEPEST:
+        if 0 != open_ <= MAX_JSON_DEPTH:
             raise ValueError("a bracket has no partner")
-    for _ in range(DEEPEST):
-        left = _PAIR.sub(b"", left)  # the innermost ones
+    for _ in range(MAX_JSON_DEPTH):
+        left = _BRACKET_PAIR_PATTERN.sub(b"", left)  # the innermost ones
     if not left:
         return
     depth = 0
-    for bracket in _BRACKET.finditer(brackets):
+    for bracket in _BRACKET_PATTERN.finditer(brackets):
         depth += 1 if bracket[0] in b"[{" else -1
-        if depth > DEEPEST:
-            raise ValueError(f"more than {DEEPEST} objects and arrays within each other")
+        if depth > MAX_JSON_DEPTH:
+            raise ValueError(f"more than {MAX_JSON_DEPTH} objects and arrays within each other")
 
 
 def _object(pairs: list[tuple[str, object]]) -> dict[str, object]:
@@ -111,7 +111,7 @@ def _float(text: str) -> float:
 
 
 def _integer(text: str) -> int:
-    if len(text) > LONGEST_INTEGER:
+    if len(text) > MAX_INTEGER_CHARS:
         raise ValueError(f"the integer {text[:40]}... is too long")
     return int(text)
 
@@ -120,10 +120,10 @@ def _no_number(text: str) -> float:
     raise ValueError(f"{text} is not a number in JSON")
 
 
-LARGEST_ID = 2**32 - 1
-MOST_NAMES = 256
-LONGEST_TOPIC = 64
-LONGEST_SENTENCE = 1024
+MAX_REQUEST_ID = 2**32 - 1
+MAX_REQUEST_NAMES = 256
+MAX_TOPIC_NAME_CHARS = 64
+MAX_SENTENCE_CHARS = 1024
 
 E = TypeVar("E", bound=Enum)
 
@@ -140,8 +140,8 @@ class JsonFields:
         self._values = values
         self.id = 0
         self.op = ""
-        self.id = self.integer("id", 0, LARGEST_ID) if "id" in self else 0
-        self.op = self.text("op", LONGEST_NAME)
+        self.id = self.integer("id", 0, MAX_REQUEST_ID) if "id" in self else 0
+        self.op = self.text("op", MAX_LINK_NAME_CHARS)
 
     def __contains__(self, name: str) -> bool:
         return self._values.get(name) is not None
@@ -162,7 +162,7 @@ class JsonFields:
 
     def number(self, name: str, low: float = -math.inf, high: float = math.inf) -> float:
         """Return a finite number within bounds."""
-        value = _number(self._values.get(name))
+        value = _finite_number(self._values.get(name))
         if value is None or not low <= value <= high:
             span = "" if low == -math.inf and high == math.inf else f" within {low:g} .. {high:g}"
             raise self.bad(f'"{name}" must be a number{span}')
@@ -187,7 +187,7 @@ class JsonFields:
         value = self._values.get(name)
         if not isinstance(value, str):
             raise self.bad(f'"{name}" must be a text')
-        return plain_name(value, LONGEST_SENTENCE)
+        return plain_name(value, MAX_SENTENCE_CHARS)
 
     def digits(self, name: str, count: int) -> str:
         """Return hexadecimal digits, in lower case."""
@@ -213,21 +213,21 @@ class JsonFields:
         value = self._values.get(name)
         if (
             not isinstance(value, list)
-            or len(value) > MOST_NAMES
+            or len(value) > MAX_REQUEST_NAMES
             or not all(_is_text(each, longest) for each in value)
         ):
-            raise self.bad(f'"{name}" must be a list of at most {MOST_NAMES} names')
+            raise self.bad(f'"{name}" must be a list of at most {MAX_REQUEST_NAMES} names')
         return tuple(value)
 
     def numbers(self, name: str) -> dict[str, float]:
         """Return finite numbers by name."""
         value = self._values.get(name)
         found: dict[str, float] = {}
-        if not isinstance(value, dict) or len(value) > MOST_NAMES:
-            raise self.bad(f'"{name}" must be an object of at most {MOST_NAMES} numbers')
+        if not isinstance(value, dict) or len(value) > MAX_REQUEST_NAMES:
+            raise self.bad(f'"{name}" must be an object of at most {MAX_REQUEST_NAMES} numbers')
         for key, each in value.items():
-            number = _number(each)
-            if number is None or not _is_text(key, LONGEST_NAME):
+            number = _finite_number(each)
+            if number is None or not _is_text(key, MAX_LINK_NAME_CHARS):
                 raise self.bad(f'"{name}" must give a number for each name')
             found[key] = number
         return found
@@ -262,7 +262,7 @@ class JsonFields:
         return JsonFields({**values, "op": self.op, "id": self.id})
 
 
-def _number(value: object) -> float | None:
+def _finite_number(value: object) -> float | None:
     if isinstance(value, bool) or not isinstance(value, int | float):
         return None
     return float(value) if math.isfinite(value) else None

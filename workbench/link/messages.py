@@ -4,26 +4,10 @@ Requests to the flight are passed on with the number of the client, and the flig
 records, see `backplane`. A request and an answer with the same content share one record.
 """
 
-import math
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, fields
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from enum import Enum
 from typing import ClassVar
-
-from workbench.link.codes import DeniedError, NackCode
-from workbench.link.drone_topics import LONGEST_NAME
-from workbench.link.hello import LARGEST_PEER, Hello, read_hello
-from workbench.link.json_fields import LARGEST_ID, LONGEST_TOPIC, JsonFields, read_json, write_json
-
-FLIGHT_OPERATIONS = ("arm", "take_off", "land", "stop", "hold")
-TAKE_OFF_HEIGHT = 1.5
-"""Default height of a take-off [m]."""
-HIGHEST_TAKE_OFF = 1000.0
-SLOWEST = 0.1
-FASTEST = 10_000.0
-"""Limits of the requested frames per second [1/s]."""
-NONCE_DIGITS = 32
-PROOF_DIGITS = 64
 
 
 class Role(Enum):
@@ -33,7 +17,7 @@ class Role(Enum):
     COMMAND = "command"
 
 
-class Hand(Enum):
+class ControlOwner(Enum):
     """Who is in control."""
 
     NOBODY = "nobody"
@@ -41,7 +25,7 @@ class Hand(Enum):
     OPERATOR = "operator"
 
 
-class Stage(Enum):
+class LinkLossStage(Enum):
     """The stages of silence of a holder."""
 
     LIVE = "live"
@@ -52,15 +36,16 @@ class Stage(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Login:
-    """The login of a client; nonce and proof are empty if no token is required.
+    """The login of a client, with the token of its role if one is required.
 
-    The answer has only id and role.
+    The answer has only id and role. Older clients prove that they have the token, with a nonce.
     """
 
     op: ClassVar[str] = "login"
     id: int = 0
     name: str = ""
     role: Role | None = None
+    token: str = field(default="", repr=False)
     nonce: str = ""
     proof: str = ""
 
@@ -107,7 +92,10 @@ class ReleaseControl:
 
 @dataclass(frozen=True, slots=True)
 class FlightOperation:
-    """A client requests arm, take_off to a height above the ground [m], land, stop or hold."""
+    """A client requests arm, take_off to a height above the ground [m], land, stop, hold or reset.
+
+    A reset starts the flight again, and ends the lease.
+    """
 
     op: ClassVar[str] = "flight"
     id: int
@@ -156,6 +144,19 @@ class ParameterValues:
 
 
 @dataclass(frozen=True, slots=True)
+class DescribeVehicle:
+    """A client requests the description of the vehicle; the answer has it as URDF.
+
+    Links have the names of the frames in the topic frames, and meshes are `file://` addresses on
+    the computer that flies.
+    """
+
+    op: ClassVar[str] = "description"
+    id: int = 0
+    urdf: str = ""
+
+
+@dataclass(frozen=True, slots=True)
 class Ping:
     """A client checks whether the server is there."""
 
@@ -186,10 +187,10 @@ class ControlState:
     """
 
     op: ClassVar[str] = "control_state"
-    hand: Hand
+    hand: ControlOwner
     peer: int
     name: str
-    stage: Stage
+    stage: LinkLossStage
     age: float
     reason: str
 
@@ -230,192 +231,5 @@ class Bye:
     said: str = ""
 
 
-FlightRequest = RequestControl | ReleaseControl | FlightOperation | GetParameters | SetParameters
-"""Requests that the flight answers."""
-Operation = Login | Subscribe | FlightRequest | Ping | Bye
-"""Messages of a client."""
 COMMANDING = (RequestControl, ReleaseControl, FlightOperation, SetParameters)
-"""Operations that need a proof if tokens are in use."""
-ServerMessage = (
-    Hello
-    | Login
-    | Subscribe
-    | RequestControl
-    | ReleaseControl
-    | ParameterValues
-    | FlightDone
-    | ControlState
-    | Pong
-    | Nack
-    | Error
-    | Bye
-)
-"""Messages of the server."""
-
-
-def read_operation(payload: bytes) -> Operation:
-    """Return the message of a client.
-
-    Args:
-        payload: of a control frame.
-
-    Raises:
-        WireError: if it is not strict JSON; the connection must end.
-        DeniedError: if it is an unknown operation, or has invalid values.
-    """
-    found = JsonFields(read_json(payload))
-    if found.op not in _OPERATIONS:
-        known = ", ".join(_OPERATIONS)
-        raise DeniedError(
-            NackCode.UNKNOWN_OP, f"operation {found.op!r} is unknown: known are {known}", found.id
-        )
-    return _OPERATIONS[found.op](found)
-
-
-def read_message(payload: bytes) -> ServerMessage | None:
-    """Return the message of the server; None if this version does not know it.
-
-    Args:
-        payload: of a control frame.
-
-    Raises:
-        WireError: if it is not strict JSON.
-        DeniedError: if a known operation has invalid values.
-    """
-    found = JsonFields(read_json(payload))
-    return _MESSAGES[found.op](found) if found.op in _MESSAGES else None
-
-
-def write_operation(operation: Operation) -> bytes:
-    """Return the payload of a control frame for an operation; an id of 0 is left out, too."""
-    found = _stated(operation)
-    if not found.get("id"):
-        found.pop("id", None)
-    return write_json(found)
-
-
-def write_message(message: ServerMessage) -> bytes:
-    """Return the payload of a control frame for a message."""
-    if isinstance(message, Hello):
-        return write_json({"op": "hello"} | message.values())
-    return write_json(_stated(message))
-
-
-def _stated(message: Operation | ServerMessage) -> dict[str, object]:
-    """Return a message in JSON types, without fields that are None, or optional and empty."""
-    found: dict[str, object] = {"op": message.op}
-    for each in fields(message):
-        value = getattr(message, each.name)
-        empty = value in ("", 0) and value == each.default and each.name != "id"
-        if value is not None and not empty:
-            found[each.name] = _plain(value)
-    return found
-
-
-def _plain(value: object) -> object:
-    """Return the value of a field in JSON types."""
-    match value:
-        case Enum():
-            return value.value
-        case Mapping():
-            return dict(value)
-        case float() if not math.isfinite(value):
-            return None
-    return value
-
-
-def _login(found: JsonFields) -> Login:
-    role = found.member("role", Role) if "role" in found else None
-    nonce = found.digits("nonce", NONCE_DIGITS) if "nonce" in found else ""
-    proof = found.digits("proof", PROOF_DIGITS) if "proof" in found else ""
-    return Login(found.id, _name(found), role, nonce, proof)
-
-
-def _subscribe(found: JsonFields) -> Subscribe:
-    rate = found.number("rate", SLOWEST, FASTEST) if "rate" in found else None
-    return Subscribe(found.id, found.names("topics", LONGEST_TOPIC), rate)
-
-
-def _flight(found: JsonFields) -> FlightOperation:
-    what = found.choice("what", FLIGHT_OPERATIONS)
-    height = TAKE_OFF_HEIGHT
-    if "height" in found:
-        height = found.number("height", 0.0, HIGHEST_TAKE_OFF)
-        if height == 0.0:
-            raise found.bad('"height" must be above the ground [m]')
-    return FlightOperation(found.id, what, height, _lease(found))
-
-
-def _parameters(found: JsonFields) -> GetParameters | SetParameters:
-    if ("get" in found) == ("set" in found):
-        raise found.bad('give either "get" or "set"')
-    if "get" in found:
-        return GetParameters(found.id, found.names("get", LONGEST_NAME))
-    values = found.numbers("set")
-    if not values:
-        raise found.bad('"set" names no parameter')
-    return SetParameters(found.id, values, _lease(found))
-
-
-def _name(found: JsonFields) -> str:
-    return found.text("name", LONGEST_NAME) if "name" in found else ""
-
-
-def _lease(found: JsonFields) -> int:
-    return found.integer("lease", 1, LARGEST_ID)
-
-
-def _control_state(found: JsonFields) -> ControlState:
-    return ControlState(
-        hand=found.member("hand", Hand),
-        peer=found.integer("peer", 0, LARGEST_PEER),
-        name=found.text("name", LONGEST_NAME),
-        stage=found.member("stage", Stage),
-        age=found.number("age") if "age" in found else math.inf,
-        reason=found.sentence("reason"),
-    )
-
-
-def _nack(found: JsonFields) -> Nack:
-    return Nack(
-        code=found.text("code", LONGEST_NAME),
-        said=found.sentence("said"),
-        id=found.id if "id" in found else None,
-        seq=found.integer("seq", 0, LARGEST_ID) if "seq" in found else None,
-    )
-
-
-_OPERATIONS: dict[str, Callable[[JsonFields], Operation]] = {
-    "login": _login,
-    "subscribe": _subscribe,
-    "request_control": lambda found: RequestControl(found.id, _name(found)),
-    "release_control": lambda found: ReleaseControl(found.id, _lease(found)),
-    "flight": _flight,
-    "parameters": _parameters,
-    "ping": lambda found: Ping(found.id),
-    "bye": lambda found: Bye(found.id or None),
-}
-_MESSAGES: dict[str, Callable[[JsonFields], ServerMessage]] = {
-    "hello": read_hello,
-    "login": lambda found: Login(found.id, role=found.member("role", Role)),
-    "subscribe": lambda found: Subscribe(found.id, found.names("topics", LONGEST_TOPIC)),
-    "request_control": lambda found: RequestControl(
-        found.id, lease=_lease(found), expires=found.number("expires", 0.0)
-    ),
-    "release_control": lambda found: ReleaseControl(found.id),
-    "parameters": lambda found: ParameterValues(
-        found.id,
-        found.numbers("values"),
-        found.integer("applied_ns", 0, LARGEST_PEER) if "applied_ns" in found else None,
-    ),
-    "flight": lambda found: FlightDone(
-        found.id,
-        found.choice("what", FLIGHT_OPERATIONS),
-        found.integer("applied_ns", 0, LARGEST_PEER),
-    ),
-    "control_state": _control_state,
-    "pong": lambda found: Pong(found.id, found.integer("t_ns", 0, LARGEST_PEER)),
-    "nack": _nack,
-    "error": lambda found: Error(found.text("code", LONGEST_NAME), found.sentence("said")),
-    "bye": lambda found: Bye(said=found.sentence("said") if "said" in found else ""),
-}
+"""Operations that need the role command."""

@@ -9,8 +9,8 @@ from workbench.link.address import Address, is_loopback
 
 # A UDP socket connected to any remote address knows the local address of the route; nothing is
 # sent. These addresses are reserved for documentation.
-_FAR_4 = "192.0.2.1"
-_FAR_6 = "2001:db8::1"
+_REMOTE_IPV4 = "192.0.2.1"
+_REMOTE_IPV6 = "2001:db8::1"
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,7 @@ class PageAddress:
             return f"{self.url} (a phone in the same network can open it)"
         return (
             f"{self.url} (only this machine can open it: for a phone, listen at 0.0.0.0 with a "
-            "token file)"
+            "token file and a certificate)"
         )
 
     def with_token(self, token: str, role: str) -> str:
@@ -80,7 +80,7 @@ def lan_address(by_ipv6: bool = False) -> str | None:
     Args:
         by_ipv6: whether to return an IPv6 address instead of IPv4.
     """
-    family, far = (socket.AF_INET6, _FAR_6) if by_ipv6 else (socket.AF_INET, _FAR_4)
+    family, far = (socket.AF_INET6, _REMOTE_IPV6) if by_ipv6 else (socket.AF_INET, _REMOTE_IPV4)
     try:
         with socket.socket(family, socket.SOCK_DGRAM) as asking:
             asking.connect((far, 9))

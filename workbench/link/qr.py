@@ -4,11 +4,11 @@ import io
 
 import segno
 
-QUIET = 4
+QUIET_ZONE_MODULES = 4
 """Width of the light margin around a code in modules, from its standard."""
 _DARK_ON_WHITE = "\x1b[38;5;16;48;5;231m"
-_END = "\x1b[0m"
-_HALVES = {(False, False): " ", (True, False): "▀", (False, True): "▄", (True, True): "█"}
+_RESET_COLOURS = "\x1b[0m"
+_HALF_BLOCKS = {(False, False): " ", (True, False): "▀", (False, True): "▄", (True, True): "█"}
 
 
 def terminal_code(text: str) -> str:
@@ -20,14 +20,17 @@ def terminal_code(text: str) -> str:
     Args:
         text: an address.
     """
-    rows = [[bool(module) for module in row] for row in _made(text).matrix_iter(border=QUIET)]
+    rows = [
+        [bool(module) for module in row]
+        for row in _made(text).matrix_iter(border=QUIET_ZONE_MODULES)
+    ]
     if len(rows) % 2:
         rows.append([False] * len(rows[0]))
     lines = (
-        "".join(_HALVES[pair] for pair in zip(upper, lower, strict=True))
+        "".join(_HALF_BLOCKS[pair] for pair in zip(upper, lower, strict=True))
         for upper, lower in zip(rows[::2], rows[1::2], strict=True)
     )
-    return "".join(f"{_DARK_ON_WHITE}{line}{_END}\n" for line in lines)
+    return "".join(f"{_DARK_ON_WHITE}{line}{_RESET_COLOURS}\n" for line in lines)
 
 
 def png_code(text: str, scale: int = 8) -> bytes:
@@ -38,7 +41,9 @@ def png_code(text: str, scale: int = 8) -> bytes:
         scale: of a module [px].
     """
     out = io.BytesIO()
-    _made(text).save(out, kind="png", scale=scale, border=QUIET, dark="black", light="white")
+    _made(text).save(
+        out, kind="png", scale=scale, border=QUIET_ZONE_MODULES, dark="black", light="white"
+    )
     return out.getvalue()
 
 

@@ -8,11 +8,11 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from types import MappingProxyType
 
-from workbench.link.topics import Delivery, Topic, Value
+from workbench.link.topics import Delivery, FieldValue, Topic
 
-LONGEST_WAIT = 0.5
+MAX_QUEUE_AGE_S = 0.5
 """Age in the queue after which newer states replace a state [s]."""
-DEEPEST = 2048
+MAX_QUEUED_SAMPLES = 2048
 """Largest number of waiting samples of one topic, of any age."""
 
 
@@ -41,11 +41,11 @@ class Sample:
         return self.t_ns / 1e9
 
     @cached_property
-    def values(self) -> Mapping[str, Value]:
+    def values(self) -> Mapping[str, FieldValue]:
         """The fields by name, in SI units and in the frames of the definition."""
         return MappingProxyType(self.definition.unpack(self.payload))
 
-    def __getitem__(self, field: str) -> Value:
+    def __getitem__(self, field: str) -> FieldValue:
         return self.values[field]
 
 
@@ -66,8 +66,8 @@ class SampleQueue:
     """Samples between the network and a reader that may be slow.
 
     A reader that keeps up gets each sample, in order of arrival. For a slower one, states older
-    than `LONGEST_WAIT` are replaced by the newest of their topic, so age and memory stay small. A
-    sample that replaces another takes its turn, so no topic starves.
+    than `MAX_QUEUE_AGE_S` are replaced by the newest of their topic, so age and memory stay small.
+    A sample that replaces another takes its turn, so no topic starves.
 
     Args:
         clock: time now [s].
@@ -139,7 +139,8 @@ class SampleQueue:
         waiting = queue.waiting
         lasting = waiting[-1][2].definition.delivery is Delivery.EVENT
         while len(waiting) > 1 and (
-            len(waiting) > DEEPEST or (not lasting and now - waiting[0][1] > LONGEST_WAIT)
+            len(waiting) > MAX_QUEUED_SAMPLES
+            or (not lasting and now - waiting[0][1] > MAX_QUEUE_AGE_S)
         ):
             waiting.popleft()
             self.dropped += 1

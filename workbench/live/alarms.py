@@ -3,21 +3,21 @@
 The announcer reports the battery and the estimate.
 """
 
-import cmath
 import math
-from collections import deque
 from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from workbench.control.controller import Controller
-from workbench.live.messages import Pace
+from workbench.control.mode import FlightMode, Reason
+from workbench.live.messages import HardHit, Pace
+from workbench.live.oscillation import ALARM_CHECK_PERIOD_S, OscillationDetector
+from workbench.live.suspect import Suspect
 from workbench.plant.gravity import GRAVITY
 from workbench.plant.vehicle import Vehicle
 from workbench.session.session import Session
 from workbench.session.snapshot import Snapshot
 
-LEAST_HIT = 0.6
+MIN_HIT_M_S = 0.6
 """Least change of velocity of a hard hit beyond what flight explains [m/s]; a landing makes 0.4."""
 
 
@@ -32,127 +32,43 @@ def hit_speed(vehicle: Vehicle, before: np.ndarray, after: np.ndarray, duration:
     """
     change = float(np.linalg.norm(after - before))
     flown = (1.0 + vehicle.thrust_to_weight) * GRAVITY * max(0.0, duration)
-    return change if change > LEAST_HIT + flown else 0.0
+    return change if change > MIN_HIT_M_S + flown else 0.0
 
 
-PERIOD = 1 / 64
+SAME_HIT_S = 1.0
+"""Impacts within this time count as one hit [s]."""
+MOTION_PERIOD_S = 1 / 64
 """Period between samples of the motion [s]: short enough to detect a swing of 20 Hz."""
-LOOK = 1 / 16
-"""Period between checks of everything else [s]."""
-QUIET = 10.0
+ALARM_QUIET_S = 10.0
 """An alarm is repeated if its cause was absent for this long [s]."""
-SEEN = 2.0
-PARTS = 3
-"""A swing is detected over this time [s], and must be present in each of this number of parts."""
-LEAST_RATE, LEAST_SPEED = 0.6, 0.3
+MIN_SWING_RATE_RAD_S, MIN_SWING_SPEED_M_S = 0.6, 0.3
 """Least amplitude of a swing: of rates [rad/s], and of vertical speed [m/s]."""
-TURNS = 4
-UNEVEN = 0.3
-"""A swing crosses its mean at least this often, at times with at most this relative spread."""
-SLOW_SEEN = (5.0, 15.0)
+SLOW_SWING_WINDOWS_S = (5.0, 15.0)
 """A slow swing, of a velocity or position loop, is detected over one of these times [s]."""
-SLOW_TURNS = 5
-SLOW_UNEVEN = 0.2
-STEADY = 0.6
+MIN_SLOW_SWING_TURNS = 5
+MAX_SLOW_UNEVENNESS = 0.2
+MIN_HALF_WAVE_RATIO = 0.6
 """Least crossings of the mean, largest relative spread of the times between, and least ratio of
 each half wave to the one before: waves in turbulence vary in size, and a drone with a damping ratio
 of 0.16 comes to rest."""
-SLOW_LOOK = 0.5
+SLOW_CHECK_PERIOD_S = 0.5
 """Period between checks for a slow swing [s]."""
-LEAST_ASKED = 0.05
+MIN_PILOT_COMMAND = 0.05
 """Least command of a pilot that counts as a change of side [m/s] or [rad/s]."""
-ASKED_TURNS = 2
-"""A pilot whose command changes side this often within `SEEN` causes the swing himself."""
-RESONANT, BLAMED = 1.25, 0.7
-"""A loop that amplifies its command by this factor causes the swing, observed over whole waves for
-at least this time [s]."""
-ANGLES = ("1", "rad")
-"""Units of the error of an attitude loop."""
-SPEEDS = ("m/s",)
-"""Units of the error of a velocity loop."""
-FULL, FULL_TIME = 0.985, 0.5
+PILOT_SWING_TURNS = 2
+"""A pilot whose command changes side this often within `SWING_WINDOW_S` causes the swing
+himself."""
+SATURATED_THRUST_SHARE, SATURATED_TIME_S = 0.985, 0.5
 """A rotor at this share of its largest thrust for this long [s] is saturated."""
-SLOW_TIME = 2.0
+HIT_ALARMS = ("fall", "ground", "collision")
+"""Alarms that only a reset ends."""
+BEHIND_TIME_S = 2.0
 """Time of falling behind real time before the alarm [s of wall]."""
-TOUCH_DOWN = 0.3
+TOUCH_DOWN_HEIGHT_M = 0.3
 """A hit below this height above the ground can be a touch-down [m]."""
-UPRIGHT, FASTEST_TOUCH_DOWN = 0.8, 4.0
+MIN_UPRIGHT_Z, MAX_TOUCH_DOWN_M_S = 0.8, 4.0
 """A touch-down also needs a drone whose z axis points up by at least this much and that sinks no
 faster than this [m/s]; otherwise it is a crash."""
-
-
-class Swing:
-    """Detects a steady swing in a signal.
-
-    Args:
-        least: least amplitude to each side.
-        seen: observed time [s].
-        turns: least number of crossings of the mean.
-        uneven: largest spread of the times between crossings, as a share of their mean.
-        steady: least ratio of each half wave to the one before.
-    """
-
-    def __init__(
-        self,
-        least: float,
-        seen: float = SEEN,
-        turns: int = TURNS,
-        uneven: float = UNEVEN,
-        steady: float = 0.0,
-    ) -> None:
-        self._least, self._span = least, seen
-        self._turns, self._uneven, self._steady = turns, uneven, steady
-        self._seen: deque[tuple[float, float]] = deque()
-
-    def look(self, time: float, value: float) -> None:
-        """Add the signal's value at a time [s]."""
-        self._seen.append((time, value))
-        while self._seen[0][0] < time - self._span - 1e-9:
-            self._seen.popleft()
-
-    def clear(self) -> None:
-        """Forget all values."""
-        self._seen.clear()
-
-    @property
-    def turns(self) -> int:
-        """Number of crossings of the mean, even or not."""
-        return len(self._passes()[2]) if self._seen else 0
-
-    @property
-    def frequency(self) -> float:
-        """Frequency of the present swing [Hz], 0 for none."""
-        if not self._seen or self._seen[-1][0] - self._seen[0][0] < self._span - 2.0 * LOOK:
-            return 0.0
-        time, value, places = self._passes()
-        if len(places) < self._turns:
-            return 0.0
-        parts = np.array_split(self._about_middle()[1], PARTS)
-        if any(min(part.max(), -part.min()) < self._least for part in parts):
-            return 0.0
-        gaps = np.diff(time[places])
-        if gaps.std() > self._uneven * gaps.mean():
-            return 0.0
-        # the first and the last half wave are incomplete
-        sizes = np.maximum.reduceat(np.abs(value), places)[:-1]
-        if (sizes[1:] < self._steady * sizes[:-1]).any():
-            return 0.0
-        return float(0.5 / gaps.mean())
-
-    def _about_middle(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the times [s] and the signal minus its mean."""
-        time, value = np.array(self._seen).T
-        return time, value - value.mean()
-
-    def _passes(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return times and signal outside a dead band, and the indices at which the sign changes.
-
-        The dead band suppresses crossings caused by noise.
-        """
-        time, value = self._about_middle()
-        kept = np.abs(value) > 0.3 * self._least
-        time, value = time[kept], value[kept]
-        return time, value, 1 + np.flatnonzero(np.diff(np.sign(value)))
 
 
 class Alarms:
@@ -161,22 +77,35 @@ class Alarms:
     Args:
         session: the flown session.
         told: called with every alarm: a sentence, and what to do about it.
+
+    Attributes:
+        hit: the last hard hit, None without one.
     """
 
     def __init__(self, session: Session, told: Callable[[str], None]) -> None:
         self._session, self._told = session, told
         rates = session.scenario.rates
-        self._longest = rates.control_steps * max(1, round(PERIOD / rates.control_period))
+        self._longest = rates.control_steps * max(1, round(MOTION_PERIOD_S / rates.control_period))
         self._axes = {
-            "roll": Swing(LEAST_RATE),
-            "pitch": Swing(LEAST_RATE),
-            "yaw": Swing(LEAST_RATE),
-            "height": Swing(LEAST_SPEED),
+            "roll": OscillationDetector(MIN_SWING_RATE_RAD_S),
+            "pitch": OscillationDetector(MIN_SWING_RATE_RAD_S),
+            "yaw": OscillationDetector(MIN_SWING_RATE_RAD_S),
+            "height": OscillationDetector(MIN_SWING_SPEED_M_S),
         }
-        self._asked = [Swing(LEAST_ASKED) for _ in range(4)]
-        least = {"x": LEAST_SPEED, "y": LEAST_SPEED, "yaw": LEAST_RATE, "height": LEAST_SPEED}
+        self._asked = [OscillationDetector(MIN_PILOT_COMMAND) for _ in range(4)]
+        least = {
+            "x": MIN_SWING_SPEED_M_S,
+            "y": MIN_SWING_SPEED_M_S,
+            "yaw": MIN_SWING_RATE_RAD_S,
+            "height": MIN_SWING_SPEED_M_S,
+        }
         self._slow = {
-            axis: [Swing(each, seen, SLOW_TURNS, SLOW_UNEVEN, STEADY) for seen in SLOW_SEEN]
+            axis: [
+                OscillationDetector(
+                    each, seen, MIN_SLOW_SWING_TURNS, MAX_SLOW_UNEVENNESS, MIN_HALF_WAVE_RATIO
+                )
+                for seen in SLOW_SWING_WINDOWS_S
+            ]
             for axis, each in least.items()
         }
         self._slow_since = math.inf
@@ -184,16 +113,28 @@ class Alarms:
 
     def begin(self) -> None:
         """Start again with a new flight."""
+        self.hit: HardHit | None = None
         self._forget_swings()
         for swing in self._asked:
             swing.clear()
         self._wish: tuple[float, ...] = ()
         self._next_slow_look = 0.0
         self._last: dict[str, float] = {}
+        self._said: dict[str, str] = {}
         self._full_since = self._slow_since = math.inf
         self._next_look = 0.0
         self._suspect: Suspect | None = None
         self._motion = self._session.state()
+
+    @property
+    def lasting(self) -> tuple[str, ...]:
+        """What the alarms say whose cause was present lately, but for those of a hit."""
+        since = self._session.time - ALARM_QUIET_S
+        return tuple(
+            said
+            for kind, said in self._said.items()
+            if kind not in HIT_ALARMS and self._last[kind] >= since
+        )
 
     def parts(self, steps: int) -> Iterator[int]:
         """Yield numbers of steps to fly one after the other; a sample follows each."""
@@ -201,6 +142,19 @@ class Alarms:
             part = min(steps, self._longest)
             yield part
             steps -= part
+
+    def look_for_hit(self, before: np.ndarray, duration: float) -> None:
+        """Note a hard hit.
+
+        Args:
+            before: velocity before a flown part (3) [m/s].
+            duration: time of that part [s].
+        """
+        session = self._session
+        speed = hit_speed(session.vehicle, before, session.state()[10:13], duration)
+        again = self.hit is not None and session.time - self.hit.time < SAME_HIT_S
+        if speed and not again:
+            self.hit = HardHit(session.time, speed)
 
     def look(self, *, excited: bool) -> None:
         """Check the present state of the flight.
@@ -218,9 +172,9 @@ class Alarms:
             self._look_for_swing(time, state)
             self._look_for_slow_swing(time, state)
             self._look_at_suspect(time)
-        self._look_for_hit(before, state, time)
+        self._tell_hit(before, state, time)
         if time >= self._next_look:
-            self._next_look = time + LOOK
+            self._next_look = time + ALARM_CHECK_PERIOD_S
             self._look_at(session.snapshot())
 
     def look_at_pace(self, pace: Pace, now: float) -> None:
@@ -234,11 +188,11 @@ class Alarms:
             self._slow_since = math.inf
             return
         self._slow_since = min(self._slow_since, now)
-        if now - self._slow_since >= SLOW_TIME:
+        if now - self._slow_since >= BEHIND_TIME_S:
             self._alarm(
                 "real time",
                 f"the flight is slower than real time: {pace.text}",
-                "Hide the 3-D view, fly with fewer sensors, or choose a lower speed",
+                "Choose a lower speed, fly with fewer sensors, or hide the 3-D view if it is open",
             )
 
     def _look_for_swing(self, time: float, state: np.ndarray) -> None:
@@ -256,7 +210,7 @@ class Alarms:
         asked = self._session.asked
         for swing, value in zip(self._asked, asked, strict=True):
             swing.look(time, value)
-        if time < self._next_look or any(swing.turns >= ASKED_TURNS for swing in self._asked):
+        if time < self._next_look or any(swing.turns >= PILOT_SWING_TURNS for swing in self._asked):
             return
         found = {axis: swing.frequency for axis, swing in self._axes.items()}
         axis = next((axis for axis, frequency in found.items() if frequency), "")
@@ -284,7 +238,7 @@ class Alarms:
                 swing.look(time, float(value))
         if self._suspect is not None or time < self._next_slow_look:
             return
-        self._next_slow_look = time + SLOW_LOOK
+        self._next_slow_look = time + SLOW_CHECK_PERIOD_S
         for axis, swings in self._slow.items():
             frequency = next(filter(None, (swing.frequency for swing in swings)), 0.0)
             if frequency:
@@ -330,8 +284,8 @@ class Alarms:
                 "Tuning > Frequency",
             )
 
-    def _look_for_hit(self, before: np.ndarray, state: np.ndarray, time: float) -> None:
-        duration = PERIOD
+    def _tell_hit(self, before: np.ndarray, state: np.ndarray, time: float) -> None:
+        duration = MOTION_PERIOD_S
         speed = hit_speed(self._session.vehicle, before[10:13], state[10:13], duration)
         if not speed:
             return
@@ -339,12 +293,28 @@ class Alarms:
         self._forget_swings()
         height = state[6] - self._session.vehicle.ground_clearance
         _, x, y, _ = state[0:4]
-        upright = 1.0 - 2.0 * (x * x + y * y) > UPRIGHT
-        if height < TOUCH_DOWN and -FASTEST_TOUCH_DOWN < before[12] < 0.0 and upright:
+        upright = 1.0 - 2.0 * (x * x + y * y) > MIN_UPRIGHT_Z
+        at_ground, now = height < TOUCH_DOWN_HEIGHT_M, self._session.snapshot()
+        if now.mode is FlightMode.OFF:
+            why = f" ({now.reason.label})" if now.reason is not Reason.NONE else ""
+            self._alarm(
+                "fall",
+                f"the drone fell with its rotors off{why}, and hit something at "
+                f"{np.linalg.norm(before[10:13]):.1f} m/s",
+                "Reset to fly again; come down by Land, as STOP switches the rotors off",
+            )
+        elif at_ground and -MAX_TOUCH_DOWN_M_S < before[12] < 0.0 and upright:
             self._alarm(
                 "touch-down",
                 f"hard touch-down, at {-before[12]:.1f} m/s",
                 "Sink more slowly: landing_speed, and the gains of velocity z",
+            )
+        elif at_ground:
+            self._alarm(
+                "ground",
+                f"the drone has hit the ground at {np.linalg.norm(before[10:13]):.1f} m/s",
+                "Reset, then fly higher, or bring the kept gains back (Ctrl+Shift+K) if it did "
+                "not follow its commands",
             )
         else:
             self._alarm(
@@ -359,10 +329,10 @@ class Alarms:
         full = [
             number
             for number, (thrust, most) in enumerate(zip(now.thrusts, limits, strict=True), 1)
-            if thrust >= FULL * most
+            if thrust >= SATURATED_THRUST_SHARE * most
         ]
         self._full_since = min(self._full_since, now.time) if full else math.inf
-        if now.time - self._full_since >= FULL_TIME:
+        if now.time - self._full_since >= SATURATED_TIME_S:
             rotors = " and ".join(str(number) for number in full)
             self._alarm(
                 "saturation",
@@ -377,86 +347,6 @@ class Alarms:
         now = self._session.time
         before = self._last.get(kind, -math.inf)
         self._last[kind] = now
-        if now - before > QUIET:
+        if now - before > ALARM_QUIET_S:
+            self._said[kind] = said
             self._told(f"{said}. {remedy}")
-
-
-class Suspect:
-    """Finds out which loop along an axis causes a swing.
-
-    The loop that amplifies its command is the cause. A loop that only follows its command is not;
-    then the loop around it is. With T = y / (y + e) at the frequency of the swing, y is the
-    controlled signal of a loop and e its error. For a swing of roll and pitch the inner loop is
-    attitude and the outer one velocity; for a slow swing the inner one is velocity, and the outer
-    one position while the position is held.
-
-    Args:
-        controller: the flying controller.
-        axis: roll, pitch, yaw, height, or x and y of a slow swing.
-        frequency: frequency of the swing [Hz].
-        begun: time at which observation starts [s].
-        slow: whether it is a swing of a velocity or position loop.
-        held: whether a place is held.
-    """
-
-    def __init__(
-        self,
-        controller: Controller,
-        axis: str,
-        frequency: float,
-        begun: float,
-        *,
-        slow: bool = False,
-        held: bool = False,
-    ) -> None:
-        self.axis, self.frequency, self._begun, self.slow = axis, frequency, begun, slow
-        along = {"roll": "y", "pitch": "x", "height": "z"}.get(axis, axis)
-        loops = [loop for loop in controller.loops if loop.axis == along]
-        moving = [loop for loop in loops if not loop.hold]
-        holding = [loop for loop in loops if loop.hold and slow and held]
-        inner = {"roll": ANGLES, "pitch": ANGLES, "yaw": ()}.get(axis, SPEEDS if slow else ())
-        follows = (loop for loop in moving if controller.points[loop.error] in inner)
-        self._outer = next(iter(holding + moving), None)
-        self._inner = next(follows, None)
-        if self._inner is not None:
-            self._place = controller.point_names.index(self._inner.error)
-            self._divider = controller.point_dividers[self._inner.error]
-        self._error = 0.0
-        self._phasors = [0j, 0j]
-
-    @property
-    def needs_signals(self) -> bool:
-        """Whether the law's signals are needed beside the axis's own."""
-        return self._inner is not None and self._inner is not self._outer
-
-    def look(self, time: float, value: float, signals: np.ndarray, update: int) -> None:
-        """Add the inner loop's controlled signal, and the signals at the loop points.
-
-        Args:
-            time: present time [s].
-            value: controlled signal, in its unit.
-            signals: signals that the next update reads.
-            update: number of that update; a part of the law that does not run in it leaves its
-                signal out.
-        """
-        if update % self._divider == 0:
-            self._error = float(signals[self._place])
-        turn = cmath.exp(-2j * math.pi * self.frequency * time)
-        for index, each in enumerate((value, self._error)):
-            self._phasors[index] += turn * each
-
-    def is_known(self, time: float) -> bool:
-        """Return whether enough was observed by a time [s]."""
-        waves = math.ceil(BLAMED * self.frequency) / self.frequency
-        return not self.needs_signals or time >= self._begun + waves
-
-    @property
-    def loop(self) -> str:
-        """The loop that causes the swing, in words."""
-        if self._outer is None:
-            return self.axis
-        found = self._outer
-        value, error = self._phasors
-        if self._inner is not None and abs(value) > RESONANT * abs(value + error):
-            found = self._inner
-        return found.name.replace("_", " ")

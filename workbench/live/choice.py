@@ -5,16 +5,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from workbench.common.resources import find_file, find_model, find_scenario, find_world
-from workbench.control.controller import load_controller
+from workbench.control.controller_file import load_controller
 from workbench.estimation.estimators import find_estimator
 from workbench.gains.gains import flown_by
-from workbench.scenario.scenario import (
-    Scenario,
-    VehicleConfig,
-    at_own_period,
-    check_scenario,
-    load_scenario,
-)
+from workbench.scenario.flown_controller import at_own_period, flown_controller
+from workbench.scenario.scenario import Scenario, VehicleConfig
+from workbench.scenario.scenario_check import check_scenario
+from workbench.scenario.scenario_file import load_scenario
 
 
 @dataclass(frozen=True)
@@ -87,8 +84,9 @@ class Choice:
             scenario.sensors = dataclasses.replace(scenario.sensors, use=list(self.sensors))
         scenario.controller = flown_by(scenario.controller, scenario.vehicle.gains)
         scenario.world = self.world or scenario.world
-        check_scenario(scenario)
-        return at_own_period(scenario)
+        law = flown_controller(scenario)
+        check_scenario(scenario, controller=law)
+        return at_own_period(scenario, law)
 
 
 def with_arguments(what: Choice | Scenario, args: Mapping[str, str]) -> Choice | Scenario:

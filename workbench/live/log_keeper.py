@@ -14,7 +14,7 @@ from workbench.session.session import Session
 if TYPE_CHECKING:
     from workbench.logs.flight_log import FlightLog
 
-WIDTH = 5
+NUMBERS_PER_COMMAND = 5
 """Numbers per command: time, velocity, yaw rate."""
 
 
@@ -39,7 +39,7 @@ class LogKeeper:
         self._log: FlightLog | None = None
         self._flights = 1
         self._first: Path | None = None
-        self.done = History()
+        self.done = ActionHistory()
         self.said = ""
 
     @property
@@ -142,7 +142,7 @@ class LogKeeper:
             self._log = None
 
 
-class History:
+class ActionHistory:
     """Actions since the flight's start, and who requested them, in little memory.
 
     A pilot may steer for hours with a hundred commands a second, so a command is kept as five
@@ -176,7 +176,7 @@ class History:
             self._numbers.extend((action.at, *action.velocity, action.yaw_rate))
         else:
             self._others[len(self._who)] = action
-            self._numbers.extend([math.nan] * WIDTH)
+            self._numbers.extend([math.nan] * NUMBERS_PER_COMMAND)
         self._who.append(self._names.index(by))
 
     def clear(self) -> None:
@@ -189,7 +189,9 @@ class History:
     def _action(self, index: int) -> Action:
         if index in self._others:
             return self._others[index]
-        at, x, y, z, yaw_rate = self._numbers[WIDTH * index : WIDTH * (index + 1)]
+        at, x, y, z, yaw_rate = self._numbers[
+            NUMBERS_PER_COMMAND * index : NUMBERS_PER_COMMAND * (index + 1)
+        ]
         return Action(at, velocity=[x, y, z], yaw_rate=yaw_rate)
 
 

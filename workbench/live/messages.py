@@ -17,11 +17,11 @@ if TYPE_CHECKING:
     from workbench.link.messages import ControlState
     from workbench.live.choice import Choice
     from workbench.plant.formats.xacro import XacroArgument
-    from workbench.scenario.excitation import Exciting
+    from workbench.scenario.excitation import ActiveExcitation
     from workbench.scenario.scenario import Scenario
     from workbench.session.recording import Recording
     from workbench.session.snapshot import Snapshot
-    from workbench.systems.sensors.samples import Samples
+    from workbench.systems.sensors.samples import RecordedSamples
 
 
 class Phase(Enum):
@@ -36,7 +36,7 @@ class Phase(Enum):
     """The process has ended."""
 
 
-KEPT = 0.98
+MIN_PACE_SHARE = 0.98
 """A flight keeps up if it reaches this share of real time, or of a slower requested speed."""
 
 
@@ -61,13 +61,13 @@ class Pace:
     @property
     def too_slow(self) -> bool:
         """Whether a slow machine keeps the flight below real time and below the requested speed."""
-        return self.slow and self.achieved < KEPT * min(self.asked, 1.0)
+        return self.slow and self.achieved < MIN_PACE_SHARE * min(self.asked, 1.0)
 
     @property
     def text(self) -> str:
         """The speed as short text, with the requested speed if the flight misses it."""
         reached = f"{self.achieved:.2f}\N{NO-BREAK SPACE}×"
-        missed = self.slow and self.achieved < KEPT * self.asked
+        missed = self.slow and self.achieved < MIN_PACE_SHARE * self.asked
         return f"{reached} of {self.asked:g}\N{NO-BREAK SPACE}×" if missed else reached
 
     def __str__(self) -> str:
@@ -77,7 +77,7 @@ class Pace:
                 f"this machine is too slow: {reached} instead of {self.asked:g}: let it fly "
                 f"slower, or with fewer sensors"
             )
-        if self.slow and self.achieved < KEPT * self.asked:
+        if self.slow and self.achieved < MIN_PACE_SHARE * self.asked:
             return f"{reached}, the most that this machine reaches, instead of {self.asked:g}"
         return reached
 
@@ -86,7 +86,7 @@ class Pace:
 
 
 @dataclass(frozen=True)
-class Begin:
+class FlightStart:
     """The first message.
 
     Attributes:
@@ -105,64 +105,7 @@ class Begin:
     watch: bool = False
 
 
-class Do(Enum):
-    """What an `Order` requests; unless stated otherwise, the answer is the simulated time [s]."""
-
-    PAUSE = "pause"
-    RESUME = "resume"
-    RESET = "reset"
-    SET_SPEED = "set the speed"
-    """Set the number of simulated seconds per second."""
-    FLY_ON = "fly on"
-    """Fly on for a time [s] at once, while paused."""
-    GET = "get"
-    """The answer is the value of a live parameter, given by name."""
-    READ = "read"
-    """The answer is the last delivered reading of a sensor, given by name or kind."""
-    GET_FLOWN = "get what was flown"
-    """The answer is a `Flown`."""
-    GET_CHECKPOINT = "get a checkpoint"
-    """The answer is the state that determines the rest of the flight."""
-    EXCITE = "excite"
-    """Fly an `Excitation` from the next control update on; the answer is the time of that
-    update."""
-    MEASURE = "measure"
-    """Measure a loop by an `Injection` from the next control update on; the answer is its time. The
-    value also says whether the loop is one that holds a place."""
-    STOP_EXCITING = "stop exciting"
-    """Hover in place, if an excitation or a measurement is flown."""
-    FORESEE = "foresee"
-    """Draw a predicted path in place of the last one. The value is its end in simulated time [s],
-    and points on it (N, 3) [m]; fewer than two draw none."""
-    SERVE = "serve"
-    """Start a server from a `ServerConfig`; the answer is its address."""
-    STOP_SERVING = "stop serving"
-    KEEP_LOG = "keep a log"
-    """Write everything from the flight's start on to a file; the answer is its path."""
-    STOP_LOG = "stop the log"
-    """The answer is the log's path."""
-    DISCONNECT = "disconnect"
-    """Disconnect a client, by a `Disconnect`."""
-    TAKE_OVER = "take over"
-    """Take control for the operator."""
-    GIVE_BACK = "give back"
-    """Allow clients to request control again."""
-
-
-@dataclass(frozen=True)
-class Order:
-    """A request to a flight other than an `Action`.
-
-    Attributes:
-        what: the request.
-        value: its argument, see `Do`; None without one.
-    """
-
-    what: Do
-    value: object = None
-
-
-CLOSE = "close"
+CLOSE_MESSAGE = "close"
 """The last message."""
 
 
@@ -170,7 +113,7 @@ CLOSE = "close"
 
 
 @dataclass(frozen=True)
-class Changed:
+class ViewChange:
     """Attributes of the `LiveView` with new values.
 
     Attributes:
@@ -181,14 +124,14 @@ class Changed:
 
 
 @dataclass(frozen=True)
-class Told:
+class FlightNotice:
     """A remark about something that was read or built."""
 
     said: str
 
 
 @dataclass(frozen=True)
-class TakenOver:
+class ControllerChange:
     """Another controller, or another text of its file, now flies.
 
     Attributes:
@@ -205,7 +148,7 @@ class TakenOver:
 
 
 @dataclass(frozen=True)
-class Hit:
+class HardHit:
     """A hard hit.
 
     Attributes:
@@ -222,7 +165,7 @@ class AutopilotView:
     """State of the exchange with a program that runs the law.
 
     Attributes:
-        exchange: statistics since the program's start, by name, see `Program.report`; empty before.
+        exchange: statistics since the program's start, see `LawProgram.report`; empty before.
         ended: why the program ended in flight, and what to do; "" while it runs.
     """
 
@@ -252,31 +195,40 @@ class NetworkView:
 
 
 @dataclass(frozen=True)
-class Report:
-    """The present: state of the flight, a sentence if it is broken, its network, and more.
+class FlightReport:
+    """The present of a flight.
 
-    `exciting` is the present excitation, None without one; `flight` counts the flights of this
-    process, one at its start and one with every reset; `excitation_ended` says why the last
-    excitation ended early, else ""; `hit` is the last hard hit, if any; `measuring` is the flown
-    share of a measurement, 0 .. 1, None without one; `autopilot` is the state of the program that
-    runs the law, None without one.
+    Attributes:
+        phase: state of the flight.
+        said: progress of a start; why the flight is broken, or has ended; else "".
+        snapshot: the newest one, None until the flight has begun.
+        pace: how well the flight keeps up with the wall clock.
+        network: who is connected and who has control.
+        exciting: the present excitation, None without one.
+        flight: number of the flight in its process; a reset starts the next one.
+        excitation_ended: why the last excitation ended early, else "".
+        hit: the last hard hit of this flight, None before the first.
+        measuring: flown share of a measurement, 0 .. 1, None without one.
+        autopilot: state of the program that runs the law, None without one.
+        lasting: what those warnings of the flight say whose cause lasts.
     """
 
-    phase: Phase
-    said: str
-    snapshot: Snapshot
-    pace: Pace
-    network: NetworkView
-    exciting: Exciting | None
-    flight: int
+    phase: Phase = Phase.STARTING
+    said: str = "starting a process"
+    snapshot: Snapshot | None = None
+    pace: Pace | None = None
+    network: NetworkView = NetworkView()
+    exciting: ActiveExcitation | None = None
+    flight: int = 0
     excitation_ended: str = ""
-    hit: Hit | None = None
+    hit: HardHit | None = None
     measuring: float | None = None
     autopilot: AutopilotView | None = None
+    lasting: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
-class Streamed:
+class StreamedRecords:
     """What was published since the last message of this class.
 
     Attributes:
@@ -289,7 +241,7 @@ class Streamed:
 
 
 @dataclass(frozen=True)
-class Failed:
+class FlightFailure:
     """The flight cannot start, or ends: a sentence, and missing arguments of its xacro file."""
 
     said: str
@@ -297,7 +249,7 @@ class Failed:
 
 
 @dataclass(frozen=True)
-class Flown:
+class FlownSoFar:
     """Everything flown since the start.
 
     Attributes:
@@ -307,5 +259,5 @@ class Flown:
     """
 
     recording: Recording
-    samples: tuple[Samples, ...]
+    samples: tuple[RecordedSamples, ...]
     scenario: Scenario

@@ -2,10 +2,10 @@
 
 from workbench.ipc.send_queue import SendQueue
 from workbench.link.backplane import Published
-from workbench.live.messages import Streamed
+from workbench.live.messages import StreamedRecords
 
 
-class Stream:
+class RecordStream:
     """Collects what is published between two reports, and sends it in one message.
 
     A stopped reader costs no memory: data that it is too slow for is left out and counted.
@@ -34,7 +34,7 @@ class Stream:
         if self._send_queue is None or not self._gathered:
             return
         gathered, self._gathered = tuple(self._gathered), []
-        if self._send_queue.offer(Streamed(gathered, self._lost)):
+        if self._send_queue.offer(StreamedRecords(gathered, self._lost)):
             self._lost = 0
         else:
             self._lost += len(gathered)

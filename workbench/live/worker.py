@@ -15,12 +15,12 @@ from functools import partial
 from multiprocessing.connection import Connection
 
 from workbench.common.cache import PROGRESS_LOGGER
-from workbench.common.errors import WorkbenchError, sentences
-from workbench.ipc.send_queue import LogPoster, SendQueue
-from workbench.live.messages import Begin, Changed, Failed, Told
+from workbench.common.errors import WorkbenchError, drake_error_sentences
+from workbench.ipc.send_queue import LogSender, SendQueue
+from workbench.live.messages import FlightFailure, FlightNotice, FlightStart, ViewChange
 from workbench.plant.formats.xacro import MissingArgumentsError
 
-LAST_WORDS = 2.0
+LAST_SEND_TIMEOUT_S = 2.0
 """Time limit for sending the last messages [s]."""
 
 
@@ -29,39 +29,41 @@ def main(connection: Connection) -> int:
     caller = os.getppid()
     send_queue = SendQueue(connection)
     try:
-        send_queue.post(_starting("loading Drake"))
-        begin = _first(connection)
+        send_queue.post(_start_progress("loading Drake"))
+        begin = _first_message(connection)
         if begin is not None:
             with ExitStack() as opened:
-                _fly(begin, connection, send_queue, lambda: os.getppid() == caller, opened)
+                _fly_session(begin, connection, send_queue, lambda: os.getppid() == caller, opened)
     except MissingArgumentsError as error:
-        send_queue.post(Failed(str(error), error.arguments))
+        send_queue.post(FlightFailure(str(error), error.arguments))
     except WorkbenchError as error:
-        send_queue.post(Failed(str(error)))
+        send_queue.post(FlightFailure(str(error)))
     except Exception as error:  # a programming error: report it to the caller
-        send_queue.post(Failed(f"the flight's process failed: {type(error).__name__}: {error}"))
+        send_queue.post(
+            FlightFailure(f"the flight's process failed: {type(error).__name__}: {error}")
+        )
         return 1
     finally:
-        send_queue.close(LAST_WORDS)
+        send_queue.close(LAST_SEND_TIMEOUT_S)
     return 0
 
 
-def _starting(said: str) -> Changed:
+def _start_progress(said: str) -> ViewChange:
     """Return a callback that reports progress until the flight begins."""
-    return Changed({"said": said})
+    return ViewChange({"said": said})
 
 
-def _first(connection: Connection) -> Begin | None:
+def _first_message(connection: Connection) -> FlightStart | None:
     """Return the first message, None if the caller has changed its mind."""
     try:
         begin = connection.recv()
     except (EOFError, OSError):
         return None
-    return begin if isinstance(begin, Begin) else None
+    return begin if isinstance(begin, FlightStart) else None
 
 
-def _fly(
-    begin: Begin,
+def _fly_session(
+    begin: FlightStart,
     connection: Connection,
     send_queue: SendQueue,
     wanted: Callable[[], bool],
@@ -75,24 +77,24 @@ def _fly(
     from pydrake.geometry import Meshcat, MeshcatParams
 
     from workbench.live.choice import Choice
-    from workbench.live.flying import Flying
-    from workbench.live.picture import Picture
-    from workbench.live.stream import Stream
+    from workbench.live.flying import FlightLoop
+    from workbench.live.picture import LivePicture
+    from workbench.live.stream import RecordStream
     from workbench.plant.home import DEFAULT_HOME
     from workbench.plant.worlds.world import outlines
-    from workbench.scenario.scenario import without_arrays
+    from workbench.scenario.scenario_file import without_arrays
     from workbench.session.session import Session
     from workbench.systems.bridge import Bridge
 
     gc.freeze()  # a search for garbage in all modules would stop the flight for 15 ms
-    send_queue.post(_starting("building the diagram"))
+    send_queue.post(_start_progress("building the diagram"))
     logger = logging.getLogger("workbench")
     logger.setLevel(logging.INFO)
-    logger.addHandler(LogPoster(send_queue, Told))
+    logger.addHandler(LogSender(send_queue, FlightNotice))
     progress = logging.getLogger(PROGRESS_LOGGER)
-    progress.addHandler(LogPoster(send_queue, _starting))
+    progress.addHandler(LogSender(send_queue, _start_progress))
     progress.propagate = False
-    with sentences("the flight could not be built"):
+    with drake_error_sentences("the flight could not be built"):
         # by default Meshcat would show the flight to the whole network
         params = MeshcatParams(host="localhost", show_stats_plot=False)
         meshcat = Meshcat(params) if begin.draw else None
@@ -104,7 +106,7 @@ def _fly(
         session = Session(flown, begin.settings, meshcat, bridge, picture_period=math.inf)
         opened.enter_context(session.programs())
         law = session.controller
-        send_queue.post(_starting("flying the first step"))
+        send_queue.post(_start_progress("flying the first step"))
         # It loads compiled code, and a camera's first picture is slow.
         session.tick(session.scenario.rates.control_period)
         session.reset()
@@ -118,9 +120,9 @@ def _fly(
         "outlines": outlines(session.world),
         "home": session.world.home or DEFAULT_HOME,
     }
-    send_queue.post(Changed(begins))
-    stream = Stream(send_queue if begin.stream else None)
-    flying = Flying(
+    send_queue.post(ViewChange(begins))
+    stream = RecordStream(send_queue if begin.stream else None)
+    flying = FlightLoop(
         session,
         bridge,
         begin.settings,
@@ -131,7 +133,7 @@ def _fly(
     )
     if meshcat:
         scan = partial(session.reading, "lidar")
-        picture = Picture(meshcat, session.draw, session.vehicle, time.perf_counter, scan)
+        picture = LivePicture(meshcat, session.draw, session.vehicle, time.perf_counter, scan)
         flying.shown, flying.foresee = picture.show, picture.foresee
     flying.run(connection, wanted)
 

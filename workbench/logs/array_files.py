@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-PART = 1 << 26
+MAX_ARRAY_FILE_BYTES = 1 << 26
 """Size limit of a file [bytes], as the processes that write them may write no larger ones."""
-TYPES = ("|b1", "|i1", "|u1", "<i2", "<u2", "<i4", "<u4", "<f4", "<i8", "<u8", "<f8")
+ARRAY_TYPE_CODES = ("|b1", "|i1", "|u1", "<i2", "<u2", "<i4", "<u4", "<f4", "<i8", "<u8", "<f8")
 """Types of the elements of arrays, by numpy's codes."""
 
 
@@ -50,8 +50,8 @@ class ArrayWriter:
         place = [plain.dtype.str, len(plain), self._at]
         rest = plain.data.cast("B") if len(plain) else memoryview(b"")
         while rest:
-            number, begin = divmod(self._at, PART)
-            part = rest[: PART - begin]
+            number, begin = divmod(self._at, MAX_ARRAY_FILE_BYTES)
+            part = rest[: MAX_ARRAY_FILE_BYTES - begin]
             with (self._folder / str(number)).open("ab") as file:
                 file.write(part)
             rest, self._at = rest[len(part) :], self._at + len(part)
@@ -77,7 +77,7 @@ class ArrayReader:
             ValueError, TypeError, OSError: if there is none.
         """
         code, count, at, *texts = place
-        if code not in TYPES or not 0 <= count <= self._size // np.dtype(code).itemsize:
+        if code not in ARRAY_TYPE_CODES or not 0 <= count <= self._size // np.dtype(code).itemsize:
             raise ValueError(f"{code} and {count} are no array")
         values = self._found.get(at)
         if values is None or values.dtype.str != code or len(values) != count:
@@ -90,10 +90,10 @@ class ArrayReader:
     def _read(self, values: np.ndarray, at: int) -> np.ndarray:
         rest = values.data.cast("B") if len(values) else memoryview(b"")
         while rest:
-            number, begin = divmod(at, PART)
+            number, begin = divmod(at, MAX_ARRAY_FILE_BYTES)
             with (self._folder / str(number)).open("rb") as file:
                 file.seek(begin)
-                count = file.readinto(rest[: PART - begin])
+                count = file.readinto(rest[: MAX_ARRAY_FILE_BYTES - begin])
             if not count:
                 raise ValueError("an array ends beyond its file")
             rest, at = rest[count:], at + count

@@ -13,43 +13,44 @@ import yaml
 
 from workbench.common.resources import list_models, list_worlds
 from workbench.common.yaml_files import as_record
-from workbench.control.controller import DEFAULT, SHIPPED, Controller
+from workbench.control.controller import Controller
+from workbench.control.installed_laws import DEFAULT_CONTROLLER, is_shipped
 from workbench.control.schedule import split_label, with_label
 from workbench.estimation.settings import ESTIMATORS
-from workbench.gateways.ros_messages.conversion import Channel
+from workbench.link.signal import RosChannel
 from workbench.scenario.scenario import Action, Gust, Injection, Push, Scenario
 
-FLIGHT = "flight"
+FLIGHT_METADATA = "flight"
 """Name of the metadata with vehicle, physics_step [s] and begun_ns [ns since 1970]."""
-VERSIONS = "versions"
-SETTINGS = "settings"
-SCENARIO = "scenario.yaml"
+VERSIONS_METADATA = "versions"
+SETTINGS_METADATA = "settings"
+SCENARIO_ATTACHMENT = "scenario.yaml"
 """Attachment: the scenario, for `workbench fly`."""
-GAINS = "gains.yaml"
+GAINS_ATTACHMENT = "gains.yaml"
 """Attachment: all parameter values at the start, as a gain file."""
-CONTROLLER = "controller"
+CONTROLLER_METADATA = "controller"
 """Name of the metadata with name, file and sha256 of the control law; attachment: its text."""
-LAW = "controller.py"
-LAW_TYPE = "text/x-python"
-ESTIMATOR = "estimator"
+LAW_ATTACHMENT = "controller.py"
+LAW_MEDIA_TYPE = "text/x-python"
+ESTIMATOR_METADATA = "estimator"
 """Name of the metadata with name, file and sha256 of the user's own estimator, if the flight used
 one; attachment: its text."""
-ESTIMATOR_TEXT = "estimator.py"
-LAWS = "controllers/"
+ESTIMATOR_ATTACHMENT = "estimator.py"
+LAW_ATTACHMENT_PREFIX = "controllers/"
 """Prefix of the names of attachments with the texts of laws that took over in flight."""
-TOPICS = "topics.json"
+TOPICS_ATTACHMENT = "topics.json"
 """Attachment: the link's definitions of the topics."""
-IMPORTED = "flight_record.json"
+IMPORTED_ATTACHMENT = "flight_record.json"
 """The only attachment of an imported log: data that are not in its messages."""
-STATE = Channel("/dh_drone/exact_state", "dh_drone_msgs/msg/ExactState")
-ACTIONS = Channel("/dh_drone/actions", "dh_drone_msgs/msg/PilotAction")
+STATE_CHANNEL = RosChannel("/dh_drone/exact_state", "dh_drone_msgs/msg/ExactState")
+ACTIONS_CHANNEL = RosChannel("/dh_drone/actions", "dh_drone_msgs/msg/PilotAction")
 
 _LOADER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
 
-def law_name(law: Controller) -> str:
+def law_attachment_name(law: Controller) -> str:
     """Return the name of the attachment with the text of a law, also used in its action."""
-    file = f"{LAWS}{law.digest[:12]}/{law.unscheduled}.py"
+    file = f"{LAW_ATTACHMENT_PREFIX}{law.digest[:12]}/{law.unscheduled}.py"
     return with_label(file, law.schedule.label if law.schedule else "")
 
 
@@ -75,21 +76,11 @@ def scenario_text(scenario: Scenario) -> str:
     return text
 
 
-def read_scenario(text: str) -> Scenario:
-    """Return the scenario from a text made by `scenario_text`.
-
-    Raises:
-        RuntimeError, TypeError, ValueError: if it is invalid.
-    """
-    from pydrake.common.yaml import yaml_load_typed
-
-    scenario: Scenario = yaml_load_typed(schema=Scenario, data=text, defaults=Scenario())
-    return scenario
-
-
-def gains_text(vehicle: str, values: Mapping[str, float], controller: str = DEFAULT) -> str:
+def logged_gains_text(
+    vehicle: str, values: Mapping[str, float], controller: str = DEFAULT_CONTROLLER
+) -> str:
     """Return parameter values as the text of a gain file for a vehicle and a controller."""
-    whose = {} if controller == DEFAULT else {"controller": controller}
+    whose = {} if controller == DEFAULT_CONTROLLER else {"controller": controller}
     data: dict[str, Any] = {
         "vehicle": vehicle,
         **whose,
@@ -101,7 +92,7 @@ def gains_text(vehicle: str, values: Mapping[str, float], controller: str = DEFA
 
 
 def read_gains(text: str) -> dict[str, float]:
-    """Return the parameter values from a text made by `gains_text`.
+    """Return the parameter values from a text made by `logged_gains_text`.
 
     Raises:
         yaml.YAMLError, KeyError, TypeError, ValueError: if it is invalid.
@@ -118,13 +109,17 @@ def _from_root(name: str, shipped: list[str]) -> str:
 
 def _controller_from_root(name: str) -> str:
     file, label = split_label(name)
-    return with_label(_from_root(file, list(SHIPPED)), label)
+    return name if is_shipped(file) else with_label(_from_root(file, []), label)
 
 
 def action_text(action: Action) -> str:
     """Return an action as JSON, without its time and defaults; numbers are exact."""
-    values = {field.name: _plain(getattr(action, field.name)) for field in fields(Action)}
-    usual = {field.name: _plain(getattr(Action(), field.name)) for field in fields(Action)}
+    values = {
+        field.name: _action_value_as_json(getattr(action, field.name)) for field in fields(Action)
+    }
+    usual = {
+        field.name: _action_value_as_json(getattr(Action(), field.name)) for field in fields(Action)
+    }
     return json.dumps(
         {name: value for name, value in values.items() if name != "at" and value != usual[name]}
     )
@@ -138,44 +133,49 @@ def read_action(at: float, text: str) -> Action:
     """
     action: Action = as_record({"at": at, **json.loads(text)}, Action)
     if action.injection:
-        action.injection.periods = int(action.injection.periods)
+        injection = replace(action.injection, periods=int(action.injection.periods))
+        action = replace(action, injection=injection)
     return action
 
 
-def _plain(value: Any) -> Any:
+def _action_value_as_json(value: Any) -> Any:
     """Return a value of JSON types only; numbers may be numpy's."""
     if value is None or isinstance(value, str | bool):
         return value
     if isinstance(value, Gust | Push | Injection):
-        values = {field.name: _plain(getattr(value, field.name)) for field in fields(value)}
+        values = {
+            field.name: _action_value_as_json(getattr(value, field.name)) for field in fields(value)
+        }
         if not any(values.get("torque", ())):  # as in logs of earlier versions
             values.pop("torque", None)
         return values
     if isinstance(value, Mapping):
-        return {str(name): _plain(each) for name, each in value.items()}
-    return float(value) if isinstance(value, Real) else [_plain(each) for each in value]
+        return {str(name): _action_value_as_json(each) for name, each in value.items()}
+    return (
+        float(value) if isinstance(value, Real) else [_action_value_as_json(each) for each in value]
+    )
 
 
-PACKAGES = {
+LOGGED_PACKAGES = {
     "workbench": "drake-drone-workbench",
     "drake": "drake",
     "numpy": "numpy",
     "numba": "numba",
 }
-UNKNOWN = "unknown"
-PHYSICS = "2"
+UNKNOWN_VERSION = "unknown"
+PHYSICS_VERSION = "2"
 """Version of the physics stepping; logs without it have version 1, Drake's discrete plant."""
 
 
-def versions() -> dict[str, str]:
+def software_versions() -> dict[str, str]:
     """Return the versions of the software used, by name, and the platform."""
-    found = {name: _version(package) for name, package in PACKAGES.items()}
+    found = {name: _package_version(package) for name, package in LOGGED_PACKAGES.items()}
     machine = {"python": platform.python_version(), "platform": platform.platform()}
-    return {"physics": PHYSICS} | found | machine
+    return {"physics": PHYSICS_VERSION} | found | machine
 
 
-def _version(package: str) -> str:
+def _package_version(package: str) -> str:
     try:
         return metadata.version(package)
     except metadata.PackageNotFoundError:
-        return UNKNOWN
+        return UNKNOWN_VERSION

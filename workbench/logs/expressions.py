@@ -9,24 +9,23 @@ from typing import Any
 import numpy as np
 
 from workbench.common.errors import WorkbenchError, unknown_name
-from workbench.logs.spectrum import LEAST, even_samples
+from workbench.common.series import TimedValues
+from workbench.logs.spectrum import MIN_SPECTRUM_SAMPLES, even_samples
 
-Samples = tuple[np.ndarray, np.ndarray]
-"""Times [s] and values, (N) each."""
-Read = Callable[[str, float], Samples]
+SampleReader = Callable[[str, float], TimedValues]
 """Function that returns the samples of a signal by its name, from a time on [s]."""
 
-LONGEST = 300
+MAX_EXPRESSION_CHARS = 300
 """Largest number of characters."""
-FIRST = ("position_data", "velocity_data", "acceleration_data", "force_torque_data")
+PREFERRED_TOPICS = ("position_data", "velocity_data", "acceleration_data", "force_torque_data")
 """Topics that take precedence where several have a field with the same name: the true motion."""
-_BEFORE = 1.0
+_LEAD_TIME_S = 1.0
 """Time before the first sample for which other signals are read, for interpolation [s]."""
-_DOTTED = re.compile(r"[A-Za-z_]\w*(?:\.\w+)+")
+_DOTTED_NAME_PATTERN = re.compile(r"[A-Za-z_]\w*(?:\.\w+)+")
 
 
 @dataclass(frozen=True)
-class Function:
+class ExpressionFunction:
     """A function of an expression.
 
     Attributes:
@@ -42,12 +41,14 @@ class Function:
     before: Callable[..., float] = lambda *_: 0.0
 
 
-def _plain(of: Callable[..., np.ndarray], arguments: int, help: str) -> Function:
+def _pointwise_function(
+    of: Callable[..., np.ndarray], arguments: int, help: str
+) -> ExpressionFunction:
     """Return a function that depends on values only."""
-    return Function(lambda _, *values: of(*values), arguments, help)
+    return ExpressionFunction(lambda _, *values: of(*values), arguments, help)
 
 
-def _diff(_: np.ndarray, values: np.ndarray) -> np.ndarray:
+def _difference_of_samples(_: np.ndarray, values: np.ndarray) -> np.ndarray:
     return np.diff(values, prepend=np.nan)
 
 
@@ -60,7 +61,7 @@ def _derivative(time: np.ndarray, values: np.ndarray) -> np.ndarray:
 def _lowpass(time: np.ndarray, values: np.ndarray, cutoff: float) -> np.ndarray:
     import scipy.signal  # slow to load, and rarely needed
 
-    if len(time) < LEAST:  # the flight has just begun
+    if len(time) < MIN_SPECTRUM_SAMPLES:  # the flight has just begun
         return np.full(len(time), np.nan)
     even, rate, resampled = even_samples(time, values, "a low-pass")
     if not 0.0 < cutoff < (0.5 - 1e-9) * rate:
@@ -71,14 +72,14 @@ def _lowpass(time: np.ndarray, values: np.ndarray, cutoff: float) -> np.ndarray:
     sections = scipy.signal.butter(2, cutoff, fs=rate, output="sos")
     settled = scipy.signal.sosfilt_zi(sections) * even[0]
     smooth, _ = scipy.signal.sosfilt(sections, even, zi=settled)
-    if len(smooth) == len(time) and not resampled:
-        return np.asarray(smooth)
-    return np.interp(time, np.linspace(time[0], time[-1], len(smooth)), smooth)
+    known = time[np.isfinite(values)]
+    grid = np.linspace(known[0], known[-1], len(smooth)) if resampled else known
+    return np.interp(time, grid, smooth, left=np.nan, right=np.nan)
 
 
-FUNCTIONS: Mapping[str, Function] = {
+EXPRESSION_FUNCTIONS: Mapping[str, ExpressionFunction] = {
     **{
-        name: _plain(of, 1, help)
+        name: _pointwise_function(of, 1, help)
         for name, of, help in (
             ("sqrt", np.sqrt, "square root"),
             ("abs", np.abs, "absolute value"),
@@ -97,7 +98,7 @@ FUNCTIONS: Mapping[str, Function] = {
         )
     },
     **{
-        name: _plain(of, 2, help)
+        name: _pointwise_function(of, 2, help)
         for name, of, help in (
             ("atan2", np.arctan2, "angle of y and x"),
             ("hypot", np.hypot, "length of two components"),
@@ -105,13 +106,15 @@ FUNCTIONS: Mapping[str, Function] = {
             ("max", np.maximum, "the larger of two"),
         )
     },
-    "clip": _plain(np.clip, 3, "within a least and a largest value"),
-    "diff": Function(_diff, 1, "change since the sample before", lambda: _BEFORE),
-    "derivative": Function(_derivative, 1, "slope over time", lambda: _BEFORE),
-    "unwrap": Function(
+    "clip": _pointwise_function(np.clip, 3, "within a least and a largest value"),
+    "diff": ExpressionFunction(
+        _difference_of_samples, 1, "change since the sample before", lambda: _LEAD_TIME_S
+    ),
+    "derivative": ExpressionFunction(_derivative, 1, "slope over time", lambda: _LEAD_TIME_S),
+    "unwrap": ExpressionFunction(
         lambda _, values: np.unwrap(values), 1, "an angle without jumps", lambda: np.inf
     ),
-    "lowpass": Function(
+    "lowpass": ExpressionFunction(
         _lowpass,
         2,
         "second-order Butterworth low-pass, cut-off in Hz",
@@ -119,8 +122,8 @@ FUNCTIONS: Mapping[str, Function] = {
     ),
 }
 """Functions by their names in expressions; those of numpy if numpy has one."""
-CONSTANTS = {"pi": np.pi}
-_BINARY: Mapping[type[ast.operator], Callable[..., np.ndarray]] = {
+EXPRESSION_CONSTANTS = {"pi": np.pi}
+_BINARY_OPERATORS: Mapping[type[ast.operator], Callable[..., np.ndarray]] = {
     ast.Add: np.add,
     ast.Sub: np.subtract,
     ast.Mult: np.multiply,
@@ -129,7 +132,7 @@ _BINARY: Mapping[type[ast.operator], Callable[..., np.ndarray]] = {
     ast.Mod: np.mod,
     ast.FloorDiv: np.floor_divide,
 }
-_COMPARED: Mapping[type[ast.cmpop], Callable[..., np.ndarray]] = {
+_COMPARISON_OPERATORS: Mapping[type[ast.cmpop], Callable[..., np.ndarray]] = {
     ast.Lt: np.less,
     ast.LtE: np.less_equal,
     ast.Gt: np.greater,
@@ -175,7 +178,9 @@ class Expression:
         names = tuple(known)
         return all(len(_candidates(each, names)) == 1 for each in self.signals)
 
-    def series(self, read: Read, full: Mapping[str, str], since: float = -np.inf) -> Samples:
+    def series(
+        self, read: SampleReader, full: Mapping[str, str], since: float = -np.inf
+    ) -> TimedValues:
         """Return its times and values, from a time on [s].
 
         Other signals than the first are interpolated linearly to its times. There is no value
@@ -193,9 +198,9 @@ class Expression:
         time, first = read(full[self.signals[0]], begin)
         parts = {self.signals[0]: first}
         for name in self.signals[1:]:
-            own, values = read(full[name], begin - _BEFORE)
+            own, values = read(full[name], begin - _LEAD_TIME_S)
             same = len(own) == len(time) and (own == time).all()
-            parts[name] = values if same else _at(time, own, values)
+            parts[name] = values if same else _held_at(time, own, values)
         if len(time) == 0:
             return time, np.zeros(0)
         made = self.values(time, parts)
@@ -218,22 +223,28 @@ class Expression:
             case ast.Constant(value=float() | int() as value):
                 return np.float64(value)
             case ast.Name(id=name):
-                return CONSTANTS[name] if name in CONSTANTS else parts[self._named[name]]
+                return (
+                    EXPRESSION_CONSTANTS[name]
+                    if name in EXPRESSION_CONSTANTS
+                    else parts[self._named[name]]
+                )
             case ast.UnaryOp(op=op, operand=operand):
                 of = self._value(operand, time, parts)
                 return np.negative(of) if isinstance(op, ast.USub) else of
             case ast.BinOp(left=left, op=op, right=right):
                 sides = (self._value(each, time, parts) for each in (left, right))
-                return _BINARY[type(op)](*sides)
+                return _BINARY_OPERATORS[type(op)](*sides)
             case ast.Compare(left=left, ops=[op], comparators=[right]):
                 sides = (self._value(each, time, parts) for each in (left, right))
-                return _COMPARED[type(op)](*sides).astype(float)
+                return _COMPARISON_OPERATORS[type(op)](*sides).astype(float)
             case ast.Call(func=ast.Name(id=name), args=args):
-                return FUNCTIONS[name].of(time, *(self._value(each, time, parts) for each in args))
+                return EXPRESSION_FUNCTIONS[name].of(
+                    time, *(self._value(each, time, parts) for each in args)
+                )
         raise AssertionError(ast.dump(node))
 
 
-def _at(time: np.ndarray, own: np.ndarray, values: np.ndarray) -> np.ndarray:
+def _held_at(time: np.ndarray, own: np.ndarray, values: np.ndarray) -> np.ndarray:
     """Return values at other times; NaN before the first."""
     if len(own) == 0:
         return np.full(len(time), np.nan)
@@ -248,12 +259,13 @@ def _candidates(name: str, known: tuple[str, ...]) -> list[str]:
     if name in known:
         return [name]
     found = [each for each in known if each.partition(".")[2] == name]
-    true = [each for each in found if each.partition(".")[0] in FIRST]
+    true = [each for each in found if each.partition(".")[0] in PREFERRED_TOPICS]
     return true[:1] or found
 
 
 def parse_expression(text: str) -> Expression:
-    """Return an expression of numbers, signals, + - * / // % **, comparisons, and `FUNCTIONS`.
+    """Return an expression of numbers, signals, + - * / // % **, comparisons, and
+    `EXPRESSION_FUNCTIONS`.
 
     Signals are TOPIC.FIELD, or FIELD alone if it is in only one topic or in the true motion. No
     code is executed: `ast` parses the text, and anything not in this list is rejected.
@@ -261,8 +273,10 @@ def parse_expression(text: str) -> Expression:
     Raises:
         WorkbenchError: with the position of the error.
     """
-    if len(text) > LONGEST:
-        raise WorkbenchError(f"an expression has at most {LONGEST} characters: shorten it")
+    if len(text) > MAX_EXPRESSION_CHARS:
+        raise WorkbenchError(
+            f"an expression has at most {MAX_EXPRESSION_CHARS} characters: shorten it"
+        )
     named: dict[str, str] = {}
 
     def stand_in(found: re.Match[str]) -> str:
@@ -274,7 +288,7 @@ def parse_expression(text: str) -> Expression:
         named[made] = found.group()
         return made
 
-    plain = _DOTTED.sub(stand_in, text.rstrip())
+    plain = _DOTTED_NAME_PATTERN.sub(stand_in, text.rstrip())
     try:
         tree = ast.parse(plain, mode="eval").body
     except SyntaxError as error:
@@ -283,47 +297,55 @@ def parse_expression(text: str) -> Expression:
     except (ValueError, RecursionError, MemoryError) as error:
         raise WorkbenchError(f"'{text[:40]}' is not an expression") from error
     signals: list[str] = []
-    before = _check(tree, text, named, signals)
+    before = _check_node(tree, text, named, signals)
     if not signals:
         raise WorkbenchError(f"'{text}' names no signal: write one, as velocity_data.v_x")
     return Expression(text, tuple(dict.fromkeys(signals)), before, tree, named)
 
 
-def _check(node: ast.expr, text: str, named: dict[str, str], signals: list[str]) -> float:
+def _check_node(node: ast.expr, text: str, named: dict[str, str], signals: list[str]) -> float:
     """Check that a node is allowed, note signals, and return the time needed before [s]."""
 
     def below(*nodes: ast.expr) -> float:
-        return max((_check(each, text, named, signals) for each in nodes), default=0.0)
+        return max((_check_node(each, text, named, signals) for each in nodes), default=0.0)
 
     match node:
         case ast.Constant(value=float() | int() as value) if not isinstance(value, bool):
             return 0.0
         case ast.Name(id=name):
-            if name in FUNCTIONS:
+            if name in EXPRESSION_FUNCTIONS:
                 raise _wrong(text, node.col_offset, f"{name} is a function: write {name}(...)")
-            if name not in CONSTANTS:
+            if name not in EXPRESSION_CONSTANTS:
                 named.setdefault(name, name)
                 signals.append(named[name])
             return 0.0
         case ast.UnaryOp(op=ast.USub() | ast.UAdd(), operand=operand):
             return below(operand)
-        case ast.BinOp(left=left, op=op, right=right) if type(op) in _BINARY:
+        case ast.BinOp(left=left, op=op, right=right) if type(op) in _BINARY_OPERATORS:
             return below(left, right)
-        case ast.Compare(left=left, ops=[op], comparators=[right]) if type(op) in _COMPARED:
+        case ast.Compare(left=left, ops=[op], comparators=[right]) if (
+            type(op) in _COMPARISON_OPERATORS
+        ):
             return below(left, right)
         case ast.Call(func=ast.Name(id=name), args=args, keywords=[]):
-            if name not in FUNCTIONS:
-                raise _wrong(text, node.col_offset, str(unknown_name("function", name, FUNCTIONS)))
-            function = FUNCTIONS[name]
+            if name not in EXPRESSION_FUNCTIONS:
+                raise _wrong(
+                    text, node.col_offset, str(unknown_name("function", name, EXPRESSION_FUNCTIONS))
+                )
+            function = EXPRESSION_FUNCTIONS[name]
             if len(args) != function.arguments:
                 wanted = f"{name} takes {function.arguments} arguments, not {len(args)}"
                 raise _wrong(text, node.col_offset, wanted)
-            numbers = [_number(each, text, name) for each in args[1:]] if name == "lowpass" else []
+            numbers = (
+                [_number_constant(each, text, name) for each in args[1:]]
+                if name == "lowpass"
+                else []
+            )
             return below(*args) + function.before(*numbers)
     raise _wrong(text, node.col_offset, "this is not allowed in an expression")
 
 
-def _number(node: ast.expr, text: str, name: str) -> float:
+def _number_constant(node: ast.expr, text: str, name: str) -> float:
     match node:
         case ast.Constant(value=float() | int() as value):
             return float(value)

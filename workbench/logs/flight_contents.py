@@ -1,38 +1,38 @@
-"""The contents of a flight record: clock offsets, use of motors, and what can be identified."""
+"""The contents of a logged flight: clock offsets, use of motors, and what can be identified."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.logs.flight_record import (
-    ASKED,
-    FORCE,
-    GYRO,
-    SHARES,
-    SPEED_COMMANDS,
-    SPEEDS,
-    FlightRecord,
-    Span,
-    parts,
+from workbench.common.flight import Flight
+from workbench.common.series import Span
+from workbench.logs.logged_loop import LOGGED_LOOPS
+from workbench.logs.logged_signal import (
+    ACCELEROMETER_SIGNALS,
+    GYRO_SIGNALS,
+    MOTOR_COMMAND_PREFIX,
+    ROTOR_SPEED_PREFIX,
+    SETPOINT_SIGNALS,
+    SPEED_COMMAND_PREFIX,
+    component_names,
 )
-from workbench.logs.step_response import LOOPS
 
-LONGEST_OFFSET = 0.2
+MAX_CLOCK_OFFSET_S = 0.2
 """Limit of the offset between two clocks [s]."""
-LEAST_CORRELATION = 0.6
+MIN_OFFSET_CORRELATION = 0.6
 """Smallest correlation for an offset between two streams to be reported."""
-TURNING = 0.1
+MIN_TURNING_SHARE = 0.1
 """Share of the full command above which a motor turns."""
-GROUND = 2.0
+MOTOR_START_MARGIN_S = 2.0
 """Time after motors start, and before they stop, in which the drone may be on the ground [s]."""
-FULL = 0.995
+SATURATED_SHARE = 0.995
 """Share of the full command from which on a motor is saturated."""
-FAST = 180.0
+MIN_IDENTIFY_RATE_HZ = 180.0
 """Rate of gyro and commands needed for rotor lag and inertia [Hz], as in `identify`."""
-_GRID = 0.005
+_OFFSET_STEP_S = 0.005
 """Step of the search for an offset [s]."""
-_BRIDGE = 0.05
+_MAX_OFFSET_GAP_S = 0.05
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,7 @@ class ClockOffset:
 
 
 @dataclass(frozen=True)
-class Findable:
+class IdentifiableQuantity:
     """A quantity, and whether it can be identified from a log.
 
     Attributes:
@@ -69,7 +69,7 @@ class Findable:
 
 @dataclass(frozen=True)
 class FlightContents:
-    """The contents of a flight record.
+    """The contents of a logged flight.
 
     Attributes:
         turning: time in which a motor turns [s]; NaN if the log has neither commands nor speeds.
@@ -78,20 +78,20 @@ class FlightContents:
         known_until: time after which no on-board signal was measured [s].
         offsets: between streams.
         findable: what can be identified.
-        loops: those with a measurable step response, see `step_response.LOOPS`.
+        loops: those with a measurable step response, see `logged_loop.LOGGED_LOOPS`.
     """
 
     turning: float
     saturated: float
     known_until: float
     offsets: tuple[ClockOffset, ...]
-    findable: tuple[Findable, ...]
+    findable: tuple[IdentifiableQuantity, ...]
     loops: tuple[str, ...]
 
 
-def contents_of(flight: FlightRecord) -> FlightContents:
-    """Return the contents of a flight record."""
-    turning, saturated = _motors(flight)
+def contents_of_flight(flight: Flight) -> FlightContents:
+    """Return the contents of a logged flight."""
+    turning, saturated = _motor_times(flight)
     # Motion capture may continue after the radio link has ended.
     outside = ("position_data.", "velocity_data.", "attitude.")
     ends = [
@@ -101,7 +101,7 @@ def contents_of(flight: FlightRecord) -> FlightContents:
     ]
     loops = tuple(
         name
-        for name, loop in LOOPS.items()
+        for name, loop in LOGGED_LOOPS.items()
         if any(each in flight for each in loop.setpoints)
         and any(each in flight for each in loop.responses)
     )
@@ -110,80 +110,90 @@ def contents_of(flight: FlightRecord) -> FlightContents:
         saturated,
         max(ends, default=flight.end),
         tuple(_offsets(flight)),
-        tuple(_findable(flight, turning)),
+        tuple(_identifiable(flight, turning)),
         loops,
     )
 
 
-def _turns(name: str, values: np.ndarray) -> np.ndarray:
+def _is_turning(name: str, values: np.ndarray) -> np.ndarray:
     """Return when a motor turns, from commands or speeds; the largest speed counts as full."""
-    full = 1.0 if name.startswith(SHARES) else float(np.nanmax(values, initial=0.0))
-    return np.asarray(values > TURNING * full)
+    full = 1.0 if name.startswith(MOTOR_COMMAND_PREFIX) else float(np.nanmax(values, initial=0.0))
+    return np.asarray(values > MIN_TURNING_SHARE * full)
 
 
-def _motors(flight: FlightRecord) -> tuple[float, float]:
+def _motor_times(flight: Flight) -> tuple[float, float]:
     """Return the time in which a motor turns [s], and the share of it with one at its limit."""
-    names = flight.motors(SHARES, SPEED_COMMANDS, SPEEDS)
+    names = flight.motors(MOTOR_COMMAND_PREFIX, SPEED_COMMAND_PREFIX, ROTOR_SPEED_PREFIX)
     if not names:
         return np.nan, np.nan
     time = flight[names[0]].time
-    values = np.column_stack([flight[name].at(time, _BRIDGE)[0] for name in names])
+    values = np.column_stack([flight[name].at(time, _MAX_OFFSET_GAP_S)[0] for name in names])
     largest = np.nanmax(np.where(np.isfinite(values), values, 0.0), axis=1)
     steps = np.diff(time, append=time[-1])
     steps = np.minimum(steps, 5.0 * float(np.median(steps)))
-    total = float(steps[_turns(names[0], largest)].sum())
-    if not names[0].startswith(SHARES):
+    total = float(steps[_is_turning(names[0], largest)].sum())
+    if not names[0].startswith(MOTOR_COMMAND_PREFIX):
         return total, np.nan
-    return total, float(steps[largest >= FULL].sum()) / total if total else 0.0
+    return total, float(steps[largest >= SATURATED_SHARE].sum()) / total if total else 0.0
 
 
-def _offsets(flight: FlightRecord) -> list[ClockOffset]:
+def _offsets(flight: Flight) -> list[ClockOffset]:
     """Return the offsets between the streams of the same motion."""
     pairs = (
         (
             "body rate of motion capture",
-            parts("attitude.w_"),
+            component_names("attitude.w_"),
             "gyro",
-            GYRO,
+            GYRO_SIGNALS,
         ),
-        ("gyro", GYRO, "estimated rate", parts("estimate.w_")),
-        ("position", parts("position_data."), "estimated position", parts("estimate.")),
-        ("velocity", parts("velocity_data.v_"), "estimated velocity", parts("estimate.v_")),
+        ("gyro", GYRO_SIGNALS, "estimated rate", component_names("estimate.w_")),
+        (
+            "position",
+            component_names("position_data."),
+            "estimated position",
+            component_names("estimate."),
+        ),
+        (
+            "velocity",
+            component_names("velocity_data.v_"),
+            "estimated velocity",
+            component_names("estimate.v_"),
+        ),
         (
             "attitude of motion capture",
-            parts("position_data.", ("roll", "pitch")),
+            component_names("position_data.", ("roll", "pitch")),
             "estimated attitude",
-            parts("estimate.", ("roll", "pitch")),
+            component_names("estimate.", ("roll", "pitch")),
         ),
     )
     found = []
     for earlier, first, later, second in pairs:
         if flight.has([*first, *second]):
             made = clock_offset(flight, first, second)
-            if made is not None and made[1] >= LEAST_CORRELATION:
+            if made is not None and made[1] >= MIN_OFFSET_CORRELATION:
                 found.append(ClockOffset(earlier, later, *made))
     turned = _attitude_rate(flight)
-    if turned is not None and turned[1] >= LEAST_CORRELATION:
+    if turned is not None and turned[1] >= MIN_OFFSET_CORRELATION:
         found.append(ClockOffset("gyro", "rate of the estimated attitude", *turned))
     return found
 
 
-def _attitude_rate(flight: FlightRecord) -> tuple[float, float] | None:
+def _attitude_rate(flight: Flight) -> tuple[float, float] | None:
     """Return the delay of the estimated attitude's rate behind the gyro [s], and correlation."""
-    turn = parts("estimate.q_", "wxyz")
-    span = _shared(flight, [*GYRO, *turn])
+    turn = component_names("estimate.q_", "wxyz")
+    span = _common_span(flight, [*GYRO_SIGNALS, *turn])
     if span is None:
         return None
-    grid = flight.resample([*GYRO, *turn], _GRID, _BRIDGE, span)
+    grid = flight.resample([*GYRO_SIGNALS, *turn], _OFFSET_STEP_S, _MAX_OFFSET_GAP_S, span)
     q = grid.values[:, 3:]
     # w = 2 q* dq/dt, in the body's axes.
-    rate = np.gradient(q, _GRID, axis=0)
+    rate = np.gradient(q, _OFFSET_STEP_S, axis=0)
     w = 2.0 * (q[:, :1] * rate[:, 1:] - rate[:, :1] * q[:, 1:] - np.cross(q[:, 1:], rate[:, 1:]))
     return _best_offset(grid.values[:, :3], w)
 
 
 def clock_offset(
-    flight: FlightRecord, first: Sequence[str], second: Sequence[str]
+    flight: Flight, first: Sequence[str], second: Sequence[str]
 ) -> tuple[float, float] | None:
     """Return the delay of some signals behind others [s], and their correlation at it.
 
@@ -192,10 +202,10 @@ def clock_offset(
         first: signals.
         second: as many signals of the same quantities.
     """
-    span = _shared(flight, [*first, *second])
+    span = _common_span(flight, [*first, *second])
     if span is None:
         return None
-    grid = flight.resample([*first, *second], _GRID, _BRIDGE, span)
+    grid = flight.resample([*first, *second], _OFFSET_STEP_S, _MAX_OFFSET_GAP_S, span)
     return _best_offset(grid.values[:, : len(first)], grid.values[:, len(first) :])
 
 
@@ -205,7 +215,7 @@ def _best_offset(first: np.ndarray, second: np.ndarray) -> tuple[float, float] |
     It has the largest correlation over all columns together, of samples known in both, with
     parabolic interpolation between steps of the grid.
     """
-    most = round(LONGEST_OFFSET / _GRID)
+    most = round(MAX_CLOCK_OFFSET_S / _OFFSET_STEP_S)
     both: np.ndarray = np.all(np.isfinite(first) & np.isfinite(second), axis=1)
     if both.sum() < 8 * most:
         return None
@@ -231,10 +241,10 @@ def _best_offset(first: np.ndarray, second: np.ndarray) -> tuple[float, float] |
     before, at, after = found[best - 1 : best + 2]
     bend = before - 2.0 * at + after
     part = 0.5 * (before - after) / bend if bend < 0.0 else 0.0
-    return float((lags[best] + part) * _GRID), float(at)
+    return float((lags[best] + part) * _OFFSET_STEP_S), float(at)
 
 
-def _shared(flight: FlightRecord, names: Sequence[str]) -> Span | None:
+def _common_span(flight: Flight, names: Sequence[str]) -> Span | None:
     """Return the common time span of signals, in the air as far as the motors show it [s].
 
     A landing is a shock that streams show differently, and on the ground nothing moves.
@@ -243,54 +253,68 @@ def _shared(flight: FlightRecord, names: Sequence[str]) -> Span | None:
         return None
     begin = max(float(flight[name].time[0]) for name in names)
     end = min(float(flight[name].time[-1]) for name in names)
-    for motor in flight.motors(SHARES, SPEED_COMMANDS, SPEEDS)[:1]:
-        turns = flight[motor].time[_turns(motor, flight[motor].values)]
-        if len(turns) and turns[-1] - turns[0] > 4.0 * GROUND:
-            begin, end = max(begin, turns[0] + GROUND), min(end, turns[-1] - GROUND)
-    return (begin, end) if end - begin > 4.0 * LONGEST_OFFSET else None
+    for motor in flight.motors(MOTOR_COMMAND_PREFIX, SPEED_COMMAND_PREFIX, ROTOR_SPEED_PREFIX)[:1]:
+        turns = flight[motor].time[_is_turning(motor, flight[motor].values)]
+        if len(turns) and turns[-1] - turns[0] > 4.0 * MOTOR_START_MARGIN_S:
+            begin, end = (
+                max(begin, turns[0] + MOTOR_START_MARGIN_S),
+                min(end, turns[-1] - MOTOR_START_MARGIN_S),
+            )
+    return (begin, end) if end - begin > 4.0 * MAX_CLOCK_OFFSET_S else None
 
 
-def _findable(flight: FlightRecord, turning: float) -> list[Findable]:
+def _identifiable(flight: Flight, turning: float) -> list[IdentifiableQuantity]:
     """Return what can be identified, from the signals of the log and their rates."""
-    commands = flight.motors(SHARES, SPEED_COMMANDS)
+    commands = flight.motors(MOTOR_COMMAND_PREFIX, SPEED_COMMAND_PREFIX)
     motion = "position_data" if "position_data.x" in flight else "estimate"
     speed = "velocity_data" if "velocity_data.v_x" in flight else "estimate"
     turn = "attitude" if "attitude.q_w" in flight else "estimate"
 
-    def judged(what: str, needs: dict[str, Sequence[str]], fast: Sequence[str] = ()) -> Findable:
+    def judged(
+        what: str, needs: dict[str, Sequence[str]], fast: Sequence[str] = ()
+    ) -> IdentifiableQuantity:
         missing = [kind for kind, names in needs.items() if not names or not flight.has(names)]
         if missing:
-            return Findable(what, False, f"the log has no {' and no '.join(missing)}")
+            return IdentifiableQuantity(what, False, f"the log has no {' and no '.join(missing)}")
         if not turning > 1.0:
-            return Findable(what, False, "the motors never turn for a second")
-        slow = [name for name in fast if flight[name].rate < FAST]
+            return IdentifiableQuantity(what, False, "the motors never turn for a second")
+        slow = [name for name in fast if flight[name].rate < MIN_IDENTIFY_RATE_HZ]
         if slow:
             rate = min(flight[name].rate for name in slow)
-            return Findable(
-                what, False, f"{rate:.0f} Hz alias a rate loop: log at {FAST:g} Hz or faster"
+            return IdentifiableQuantity(
+                what,
+                False,
+                f"{rate:.0f} Hz alias a rate loop: log at {MIN_IDENTIFY_RATE_HZ:g} Hz or faster",
             )
-        return Findable(what, True, ", ".join(needs))
+        return IdentifiableQuantity(what, True, ", ".join(needs))
 
-    attitude = parts(f"{turn}.q_", "wxyz")
-    velocity = parts(f"{speed}.v_")
+    attitude = component_names(f"{turn}.q_", "wxyz")
+    velocity = component_names(f"{speed}.v_")
     return [
-        judged("thrust over mass", {"commands": commands, "accelerometer": FORCE}),
+        judged("thrust over mass", {"commands": commands, "accelerometer": ACCELEROMETER_SIGNALS}),
         judged(
             "thrust over voltage",
             {
-                "commands as shares": flight.motors(SHARES),
-                "accelerometer": FORCE,
+                "commands as shares": flight.motors(MOTOR_COMMAND_PREFIX),
+                "accelerometer": ACCELEROMETER_SIGNALS,
                 "voltage": ["battery.voltage"],
             },
         ),
-        judged("rotor lag", {"commands": commands, "accelerometer": FORCE}, [*commands, FORCE[2]]),
-        judged("inertia", {"commands": commands, "gyro": GYRO}, [*commands, *GYRO]),
-        judged("drag", {"accelerometer": FORCE, "velocity": velocity, "attitude": attitude}),
+        judged(
+            "rotor lag",
+            {"commands": commands, "accelerometer": ACCELEROMETER_SIGNALS},
+            [*commands, ACCELEROMETER_SIGNALS[2]],
+        ),
+        judged("inertia", {"commands": commands, "gyro": GYRO_SIGNALS}, [*commands, *GYRO_SIGNALS]),
+        judged(
+            "drag",
+            {"accelerometer": ACCELEROMETER_SIGNALS, "velocity": velocity, "attitude": attitude},
+        ),
         judged(
             "prediction in closed loop",
             {
-                "setpoints": ASKED,
-                "position": parts(f"{motion}."),
+                "setpoints": SETPOINT_SIGNALS,
+                "position": component_names(f"{motion}."),
                 "attitude": attitude,
             },
         ),

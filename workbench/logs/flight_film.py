@@ -8,23 +8,24 @@ from pydrake.geometry import Meshcat, MeshcatVisualizer, Rgba
 from pydrake.systems.framework import DiagramBuilder
 
 from workbench.common.errors import WorkbenchError
+from workbench.common.flight import Flight
 from workbench.design.flight_page import quiet_meshcat
-from workbench.logs.flight_record import ASKED, FlightRecord, parts
-from workbench.logs.readers.rotations import QUATERNION
+from workbench.logs.logged_signal import SETPOINT_SIGNALS, component_names
+from workbench.logs.readers.rotations import QUATERNION_NAMES
 from workbench.plant.description import Description
 from workbench.plant.multibody import add_shapes
 
-PERIOD = 1.0 / 32.0
+FILM_FRAME_PERIOD_S = 1.0 / 32.0
 """Period between pictures [s]."""
-LONGEST = 3600.0
+MAX_FILM_S = 3600.0
 """Longest film [s]."""
-_FLOWN, _WANTED = Rgba(0.12, 0.47, 0.71, 1.0), Rgba(1.0, 0.5, 0.05, 1.0)
-_EYE = np.array([-1.2, -1.2, 0.8])
+_FLOWN_PATH_RGBA, _SETPOINT_PATH_RGBA = Rgba(0.12, 0.47, 0.71, 1.0), Rgba(1.0, 0.5, 0.05, 1.0)
+_CAMERA_OFFSET = np.array([-1.2, -1.2, 0.8])
 """Position of the camera from the middle of the flown path, in sizes of the path."""
 
 
 def film_flight(
-    flight: FlightRecord,
+    flight: Flight,
     description: Description,
     page: Path,
     progress: Callable[[float], None] | None = None,
@@ -41,16 +42,18 @@ def film_flight(
         WorkbenchError: if the log has no attitude.
     """
     topic = "attitude" if "attitude.q_w" in flight else "estimate"
-    turn = parts(f"{topic}.", QUATERNION)
+    turn = component_names(f"{topic}.", QUATERNION_NAMES)
     if not flight.has(turn):
         raise WorkbenchError(f"{flight.source}: has no attitude: there is nothing to draw in 3-D")
     where = "position_data" if "position_data.x" in flight else "estimate"
-    place = parts(f"{where}.")
+    place = component_names(f"{where}.")
     still = not flight.has(place)
     names = turn if still else [*turn, *place]
-    grid = flight.resample(names, PERIOD, bridge=0.1)
-    if grid.time[-1] - grid.time[0] > LONGEST:
-        raise WorkbenchError(f"{flight.source}: is longer than {LONGEST:g} s: too long for a page")
+    grid = flight.resample(names, FILM_FRAME_PERIOD_S, bridge=0.1)
+    if grid.time[-1] - grid.time[0] > MAX_FILM_S:
+        raise WorkbenchError(
+            f"{flight.source}: is longer than {MAX_FILM_S:g} s: too long for a page"
+        )
     if not grid.whole.any():
         raise WorkbenchError(f"{flight.source}: place and attitude are never known together")
     states = np.zeros((len(grid.time), 13))
@@ -59,12 +62,12 @@ def film_flight(
     meshcat = quiet_meshcat()
     path = states[grid.whole, 4:7]
     middle, size = path.mean(axis=0), max(float(np.ptp(path, axis=0).max()), 1.0)
-    meshcat.SetCameraPose(middle + size * _EYE, middle)
+    meshcat.SetCameraPose(middle + size * _CAMERA_OFFSET, middle)
     if not still:
-        _draw_path(meshcat, "flown", path, _FLOWN)
-        if flight.has(ASKED):
-            asked = flight.resample(ASKED, PERIOD, bridge=1.0)
-            _draw_path(meshcat, "setpoint", asked.values[asked.whole], _WANTED)
+        _draw_path(meshcat, "flown", path, _FLOWN_PATH_RGBA)
+        if flight.has(SETPOINT_SIGNALS):
+            asked = flight.resample(SETPOINT_SIGNALS, FILM_FRAME_PERIOD_S, bridge=1.0)
+            _draw_path(meshcat, "setpoint", asked.values[asked.whole], _SETPOINT_PATH_RGBA)
     _play(meshcat, description, grid.time, states, grid.whole, progress)
     page.write_text(meshcat.StaticHtml(), encoding="utf-8")
 
@@ -84,7 +87,7 @@ def _play(
 ) -> None:
     """Add the drone to the film, at each state (n, 13) and time (n) [s]."""
     builder = DiagramBuilder()
-    _, scene_graph, state = add_shapes(builder, description)
+    scene_graph, state = add_shapes(builder, description)
     builder.ExportInput(state, "state")
     MeshcatVisualizer.AddToBuilder(builder, scene_graph, meshcat)
     diagram = builder.Build()

@@ -8,60 +8,52 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Any, NamedTuple
 
 from mcap.well_known import MessageEncoding, SchemaEncoding
 from mcap.writer import MCAP0_MAGIC
 
 from workbench.common.errors import WorkbenchError
 from workbench.control.controller import Controller
-from workbench.gateways.ros_messages.cdr import codec
-from workbench.gateways.ros_messages.conversion import Channel, Conversion, Make, conversion
-from workbench.gateways.ros_messages.library import schema_text
-from workbench.gateways.ros_messages.making import WORLD, header
 from workbench.link.backplane import Published, Sampled
+from workbench.link.ros_messages.cdr import codec
+from workbench.link.ros_messages.conversion import conversion
+from workbench.link.ros_messages.library import schema_text
+from workbench.link.ros_messages.making import ROS_WORLD_FRAME, header
+from workbench.link.ros_messages.namespace import in_namespace, ros_namespace
+from workbench.link.signal import RosChannel
 from workbench.link.topics import Topic
 from workbench.logs.contents import (
-    ACTIONS,
-    CONTROLLER,
-    ESTIMATOR,
-    ESTIMATOR_TEXT,
-    FLIGHT,
-    GAINS,
-    LAW,
-    LAW_TYPE,
-    SCENARIO,
-    SETTINGS,
-    STATE,
-    TOPICS,
-    VERSIONS,
+    ACTIONS_CHANNEL,
+    CONTROLLER_METADATA,
+    ESTIMATOR_ATTACHMENT,
+    ESTIMATOR_METADATA,
+    FLIGHT_METADATA,
+    GAINS_ATTACHMENT,
+    LAW_ATTACHMENT,
+    LAW_MEDIA_TYPE,
+    SCENARIO_ATTACHMENT,
+    SETTINGS_METADATA,
+    STATE_CHANNEL,
+    TOPICS_ATTACHMENT,
+    VERSIONS_METADATA,
     action_text,
-    gains_text,
-    law_name,
+    law_attachment_name,
+    logged_gains_text,
     scenario_text,
-    versions,
+    software_versions,
 )
 from workbench.logs.mcap_writer import McapWriter
-from workbench.scenario.scenario import Action, Scenario, flown_controller
+from workbench.scenario.flown_controller import flown_controller
+from workbench.scenario.scenario import Action, Scenario
 from workbench.session.session import Session
 from workbench.systems.bridge import Bridge
 
-NS = 1e9
+LOG_NS_PER_S = 1e9
 """Nanoseconds in a second."""
-LOOK_PERIOD = 1.0
+FILE_CHECK_PERIOD_S = 1.0
 """Period between checks that the file is still in its place [s]."""
-_FAILURES = (OSError, ValueError, KeyError, TypeError, OverflowError, struct.error)
+_LOG_WRITE_ERRORS = (OSError, ValueError, KeyError, TypeError, OverflowError, struct.error)
 """Errors from writing, such as a full disk, or a payload that does not fit its topic."""
-
-
-class _Written(NamedTuple):
-    """The output of a topic: its conversion, and for each message a factory, an encoder, a channel.
-
-    The log uses the parts of a conversion separately, as it writes thousands of messages a second.
-    """
-
-    conversion: Conversion
-    parts: tuple[tuple[Make, Callable[[Mapping[str, Any]], bytes], int], ...]
 
 
 class FlightLog:
@@ -101,11 +93,14 @@ class FlightLog:
         self.path = path
         self.said = ""
         self._step = scenario.rates.physics_step
-        self._state, self._action = codec(STATE.type).encode, codec(ACTIONS.type).encode
+        self._state, self._action = (
+            codec(STATE_CHANNEL.type).encode,
+            codec(ACTIONS_CHANNEL.type).encode,
+        )
         self._last_ns = 0
-        self._look_due = time.monotonic() + LOOK_PERIOD
+        self._look_due = time.monotonic() + FILE_CHECK_PERIOD_S
         self._open = True
-        found = versions()
+        found = software_versions()
         _refuse_others(path)
         try:
             self._writer = McapWriter(path, f"workbench {found['workbench']}")
@@ -125,7 +120,7 @@ class FlightLog:
             try:
                 self._publish(sampled.published)
                 self._keep(sampled)
-            except _FAILURES as error:
+            except _LOG_WRITE_ERRORS as error:
                 self._end(error)
 
     def publish(self, published: Published) -> None:
@@ -133,7 +128,7 @@ class FlightLog:
         if self._open:
             try:
                 self._publish(published)
-            except _FAILURES as error:
+            except _LOG_WRITE_ERRORS as error:
                 self._end(error)
 
     def act(self, at: float, action: Action, by: str, law: Controller | None = None) -> None:
@@ -148,9 +143,9 @@ class FlightLog:
         if not self._open:
             return
         if action.controller is not None and law is not None and not law.shipped:
-            action = replace(action, controller=law_name(law))
+            action = replace(action, controller=law_attachment_name(law))
             self._attach_law(law)
-        t_ns = round(at * NS)
+        t_ns = round(at * LOG_NS_PER_S)
         values = {
             "header": header(t_ns, ""),
             "step": round(at / self._step),
@@ -159,14 +154,16 @@ class FlightLog:
         }
         try:
             self._writer.message(self._action_channel, t_ns, time.time_ns(), self._action(values))
-        except _FAILURES as error:
+        except _LOG_WRITE_ERRORS as error:
             self._end(error)
 
     def _attach_law(self, law: Controller) -> None:
         try:
             now = time.time_ns()
-            self._writer.add_attachment(now, now, law_name(law), LAW_TYPE, law.text.encode())
-        except _FAILURES as error:
+            self._writer.add_attachment(
+                now, now, law_attachment_name(law), LAW_MEDIA_TYPE, law.text.encode()
+            )
+        except _LOG_WRITE_ERRORS as error:
             self._end(error)
 
     def look(self) -> None:
@@ -176,7 +173,7 @@ class FlightLog:
         """
         now = time.monotonic()
         if self._open and now >= self._look_due:
-            self._look_due = now + LOOK_PERIOD
+            self._look_due = now + FILE_CHECK_PERIOD_S
             self._check_place()
 
     def close(self) -> None:
@@ -185,7 +182,7 @@ class FlightLog:
         if self._open:
             try:
                 self._writer.finish()
-            except _FAILURES as error:
+            except _LOG_WRITE_ERRORS as error:
                 self._end(error)
             self._open = False
 
@@ -202,37 +199,45 @@ class FlightLog:
         """Write all data known before the flight."""
         now, writer = time.time_ns(), self._writer
         flight = {"vehicle": vehicle, "physics_step": repr(self._step), "begun_ns": str(now)}
-        writer.add_metadata(FLIGHT, flight)
-        writer.add_metadata(VERSIONS, found)
-        writer.add_metadata(SETTINGS, {name: repr(value) for name, value in settings.items()})
+        writer.add_metadata(FLIGHT_METADATA, flight)
+        writer.add_metadata(VERSIONS_METADATA, found)
+        writer.add_metadata(
+            SETTINGS_METADATA, {name: repr(value) for name, value in settings.items()}
+        )
         whose = {"name": law.name, "file": str(law.file), "sha256": law.digest}
-        writer.add_metadata(CONTROLLER, whose)
+        writer.add_metadata(CONTROLLER_METADATA, whose)
         attach = partial(writer.add_attachment, now, now)
-        attach(LAW, LAW_TYPE, law.text.encode())
+        attach(LAW_ATTACHMENT, LAW_MEDIA_TYPE, law.text.encode())
         if law.estimator:
             own = law.estimator
             whose = {"name": own.name, "file": str(own.file), "sha256": own.digest}
-            writer.add_metadata(ESTIMATOR, whose)
-            attach(ESTIMATOR_TEXT, LAW_TYPE, own.text.encode())
-        attach(SCENARIO, "application/yaml", scenario_text(scenario).encode())
-        attach(GAINS, "application/yaml", gains_text(vehicle, values, law.name).encode())
+            writer.add_metadata(ESTIMATOR_METADATA, whose)
+            attach(ESTIMATOR_ATTACHMENT, LAW_MEDIA_TYPE, own.text.encode())
+        attach(SCENARIO_ATTACHMENT, "application/yaml", scenario_text(scenario).encode())
+        gains = logged_gains_text(vehicle, values, law.name).encode()
+        attach(GAINS_ATTACHMENT, "application/yaml", gains)
         definitions = json.dumps([topic.definition() for topic in topics], indent=1)
-        attach(TOPICS, "application/json", definitions.encode())
+        attach(TOPICS_ATTACHMENT, "application/json", definitions.encode())
         schemas: dict[str, int] = {}
+        namespace = ros_namespace(vehicle)
 
-        def add(channel: Channel) -> int:
+        def add(channel: RosChannel) -> int:
             if channel.type not in schemas:
                 text = schema_text(channel.type).encode()
                 schemas[channel.type] = writer.register_schema(
                     channel.type, SchemaEncoding.ROS2, text
                 )
             return writer.register_channel(
-                channel.topic, MessageEncoding.CDR, schemas[channel.type]
+                in_namespace(channel.topic, namespace),
+                MessageEncoding.CDR,
+                schemas[channel.type],
             )
 
-        self._state_channel, self._action_channel = add(STATE), add(ACTIONS)
+        self._state_channel, self._action_channel = add(STATE_CHANNEL), add(ACTIONS_CHANNEL)
+        # The log uses the parts of a conversion separately, as it writes thousands of messages a
+        # second: for each message a factory, an encoder and a channel.
         self._topics = {
-            topic.id: _Written(
+            topic.id: (
                 becomes := conversion(topic),
                 tuple(
                     (make, codec(channel.type).encode, add(channel))
@@ -256,7 +261,7 @@ class FlightLog:
         self._open = False
         try:
             self._writer.finish()
-        except _FAILURES as error:
+        except _LOG_WRITE_ERRORS as error:
             self._end(error)
         else:
             self._tell("the file was moved or deleted")
@@ -275,7 +280,7 @@ class FlightLog:
         t_ns, wall_ns = sampled.published.t_ns, sampled.published.wall_ns
         state = sampled.state
         exact = {
-            "header": header(t_ns, WORLD),
+            "header": header(t_ns, ROS_WORLD_FRAME),
             "q_wb": state[0:4],
             "p_wb": state[4:7],
             "w_wb": state[7:10],
@@ -296,7 +301,7 @@ class FlightLog:
 
     def _tell(self, reason: str) -> None:
         self.said = (
-            f"{self.path}: the log ends at {self._last_ns / NS:.3f} s: {reason}; "
+            f"{self.path}: the log ends at {self._last_ns / LOG_NS_PER_S:.3f} s: {reason}; "
             "the flight continues without it"
         )
         logging.getLogger("workbench").warning("%s", self.said)

@@ -1,4 +1,4 @@
-"""The process that reads one log: run by `read_held` through `run_limited`.
+"""The process that reads one log: run by `read_in_process` through `run_limited`.
 
 Logs and the libraries that read them are foreign. Arrays go to files, and the rest is JSON.
 """
@@ -9,36 +9,37 @@ from typing import Any
 
 import numpy as np
 
-from workbench.ipc.limited import serve
+from workbench.common.flight import Flight
+from workbench.ipc.limited import serve_one_request
 from workbench.logs.array_files import ArrayWriter
-from workbench.logs.flight_record import FlightRecord
-from workbench.logs.log_process import ARRAYS, PROGRESS
-from workbench.logs.readers.any_log import read_any, read_own
+from workbench.logs.log_process import ARRAYS_FOLDER, PROGRESS_FILE
+from workbench.logs.readers.any_log import read_any, read_workbench_log
+from workbench.logs.readers.log_reader import LogFile
 from workbench.logs.record import LogRecord
 
 
-def read(request: dict[str, Any]) -> dict[str, Any]:
+def read_to_arrays(request: dict[str, Any]) -> dict[str, Any]:
     """Read a log, write its arrays, and return the rest."""
     path, folder = Path(request["path"]), Path(request["folder"])
-    arrays = folder / ARRAYS
+    arrays = folder / ARRAYS_FOLDER
     arrays.mkdir()
-    with (folder / PROGRESS).open("ab", buffering=0) as told:
+    with (folder / PROGRESS_FILE).open("ab", buffering=0) as told:
 
         def tell(share: float) -> None:
             told.write(bytes(max(0, int(100.0 * share) - told.tell())))
 
         if request["own"]:
-            found: LogRecord | FlightRecord = read_own(path, folder, tell)
+            found: LogRecord | Flight = read_workbench_log(path, folder, tell)
         else:
             mapping = request["mapping"] and Path(request["mapping"])
-            found = read_any(path, mapping, folder, tell, request["log_number"])
+            found = read_any(LogFile(path, mapping, request["log_number"]), folder, tell)
     writer = ArrayWriter(arrays)
     if isinstance(found, LogRecord):
         return {"log": found.described(writer)}
-    return {"flight": found.described(), "samples": _written(found, writer)}
+    return {"flight": found.described(), "samples": _written_signals(found, writer)}
 
 
-def _written(flight: FlightRecord, arrays: ArrayWriter) -> list[Any]:
+def _written_signals(flight: Flight, arrays: ArrayWriter) -> list[Any]:
     """Write the samples of the signals, and times that several of them share once."""
     known: dict[bytes, np.ndarray] = {}
     places = []
@@ -50,4 +51,4 @@ def _written(flight: FlightRecord, arrays: ArrayWriter) -> list[Any]:
 
 
 if __name__ == "__main__":
-    serve(read)
+    serve_one_request(read_to_arrays)

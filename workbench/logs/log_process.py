@@ -9,89 +9,78 @@ from tempfile import TemporaryDirectory
 from typing import Any, TypeVar
 
 from workbench.common.errors import WorkbenchError
-from workbench.common.plain_files import open_plain, size_of
+from workbench.common.plain_files import open_file_size, open_plain
 from workbench.ipc.limited import LimitedError, run_limited
 from workbench.logs.array_files import ArrayReader
-from workbench.logs.readers.packed import GZIP, stem
+from workbench.logs.readers.log_reader import LogFile, companion_files
+from workbench.logs.readers.packed import GZIP_MAGIC
 
-SECONDS, SECONDS_A_MEGABYTE = 3.0, 4.0
-MEGABYTES = 400
-MEGABYTES_A_MEGABYTE = 30
-MOST_SECONDS = 900.0
-MOST_MEGABYTES = 12_000
-"""Limits of processor time and memory by the size of the file; blackbox logs take some 2 s and 20
-MB a megabyte."""
-PACKED = 2.0
+LOG_BASE_CPU_S, LOG_CPU_S_PER_MB = 3.0, 4.0
+LOG_BASE_MEMORY_MB = 400
+LOG_MEMORY_PER_FILE_MB = 30
+MAX_LOG_CPU_S = 900.0
+MAX_LOG_MEMORY_MB = 12_000
+"""Limits of processor time and memory by the size of the file; blackbox logs take some 0.5 s and
+32 MB a megabyte."""
+GZIP_SIZE_FACTOR = 2.0
 """A file compressed by gzip counts as so many times its size."""
-BESIDE = ".mapping.yaml"
-"""Ending of a mapping file that is found next to a CSV file."""
-METADATA = "_metadata.yaml"
-"""Ending of a file of NanoBench next to a log."""
-ARRAYS, PROGRESS = "arrays", "progress"
+ARRAYS_FOLDER, PROGRESS_FILE = "arrays", "progress"
 """Folder of the answer's arrays, and a file that grows by a byte for each percent read."""
-_CHILD = "workbench.logs.log_child"
-_LOOK_PERIOD = 0.1
+_LOG_CHILD_MODULE = "workbench.logs.log_child"
+_PROGRESS_PERIOD_S = 0.1
 """Period between two looks at the progress [s]."""
 Log = TypeVar("Log")
-_INVALID = (KeyError, TypeError, ValueError, AttributeError, OSError)
+_INVALID_ANSWER_ERRORS = (KeyError, TypeError, ValueError, AttributeError, OSError)
 
 
-def beside(path: Path, ending: str) -> Path:
-    """Return the file next to a log that describes it, whether it exists or not."""
-    return path.with_name(stem(path) + ending)
-
-
-def read_held(
-    path: Path,
+def read_in_process(
+    file: LogFile,
     made: Callable[[Any, ArrayReader], Log],
     progress: Callable[[float], None] | None = None,
     *,
-    mapping: Path | None = None,
-    log_number: int | None = None,
     own: bool = False,
 ) -> Log:
     """Return a log that a held process reads.
 
     Args:
-        path: the log.
+        file: the log.
         made: makes it from the answer of the process and its arrays.
         progress: called with the share done, 0 .. 1, from another thread.
-        mapping: names the columns of a CSV.
-        log_number: of the log in a file with several, from 1; None for the longest one.
         own: whether only logs of the workbench are read.
 
     Raises:
         WorkbenchError: if it cannot be read, or is not a known kind of log.
     """
-    seconds, megabytes = _limits(path)
-    reads = [path, mapping or beside(path, BESIDE), beside(path, METADATA)]
-    with TemporaryDirectory() as folder, _told(Path(folder) / PROGRESS, progress):
+    path, mapping, number = file
+    seconds, megabytes = _process_limits(path)
+    reads = [path] if own else [path, *filter(None, [mapping]), *companion_files(path)]
+    with TemporaryDirectory() as folder, _reported_progress(Path(folder) / PROGRESS_FILE, progress):
         request = {
             "path": str(path),
             "mapping": None if mapping is None else str(mapping),
-            "log_number": log_number,
+            "log_number": number,
             "own": own,
             "folder": folder,
         }
         try:
             said = run_limited(
-                _CHILD,
+                _LOG_CHILD_MODULE,
                 request,
                 seconds=seconds,
                 megabytes=megabytes,
                 reads=reads,
                 writes=[folder],
             )
-            return made(said, ArrayReader(Path(folder) / ARRAYS))
+            return made(said, ArrayReader(Path(folder) / ARRAYS_FOLDER))
         except LimitedError as error:
             raise WorkbenchError(f"{path}: cannot be read as a log: {error}") from error
-        except _INVALID as error:
+        except _INVALID_ANSWER_ERRORS as error:
             raise WorkbenchError(
                 f"{path}: cannot be read as a log: its process answered what is no log ({error})"
             ) from error
 
 
-def _limits(path: Path) -> tuple[float, int]:
+def _process_limits(path: Path) -> tuple[float, int]:
     """Return the limits of processor time [s] and memory [MB].
 
     Raises:
@@ -99,15 +88,19 @@ def _limits(path: Path) -> tuple[float, int]:
     """
     machine = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE") // 2_000_000
     with open_plain(path, machine * 1_000_000) as file:
-        size = size_of(file) / 1e6 * (PACKED if file.read(len(GZIP)) == GZIP else 1.0)
+        size = (
+            open_file_size(file)
+            / 1e6
+            * (GZIP_SIZE_FACTOR if file.read(len(GZIP_MAGIC)) == GZIP_MAGIC else 1.0)
+        )
     return (
-        round(min(SECONDS + SECONDS_A_MEGABYTE * size, MOST_SECONDS), 1),
-        round(min(MEGABYTES + MEGABYTES_A_MEGABYTE * size, MOST_MEGABYTES, machine)),
+        round(min(LOG_BASE_CPU_S + LOG_CPU_S_PER_MB * size, MAX_LOG_CPU_S), 1),
+        round(min(LOG_BASE_MEMORY_MB + LOG_MEMORY_PER_FILE_MB * size, MAX_LOG_MEMORY_MB, machine)),
     )
 
 
 @contextmanager
-def _told(file: Path, progress: Callable[[float], None] | None) -> Iterator[None]:
+def _reported_progress(file: Path, progress: Callable[[float], None] | None) -> Iterator[None]:
     """Tell how far the process is, while it works."""
     if progress is None:
         yield
@@ -116,7 +109,7 @@ def _told(file: Path, progress: Callable[[float], None] | None) -> Iterator[None
     over = threading.Event()
 
     def follow() -> None:
-        while not over.wait(_LOOK_PERIOD):
+        while not over.wait(_PROGRESS_PERIOD_S):
             progress(min(file.stat().st_size / 100.0, 1.0))
 
     teller = threading.Thread(target=follow, daemon=True)

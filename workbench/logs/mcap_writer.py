@@ -7,9 +7,9 @@ from pathlib import Path
 from mcap.well_known import Profile
 from mcap.writer import Writer
 
-from workbench.common.plain_files import size_of
+from workbench.common.plain_files import open_file_size
 
-CHUNK_SIZE = 128 * 1024
+MCAP_CHUNK_BYTES = 128 * 1024
 """Bytes of messages in a chunk, before it is compressed."""
 
 
@@ -28,7 +28,7 @@ class McapWriter(Writer):
         self._path = path
         self._records = _Records(path)
         self._counts: Counter[int] = Counter()
-        super().__init__(self._records, CHUNK_SIZE)
+        super().__init__(self._records, MCAP_CHUNK_BYTES)
         try:
             self.start(Profile.ROS2, library)
         except BaseException:
@@ -78,7 +78,7 @@ class McapWriter(Writer):
         """
         file = self._records.file
         try:  # a file that another program shortened is not filled up with zeros
-            file.truncate(min(self._records.tell(), size_of(file)))
+            file.truncate(min(self._records.tell(), open_file_size(file)))
         finally:
             self._records.file.close()
 
@@ -94,7 +94,7 @@ class _Records:
         return self._at
 
     def check_size(self) -> None:
-        if size_of(self.file) != self._at:
+        if open_file_size(self.file) != self._at:
             raise OSError("another program has shortened or overwritten the file")
 
     def write(self, data: bytes) -> None:

@@ -1,30 +1,38 @@
 """The log of a flight, as read from its file."""
 
-import re
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import yaml
 
-from workbench.common.errors import WorkbenchError, unknown_name
+from workbench.common.errors import WorkbenchError
+from workbench.common.flight import Flight
 from workbench.common.plain_text import plain_name
-from workbench.common.yaml_files import MOST_BYTES, refuse_bombs
+from workbench.common.yaml_files import MAX_YAML_BYTES
 from workbench.logs.array_files import ArrayReader, ArrayWriter
-from workbench.logs.contents import ACTIONS, SCENARIO, STATE, read_action, read_scenario
-from workbench.logs.flight_record import Signal
-from workbench.logs.log_process import read_held
-from workbench.logs.series import LoggedTopic
+from workbench.logs.contents import (
+    ACTIONS_CHANNEL,
+    SCENARIO_ATTACHMENT,
+    STATE_CHANNEL,
+    read_action,
+)
+from workbench.logs.log_process import read_in_process
+from workbench.logs.logged_topic import LoggedTopic, short_topic_name
+from workbench.logs.readers.log_reader import LogFile
+from workbench.logs.readers.packed import log_stem
+from workbench.scenario.scenario_file import parse_scenario
+
+WORKBENCH_LOG_FORMAT = "workbench log"
 
 if TYPE_CHECKING:
     from workbench.scenario.scenario import Action, Scenario
 
 
 @dataclass(frozen=True, eq=False)
-class Done:
+class LoggedAction:
     """An action in flight, with its time [s] and who did it."""
 
     by: str
@@ -76,10 +84,31 @@ class LogRecord:
         t_ns = self.state_ns
         return t_ns[-1] * 1e-9 if len(t_ns) else 0.0
 
+    @cached_property
+    def flight(self) -> Flight:
+        """The flight: all fields of its messages, as logged, but for those of damaged topics."""
+        damaged = [each for each in self.topics.values() if each.damage]
+        said = [f"{each.name}: cannot be decoded: {each.damage}" for each in damaged]
+        whole = [each for each in self.topics.values() if not each.damage]
+        return Flight(
+            name=log_stem(self.path),
+            source=self.path,
+            format=WORKBENCH_LOG_FORMAT,
+            signals={each.name: each for topic in whole for each in topic.columns.values()},
+            firmware=f"workbench {self.versions.get('workbench', '')}".strip(),
+            parameters={
+                "vehicle": self.vehicle,
+                **({"controller": self.controller["name"]} if "name" in self.controller else {}),
+                **self.values,
+            },
+            remarks=tuple(filter(None, (self.remark, *said))),
+            end=self.duration,
+        )
+
     @property
     def state_ns(self) -> tuple[int, ...]:
         """Times of the exact states [ns]."""
-        found = self.topics.get(short_name(STATE.topic))
+        found = self.topics.get(short_topic_name(STATE_CHANNEL.topic))
         return tuple(found.t_ns.tolist()) if found else ()
 
     @cached_property
@@ -89,7 +118,7 @@ class LogRecord:
         Raises:
             WorkbenchError: if they have other fields in the log.
         """
-        found = self.topics.get(short_name(STATE.topic))
+        found = self.topics.get(short_topic_name(STATE_CHANNEL.topic))
         if found is None:
             return np.zeros((0, 13))
         sizes = {"q_wb": 4, "p_wb": 3, "w_wb": 3, "v_wb": 3}
@@ -102,19 +131,19 @@ class LogRecord:
         return np.column_stack([found.columns[name].values for name in names])
 
     @cached_property
-    def done(self) -> "tuple[Done, ...]":
+    def done(self) -> "tuple[LoggedAction, ...]":
         """All actions, in order.
 
         Raises:
             WorkbenchError: if this version of the workbench does not know an action.
         """
-        found = self.topics.get(short_name(ACTIONS.topic))
+        found = self.topics.get(short_topic_name(ACTIONS_CHANNEL.topic))
         if found is None:
             return ()
         try:
             columns = (found.columns[name].values for name in ("step", "by", "action"))
             return tuple(
-                Done(str(by), read_action(int(step) * self.physics_step, str(text)))
+                LoggedAction(str(by), read_action(int(step) * self.physics_step, str(text)))
                 for step, by, text in zip(*columns, strict=True)
             )
         except (KeyError, ValueError, TypeError, AttributeError, RecursionError) as error:
@@ -133,13 +162,11 @@ class LogRecord:
                 f"{self.path}: comes from another program: it has no scenario to fly again"
             )
         try:
-            if len(self.scenario_text) > MOST_BYTES:
-                raise ValueError(f"it has more than {MOST_BYTES // 1_000_000} MB")
-            refuse_bombs(self.path / SCENARIO, self.scenario_text)
-            return read_scenario(self.scenario_text)
-        except (RuntimeError, TypeError, ValueError, yaml.YAMLError) as error:
-            reason = " ".join(str(error).split())
-            raise WorkbenchError(f"{self.path}: its scenario cannot be read: {reason}") from error
+            if len(self.scenario_text) > MAX_YAML_BYTES:
+                raise WorkbenchError(f"it has more than {MAX_YAML_BYTES // 1_000_000} MB")
+            return parse_scenario(self.path / SCENARIO_ATTACHMENT, self.scenario_text)
+        except WorkbenchError as error:
+            raise WorkbenchError(f"{self.path}: its scenario cannot be read: {error}") from error
 
     def described(self, arrays: ArrayWriter) -> dict[str, Any]:
         """Return the log in JSON types, for `from_description`, and write its arrays."""
@@ -173,71 +200,25 @@ class LogRecord:
             path=path,
             vehicle=plain_name(str(said["vehicle"])),
             physics_step=float(said["physics_step"]),
-            versions=_texts(said["versions"]),
+            versions=_texts_of(said["versions"]),
             scenario_text=str(said["scenario_text"]),
-            settings=_numbers(said["settings"]),
-            values=_numbers(said["values"]),
+            settings=_numbers_of(said["settings"]),
+            values=_numbers_of(said["values"]),
             topics={each.short: each for each in topics},
             remark=str(said["remark"]),
-            controller=_texts(said["controller"]),
+            controller=_texts_of(said["controller"]),
             law=str(said["law"]),
-            estimator=_texts(said["estimator"]),
-            laws=_texts(said["laws"]),
+            estimator=_texts_of(said["estimator"]),
+            laws=_texts_of(said["laws"]),
             imported=str(said["imported"]),
         )
 
-    def between(self, begin: float, end: float) -> "LogRecord":
-        """Return the log with only the messages of a time span [s].
 
-        Raises:
-            WorkbenchError: if there are none.
-        """
-        topics = {name: topic.between(begin, end) for name, topic in self.topics.items()}
-        kept = {name: topic for name, topic in topics.items() if len(topic.t_ns)}
-        if not kept:
-            raise WorkbenchError(f"{self.path}: has nothing between {begin:g} and {end:g} s")
-        return replace(self, topics=kept)
-
-    def names(self) -> list[str]:
-        """Return TOPIC.FIELD of every series."""
-        return [series.name for topic in self.topics.values() for series in topic.columns.values()]
-
-    def series(self, name: str) -> Signal:
-        """Return a series by TOPIC.FIELD, such as velocity_data.v_x.
-
-        Raises:
-            WorkbenchError: if there is none; it suggests similar ones.
-        """
-        found = self.several(name)
-        if len(found) > 1 or short_name(name) != found[0].name:
-            raise WorkbenchError(f"{name} has {len(found)} fields: name one, as {found[0].name}")
-        return found[0]
-
-    def several(self, name: str) -> list[Signal]:
-        """Return the series of a TOPIC, of a TOPIC.FIELD, or of all components of a field.
-
-        Raises:
-            WorkbenchError: if there is none; it suggests similar ones.
-        """
-        topic, _, path = short_name(name).partition(".")
-        if topic not in self.topics:
-            raise unknown_name("topic", topic, self.topics)
-        columns = self.topics[topic].columns
-        found = [
-            series
-            for each, series in columns.items()
-            if not path or each == path or each.startswith(f"{path}.")
-        ]
-        if not found:
-            raise unknown_name(f"field of {topic},", path, columns)
-        return found
-
-
-def _texts(said: Mapping[str, Any]) -> dict[str, str]:
+def _texts_of(said: Mapping[str, Any]) -> dict[str, str]:
     return {str(name): str(value) for name, value in said.items()}
 
 
-def _numbers(said: Mapping[str, Any]) -> dict[str, float]:
+def _numbers_of(said: Mapping[str, Any]) -> dict[str, float]:
     return {str(name): float(value) for name, value in said.items()}
 
 
@@ -256,9 +237,4 @@ def read_log(path: Path | str, progress: Callable[[float], None] | None = None) 
     def made(said: Any, arrays: ArrayReader) -> LogRecord:
         return LogRecord.from_description(said["log"], file, arrays)
 
-    return read_held(file, made, progress, own=True)
-
-
-def short_name(topic: str) -> str:
-    """Return the name of a topic as used on the command line."""
-    return re.sub(r"^/(dh_drone/)?", "", topic)
+    return read_in_process(LogFile(file), made, progress, own=True)

@@ -10,27 +10,28 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from workbench.common.errors import WorkbenchError
-from workbench.common.resources import existing
-from workbench.control.controller import Controller, is_shipped
+from workbench.common.resources import existing_path
+from workbench.control.controller import Controller
+from workbench.control.installed_laws import is_shipped
 from workbench.control.schedule import split_label, with_label
 from workbench.estimation.settings import ESTIMATORS
 from workbench.link.backplane import Sampled
-from workbench.logs.contents import versions
+from workbench.logs.contents import software_versions
 from workbench.logs.record import LogRecord
-from workbench.scenario.parameters import parameter_table
-from workbench.scenario.scenario import Scenario, flown_controller
-from workbench.session.script import repeated
+from workbench.scenario.flown_controller import flown_controller
+from workbench.scenario.scenario import Scenario
+from workbench.session.script import repeat_scenario
 from workbench.session.session import Session
 from workbench.systems.bridge import Bridge
 
-PARTS = {"orientation": 0, "position": 4, "angular velocity": 7, "velocity": 10}
+STATE_PART_STARTS = {"orientation": 0, "position": 4, "angular velocity": 7, "velocity": 10}
 """Index at which each part of a state begins."""
-SLICE = 0.25
+COMPARISON_PERIOD_S = 0.25
 """Time flown between two comparisons [s]."""
 
 
 @dataclass(frozen=True)
-class Difference:
+class StateDifference:
     """The first state that differs.
 
     Attributes:
@@ -45,7 +46,7 @@ class Difference:
 
 
 @dataclass(frozen=True)
-class Replayed:
+class ReplayResult:
     """The result of a replay.
 
     Attributes:
@@ -58,7 +59,7 @@ class Replayed:
 
     states: int
     duration: float
-    first: Difference | None
+    first: StateDifference | None
     changed: tuple[str, ...]
 
     @property
@@ -72,7 +73,7 @@ def replay(
     progress: Callable[[float], None] | None = None,
     controller: str = "",
     estimator: str = "",
-) -> Replayed:
+) -> ReplayResult:
     """Replay a log, up to its end or the first difference.
 
     Args:
@@ -97,23 +98,23 @@ def _replayed(
     controller: str,
     estimator: str,
     folder: Path,
-) -> Replayed:
+) -> ReplayResult:
     first, compared = None, 0
     logged = dict(zip(record.state_ns, record.states, strict=True))
-    scenario = again(record, controller, folder, estimator)
+    scenario = replay_scenario(record, controller, folder, estimator)
     law, whose = flown_controller(scenario), record.controller.get("name")
     if whose not in (None, law.name):
         raise WorkbenchError(
             f"{record.path}: was flown by {whose}, and {law.name} is another law with other gains: "
             f"name the file of {whose}, as --controller {record.controller['file']}"
         )
-    table = parameter_table(law)
+    table = law.table
     if record.estimator and not all(name in table for name in record.values):
         raise WorkbenchError(
             f"{record.path}: was flown on {record.estimator['name']}, and {scenario.estimator} has "
             f"other parameters: name its file, as --estimator {record.estimator['file']}"
         )
-    for sampled in _flown(record, scenario, progress):
+    for sampled in _replayed_samples(record, scenario, progress):
         state = logged.get(sampled.published.t_ns)
         if state is None:
             continue
@@ -126,10 +127,12 @@ def _replayed(
             f"{record.path}: only {compared} of its {len(logged)} states come at the same times "
             f"again: it was flown at other rates than its scenario says"
         )
-    return Replayed(compared, record.duration, first, _changed(record, law))
+    return ReplayResult(compared, record.duration, first, _changes_since_log(record, law))
 
 
-def again(record: LogRecord, controller: str, folder: Path, estimator: str = "") -> Scenario:
+def replay_scenario(
+    record: LogRecord, controller: str, folder: Path, estimator: str = ""
+) -> Scenario:
     """Return the scenario that replays a log; its script has all actions.
 
     Args:
@@ -155,7 +158,7 @@ def again(record: LogRecord, controller: str, folder: Path, estimator: str = "")
     given, _ = split_label(controller)
     files = {name: with_label(given, split_label(name)[1]) for name in record.laws}
     if controller and Path(controller).suffix != ".py" and _same_file(controller, record.path):
-        controller, files = _written(record, folder)
+        controller, files = _written_laws(record, folder)
     elif others:
         raise WorkbenchError(
             f"{record.path}: Python code that only the log has took over in flight: if you trust "
@@ -178,7 +181,9 @@ def again(record: LogRecord, controller: str, folder: Path, estimator: str = "")
     scenario.estimator = estimator or logged_estimator(record)
     # the gain file may have changed since: the log has all values
     vehicle = dataclasses.replace(scenario.vehicle, gains="")
-    return repeated(dataclasses.replace(scenario, vehicle=vehicle), {}, actions, record.duration)
+    return repeat_scenario(
+        dataclasses.replace(scenario, vehicle=vehicle), {}, actions, record.duration
+    )
 
 
 def logged_estimator(record: LogRecord) -> str:
@@ -197,11 +202,11 @@ def logged_estimator(record: LogRecord) -> str:
 
 
 def _same_file(one: str, other: Path) -> bool:
-    named = existing(one)
+    named = existing_path(one)
     return named is not None and named.samefile(other)
 
 
-def _written(record: LogRecord, folder: Path) -> tuple[str, dict[str, str]]:
+def _written_laws(record: LogRecord, folder: Path) -> tuple[str, dict[str, str]]:
     """Write the texts in a log; return the file of the first, and those of the others by name."""
 
     def written(name: str, text: str) -> str:
@@ -222,7 +227,7 @@ def _written(record: LogRecord, folder: Path) -> tuple[str, dict[str, str]]:
     }
 
 
-def _flown(
+def _replayed_samples(
     record: LogRecord, scenario: Scenario, progress: Callable[[float], None] | None
 ) -> Iterator[Sampled]:
     """Yield the published topics during the flight."""
@@ -230,7 +235,7 @@ def _flown(
     # the last state may be of a sensor's sample, between two control updates
     period = session.scenario.rates.control_period
     steps = max(1, math.ceil(record.duration / period - 1e-6))
-    each = max(1, round(SLICE / period))
+    each = max(1, round(COMPARISON_PERIOD_S / period))
     for begin in range(0, steps, each):
         session.tick(min(each, steps - begin) * period)
         yield from session.drain()
@@ -238,20 +243,20 @@ def _flown(
             progress(min(1.0, (begin + each) / steps))
 
 
-def _difference(sampled: Sampled, state: np.ndarray) -> Difference | None:
+def _difference(sampled: Sampled, state: np.ndarray) -> StateDifference | None:
     """Return the difference of a state from that of the log, None if they are equal to the bit."""
     flown = np.array(sampled.state)
     if flown.tobytes() == np.ascontiguousarray(state).tobytes():
         return None
     away = np.abs(flown - state)
     index = int(np.argmax(np.where(np.isnan(away), np.inf, away)))
-    part = [name for name, begin in PARTS.items() if begin <= index][-1]
-    return Difference(sampled.published.t_ns * 1e-9, part, float(away[index]))
+    part = [name for name, begin in STATE_PART_STARTS.items() if begin <= index][-1]
+    return StateDifference(sampled.published.t_ns * 1e-9, part, float(away[index]))
 
 
-def _changed(record: LogRecord, law: Controller) -> tuple[str, ...]:
+def _changes_since_log(record: LogRecord, law: Controller) -> tuple[str, ...]:
     """Return what has changed, in words: the text of the controller, and versions."""
-    now, whose = versions(), record.controller
+    now, whose = software_versions(), record.controller
     found = []
     if whose and whose["sha256"] != law.digest:
         found.append(

@@ -13,16 +13,17 @@ from workbench.diagram.mounting import (
     magnetometer_turn,
     mounting_of,
 )
-from workbench.diagram.sensor_choice import choose_sensors
-from workbench.estimation.ekf import ERRORS, InitialDeviations
+from workbench.estimation.ekf import InitialDeviations
+from workbench.estimation.ekf_state import ERRORS
 from workbench.estimation.estimators import Estimator
-from workbench.estimation.run import SensorSamples, Stamped
+from workbench.estimation.run import SensorSamples, StampedSamples
 from workbench.estimation.samples import Mounting
 from workbench.logs.record import LogRecord
-from workbench.plant.geodesy import in_world
+from workbench.plant.geodesy import point_in_world
 from workbench.plant.home import DEFAULT_HOME, Home
 from workbench.plant.sensors import Imu
 from workbench.scenario.configured import configured_vehicle, read_configured_world
+from workbench.scenario.sensor_choice import choose_sensors
 
 
 @dataclass(frozen=True)
@@ -82,7 +83,7 @@ def logged_sensors(record: LogRecord) -> LoggedSensors:
             f"{record.path}: has samples of an IMU, but {vehicle.source} has none now: where it "
             "was mounted is no longer known"
         )
-    samples = _imu(record, np.array(imu.R_BS))
+    samples = _imu_samples(record, np.array(imu.R_BS))
     state_time = np.array(record.state_ns, dtype=np.int64) * 1e-9
     compared = (samples.stamp >= state_time[0]) & (samples.stamp <= state_time[-1])
     if not compared.any():
@@ -91,9 +92,9 @@ def logged_sensors(record: LogRecord) -> LoggedSensors:
         )
     return LoggedSensors(
         samples=SensorSamples(
-            imu=Stamped(*(each[compared] for each in samples)),
-            gps=_gps(record, home, samples, repeats=gps_repeats(choices)),
-            magnetometer=_magnetometer(record, magnetometer_turn(choices)),
+            imu=StampedSamples(*(each[compared] for each in samples)),
+            gps=_gps_samples(record, home, samples, repeats=gps_repeats(choices)),
+            magnetometer=_magnetometer_samples(record, magnetometer_turn(choices)),
         ),
         mounting=mounting_of(imu, choices, home),
         known=deviations_at_start(imu),
@@ -102,14 +103,16 @@ def logged_sensors(record: LogRecord) -> LoggedSensors:
     )
 
 
-def _imu(record: LogRecord, R_BS: np.ndarray) -> Stamped:
-    rates = _columns(record, "imu", [f"angular_velocity.{axis}" for axis in "xyz"])
-    forces = _columns(record, "imu", [f"linear_acceleration.{axis}" for axis in "xyz"])
+def _imu_samples(record: LogRecord, R_BS: np.ndarray) -> StampedSamples:
+    rates = _topic_columns(record, "imu", [f"angular_velocity.{axis}" for axis in "xyz"])
+    forces = _topic_columns(record, "imu", [f"linear_acceleration.{axis}" for axis in "xyz"])
     topic = record.topics["imu"]
     return _in_order(topic.stamps, topic.time, np.hstack([rates @ R_BS.T, forces @ R_BS.T]))
 
 
-def _gps(record: LogRecord, home: Home, imu: Stamped, *, repeats: bool) -> Stamped | None:
+def _gps_samples(
+    record: LogRecord, home: Home, imu: StampedSamples, *, repeats: bool
+) -> StampedSamples | None:
     """Return the samples of the GPS, without those that are ignored in flight, too.
 
     A frozen GPS repeats its sample to the bit in the air, see `systems.navigation`.
@@ -119,37 +122,41 @@ def _gps(record: LogRecord, home: Home, imu: Stamped, *, repeats: bool) -> Stamp
     places, velocities = record.topics["gps"], record.topics["gps_velocity"]
     # a damaged chunk may have cost one of the two
     _, first, second = np.intersect1d(places.stamps, velocities.stamps, return_indices=True)
-    fixes = _columns(record, "gps", ["latitude", "longitude", "altitude"])[first]
+    fixes = _topic_columns(record, "gps", ["latitude", "longitude", "altitude"])[first]
     latitude, longitude = np.radians(fixes[:, :2]).T
-    p_W = in_world(latitude, longitude, fixes[:, 2], home)
-    v_W = _columns(record, "gps_velocity", [f"twist.linear.{axis}" for axis in "xyz"])[second]
+    p_W = point_in_world(latitude, longitude, fixes[:, 2], home)
+    v_W = _topic_columns(record, "gps_velocity", [f"twist.linear.{axis}" for axis in "xyz"])[second]
     values = np.column_stack([*p_W, v_W])
     told = _in_order(places.stamps[first], places.time[first], values)
     if repeats or "drone_state" not in record.topics or not len(told.stamp):
         return told
-    mode = record.series("drone_state.mode")
+    mode = record.topics["drone_state"].columns["mode"]
     then = mode.values[np.maximum(np.searchsorted(mode.time, told.stamp, "right") - 1, 0)]
     after = np.clip(np.searchsorted(imu.stamp, told.stamp, "right"), 1, len(imu.stamp) - 1)
     frozen = np.append(False, (told.values[1:] == told.values[:-1]).all(axis=1))
     frozen &= ~np.isin(then, (FlightMode.OFF, FlightMode.ARMED))
     frozen &= (imu.values[after, :3] != imu.values[after - 1, :3]).any(axis=1)
-    return Stamped(*(each[~frozen] for each in told))
+    return StampedSamples(*(each[~frozen] for each in told))
 
 
-def _magnetometer(record: LogRecord, R_BM: np.ndarray) -> Stamped | None:
+def _magnetometer_samples(record: LogRecord, R_BM: np.ndarray) -> StampedSamples | None:
     if "magnetometer" not in record.topics:
         return None
     topic = record.topics["magnetometer"]
-    fields = _columns(record, "magnetometer", [f"magnetic_field.{axis}" for axis in "xyz"])
+    fields = _topic_columns(record, "magnetometer", [f"magnetic_field.{axis}" for axis in "xyz"])
     return _in_order(topic.stamps, topic.time, fields @ R_BM.T)
 
 
-def _columns(record: LogRecord, topic: str, fields: Sequence[str]) -> np.ndarray:
-    return np.column_stack([record.series(f"{topic}.{field}").values for field in fields])
+def _topic_columns(record: LogRecord, topic: str, fields: Sequence[str]) -> np.ndarray:
+    columns = record.topics[topic].columns
+    missing = [field for field in fields if field not in columns]
+    if missing:
+        raise WorkbenchError(f"{record.path}: its topic {topic} has no {missing[0]}: it is damaged")
+    return np.column_stack([columns[field].values for field in fields])
 
 
-def _in_order(stamp: np.ndarray, arrived: np.ndarray, values: np.ndarray) -> Stamped:
+def _in_order(stamp: np.ndarray, arrived: np.ndarray, values: np.ndarray) -> StampedSamples:
     """Return samples with increasing stamps; repeated and non-finite samples are left out."""
     good = np.isfinite(values).all(axis=1)
     good &= np.diff(np.maximum.accumulate(stamp), prepend=-np.inf) > 0.0
-    return Stamped(stamp[good], arrived[good], values[good])
+    return StampedSamples(stamp[good], arrived[good], values[good])

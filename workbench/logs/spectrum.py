@@ -6,31 +6,31 @@ import numpy as np
 
 from workbench.common.errors import WorkbenchError
 
-WINDOWS = ("hann", "hamming", "flattop", "boxcar")
+WELCH_WINDOWS = ("hann", "hamming", "flattop", "boxcar")
 """Windows of a segment, by scipy's names."""
-DETRENDS = ("constant", "linear", "none")
+WELCH_DETRENDS = ("constant", "linear", "none")
 """What is subtracted from each segment: its mean, its linear trend, or nothing."""
-SPECTRUM = "a spectrum"
-LEAST = 16
+SPECTRUM_PHRASE = "a spectrum"
+MIN_SPECTRUM_SAMPLES = 16
 """Smallest number of samples."""
-JITTER = 0.02
+MAX_JITTER_SHARE = 0.02
 """Deviation from an even grid up to which samples are used as they are, as a share of a period."""
-LATE = 0.2
+MAX_INTERPOLATED_SHARE = 0.2
 """Deviation from an even grid up to which samples are interpolated, as a share of a period."""
-GAP = 4.5
+MAX_SPECTRUM_GAP_PERIODS = 4.5
 """Number of periods between two samples above which nothing is interpolated."""
-UNEVEN = 0.05
+MAX_UNEVEN_SHARE = 0.05
 """Largest share of samples that are missing, or farther off."""
 
 
 @dataclass(frozen=True)
-class Welch:
+class WelchSettings:
     """The settings of a spectrum.
 
     Attributes:
-        window: one of `WINDOWS`.
+        window: one of `WELCH_WINDOWS`.
         averages: number of averaged segments, which overlap by half.
-        detrend: one of `DETRENDS`.
+        detrend: one of `WELCH_DETRENDS`.
     """
 
     window: str = "hann"
@@ -48,6 +48,8 @@ class Spectrum:
         rate: of the even samples used [Hz].
         segment: number of samples in a segment.
         resampled: whether missing or late samples were interpolated.
+        part: first and last time of the samples used, if a part without long gaps was; else None
+            [s].
     """
 
     frequency: np.ndarray
@@ -55,14 +57,18 @@ class Spectrum:
     rate: float
     segment: int
     resampled: bool
+    part: tuple[float, float] | None = None
 
 
-def power_spectrum(time: np.ndarray, values: np.ndarray, welch: Welch, name: str = "") -> Spectrum:
+def power_spectrum(
+    time: np.ndarray, values: np.ndarray, welch: WelchSettings, name: str = ""
+) -> Spectrum:
     """Return the power spectral density of a signal, by scipy.signal.welch.
 
     Args:
         time: of the samples (n), increasing [s]; an even grid, except that single missing or late
-            samples are interpolated linearly.
+            samples are interpolated linearly. Across a longer gap nothing is interpolated: the
+            longest part without one is used.
         values: (n); values that are not finite count as missing.
         welch: the settings.
         name: of the signal, for messages.
@@ -72,9 +78,12 @@ def power_spectrum(time: np.ndarray, values: np.ndarray, welch: Welch, name: str
     """
     import scipy.signal  # slow to load, and rarely needed
 
-    even, rate, resampled = even_samples(time, values, f"{name}: a spectrum" if name else SPECTRUM)
+    time, values, part = longest_part(time, values)
+    even, rate, resampled = even_samples(
+        time, values, f"{name}: a spectrum" if name else SPECTRUM_PHRASE
+    )
     size = len(even)
-    segment = max(2 * (size // (welch.averages + 1)), LEAST)
+    segment = max(2 * (size // (welch.averages + 1)), MIN_SPECTRUM_SAMPLES)
     frequency, density = scipy.signal.welch(
         even,
         rate,
@@ -83,7 +92,32 @@ def power_spectrum(time: np.ndarray, values: np.ndarray, welch: Welch, name: str
         detrend=False if welch.detrend == "none" else welch.detrend,
         scaling="density",
     )
-    return Spectrum(frequency, density, rate, segment, resampled)
+    return Spectrum(frequency, density, rate, segment, resampled, part)
+
+
+def longest_part(
+    time: np.ndarray, values: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, tuple[float, float] | None]:
+    """Return the samples of the longest part without a gap that is too long to interpolate.
+
+    Args:
+        time: (n), increasing [s].
+        values: (n); values that are not finite count as missing.
+
+    Returns:
+        Times and values of the part (m), and its ends [s]; None if it is all of them.
+    """
+    known = np.isfinite(values)
+    time, values = time[known], np.asarray(values, dtype=float)[known]
+    steps = np.diff(time)
+    if not len(steps):
+        return time, values, None
+    long = np.flatnonzero(steps > MAX_SPECTRUM_GAP_PERIODS * float(np.median(steps)))
+    firsts, lasts = np.append(0, long + 1), np.append(long, len(time) - 1)
+    best = int(np.argmax(time[lasts] - time[firsts]))
+    kept = slice(int(firsts[best]), int(lasts[best]) + 1)
+    ends = (float(time[kept][0]), float(time[kept][-1])) if len(long) else None
+    return time[kept], values[kept], ends
 
 
 def even_samples(time: np.ndarray, values: np.ndarray, what: str) -> tuple[np.ndarray, float, bool]:
@@ -99,26 +133,27 @@ def even_samples(time: np.ndarray, values: np.ndarray, what: str) -> tuple[np.nd
     """
     whole = np.isfinite(values)
     time, values = time[whole], np.asarray(values, dtype=float)[whole]
-    if len(time) < LEAST:
+    if len(time) < MIN_SPECTRUM_SAMPLES:
         raise WorkbenchError(
-            f"{what} needs {LEAST} samples, but there are only {len(time)}: show more time"
+            f"{what} needs {MIN_SPECTRUM_SAMPLES} samples, but there are only {len(time)}: show "
+            "more time"
         )
     steps = np.diff(time)
     period = float(np.median(steps))
     if period <= 0.0:
         raise WorkbenchError(f"{what} needs rising times, but these do not rise")
     widest = int(steps.argmax())
-    if steps[widest] > GAP * period:
+    if steps[widest] > MAX_SPECTRUM_GAP_PERIODS * period:
         raise WorkbenchError(
             f"{what} needs evenly spaced samples, but there are none from {time[widest]:.2f} to "
             f"{time[widest + 1]:.2f} s: show a part without the gap"
         )
     span = float(time[-1] - time[0])
     grid = time[0] + span / (len(time) - 1) * np.arange(len(time))
-    if np.abs(time - grid).max() <= JITTER * period:
+    if np.abs(time - grid).max() <= MAX_JITTER_SHARE * period:
         return values, (len(time) - 1) / span, False
     count = 1 + round(span / period)
-    if np.mean(np.abs(steps - period) > LATE * period) > UNEVEN:
+    if np.mean(np.abs(steps - period) > MAX_INTERPOLATED_SHARE * period) > MAX_UNEVEN_SHARE:
         raise WorkbenchError(
             f"{what} needs evenly spaced samples, but these come every {steps.min():.3g} to "
             f"{steps.max():.3g} s"

@@ -9,18 +9,18 @@ import numpy as np
 
 from workbench.common.errors import WorkbenchError
 from workbench.common.plain_text import plain_text
-from workbench.logs.flight_record import Signal
-from workbench.logs.series import LoggedTopic
+from workbench.common.series import Series
+from workbench.logs.logged_topic import LoggedTopic
 
-LONGEST_CELL = 32_000
+MAX_CSV_CELL_CHARS = 32_000
 """Largest number of characters of a text in CSV; spreadsheets take 32,767."""
-_FORMULA = ("=", "+", "-", "@")
+_FORMULA_STARTS = ("=", "+", "-", "@")
 """Beginnings of a cell that spreadsheets compute."""
-ROWS = 100_000
+ROWS_PER_WRITE = 100_000
 """Number of rows written at a time, as texts take a hundred times the memory of numbers."""
 
 
-def tables(topic: LoggedTopic) -> dict[str, dict[str, Signal]]:
+def topic_tables(topic: LoggedTopic) -> dict[str, dict[str, Series]]:
     """Return the tables of a topic, by the stem of their file.
 
     There is a table with a row for each message, and for clouds another one with a row for each
@@ -30,19 +30,19 @@ def tables(topic: LoggedTopic) -> dict[str, dict[str, Signal]]:
         WorkbenchError: if a message cannot be decoded.
     """
     name = topic.short.strip("/").replace("/", "_")
-    time = Signal(f"{topic.short}.t", "s", topic.time, topic.time)
-    found = {name: {"t": time, **topic.rows()}}
+    time = Series(f"{topic.short}.t", "s", topic.time, topic.time)
+    found = {name: {"t": time, **topic.columns}}
     if topic.points:
         times = next(iter(topic.points.values())).time
-        found[f"{name}_points"] = {"t": Signal(time.name, "s", times, times), **topic.points}
+        found[f"{name}_points"] = {"t": Series(time.name, "s", times, times), **topic.points}
     return found
 
 
-def write_table(columns: Mapping[str, Signal], path: Path) -> None:
+def write_columns(columns: Mapping[str, Series], path: Path) -> None:
     """Write columns as a table.
 
     CSV has names with units in its first line, such as "v_x [m/s]". Its texts have at most
-    `LONGEST_CELL` characters, escapes for control characters, and an apostrophe before what a
+    `MAX_CSV_CELL_CHARS` characters, escapes for control characters, and an apostrophe before what a
     spreadsheet would take for a formula. Parquet has names and texts as in the log, with the unit
     in the metadata of each field. Unknown values are left empty.
 
@@ -61,36 +61,38 @@ def write_table(columns: Mapping[str, Signal], path: Path) -> None:
         raise WorkbenchError(f"{path}: cannot be written: {reason}") from error
 
 
-def _write_csv(columns: Mapping[str, Signal], path: Path) -> None:
+def _write_csv(columns: Mapping[str, Series], path: Path) -> None:
     with path.open("w", newline="", encoding="utf-8") as stream:
         writer = csv.writer(stream)
         writer.writerow(
-            _cell(f"{name} [{series.unit}]" if series.unit else name)
+            _safe_cell(f"{name} [{series.unit}]" if series.unit else name)
             for name, series in columns.items()
         )
         all_values = [series.values for series in columns.values()]
-        for first in range(0, len(all_values[0]), ROWS):
-            part = (_texts(values[first : first + ROWS]) for values in all_values)
+        for first in range(0, len(all_values[0]), ROWS_PER_WRITE):
+            part = (
+                _shortest_texts(values[first : first + ROWS_PER_WRITE]) for values in all_values
+            )
             writer.writerows(zip(*part, strict=True))
 
 
-def _texts(values: np.ndarray) -> list[str]:
+def _shortest_texts(values: np.ndarray) -> list[str]:
     """Return values as the shortest texts that restore the same numbers."""
     if values.dtype.kind == "O":
-        return [_cell(value) if isinstance(value, str) else str(value) for value in values]
+        return [_safe_cell(value) if isinstance(value, str) else str(value) for value in values]
     texts: list[str] = values.astype(str).tolist()
     if values.dtype.kind == "f":
         return ["" if text == "nan" else text for text in texts]
     return texts
 
 
-def _cell(text: str) -> str:
+def _safe_cell(text: str) -> str:
     """Return a text of a log that a spreadsheet does not compute and a terminal does not obey."""
-    shown = plain_text(text, LONGEST_CELL)
-    return f"'{shown}" if shown.startswith(_FORMULA) else shown
+    shown = plain_text(text, MAX_CSV_CELL_CHARS)
+    return f"'{shown}" if shown.startswith(_FORMULA_STARTS) else shown
 
 
-def _write_parquet(columns: Mapping[str, Signal], path: Path) -> None:
+def _write_parquet(columns: Mapping[str, Series], path: Path) -> None:
     import pyarrow
     import pyarrow.parquet
 

@@ -46,6 +46,6 @@ export class Lease {
     const [v_x, v_y, v_z] = v;
     const values = { lease: this.number, axes: ALL_AXES, v_x, v_y, v_z, yaw_rate: yawRate };
     const payload = topic.pack(values);
-    this.link.send({ kind: Kind.DATA, topic: topic.id, tNs: this.link.newest, payload }, true);
+    this.link.send({ kind: Kind.DATA, topic: topic.id, tNs: this.link.newest, payload });
   }
 }

@@ -1,10 +1,8 @@
 // A session with the server over a WebSocket: login, data, control; it comes back by itself, but
 // never takes control again by itself.
 
-import { frameProof, loginProof, newNonce, sessionKey } from "./authentication.js";
 import { Lease, NEUTRAL } from "./lease.js";
-import { joined } from "./sha256.js";
-import { Decoder, Flag, Kind, Topic, signedPart } from "./wire.js";
+import { Decoder, Flag, Kind, Topic, frameBytes } from "./wire.js";
 
 export const Phase = Object.freeze({
   CONNECTING: "connecting",
@@ -52,7 +50,6 @@ export class Link {
     this.socket = null;
     this.hello = null;
     this.topics = new Map();
-    this.key = null;
     this.role = null;
     this.seq = 0;
     this.nextId = 1;
@@ -142,20 +139,15 @@ export class Link {
     }
     const id = this.nextId++;
     this.asked.set(id, words);
-    this.say({ ...operation, id }, operation.op !== "ping" && operation.op !== "subscribe");
+    this.say({ ...operation, id });
   }
 
-  say(operation, commanding = false) {
-    const payload = text.encode(JSON.stringify(operation));
-    this.send({ kind: Kind.CONTROL, payload }, commanding);
+  say(operation) {
+    this.send({ kind: Kind.CONTROL, payload: text.encode(JSON.stringify(operation)) });
   }
 
-  send(frame, commanding) {
-    if (this.socket?.readyState !== 1) return;
-    const signed = commanding && this.key !== null;
-    const seq = ++this.seq;
-    const bytes = signedPart({ seq, ...frame, flags: signed ? Flag.HMAC : 0 });
-    this.socket.send(signed ? joined(bytes, frameProof(this.key, bytes)) : bytes);
+  send(frame) {
+    if (this.socket?.readyState === 1) this.socket.send(frameBytes({ seq: ++this.seq, ...frame }));
   }
 
   ping() {
@@ -207,7 +199,7 @@ export class Link {
     if (frame.kind === Kind.CONTROL) this.heard(JSON.parse(utf8.decode(frame.payload)));
     if (frame.kind === Kind.DATA) this.sample(frame);
     if (frame.flags & Flag.ACKNOWLEDGE && this.socket?.readyState === 1) {
-      this.socket.send(signedPart({ kind: Kind.ACKNOWLEDGEMENT, seq: frame.seq }));
+      this.socket.send(frameBytes({ kind: Kind.ACKNOWLEDGEMENT, seq: frame.seq }));
     }
   }
 
@@ -248,10 +240,7 @@ export class Link {
       return;
     }
     const { token, role } = this.credentials;
-    const nonce = newNonce();
-    const proof = loginProof(token, role, hello.nonce, nonce);
-    this.key = sessionKey(token, hello.nonce, nonce);
-    this.say({ op: "login", id: this.nextId++, name: this.name, role, nonce, proof });
+    this.say({ op: "login", id: this.nextId++, name: this.name, role, token });
   }
 
   welcome(role) {

@@ -1,13 +1,10 @@
 // Frames as bytes, and topics as their definitions say; see docs/protocol.md.
 
-import { joined } from "./sha256.js";
-
 export const HEADER = 24;
 export const VERSION = 1;
 export const LARGEST = 64 * 1024;
-export const PROOF = 16;
 export const Kind = Object.freeze({ CONTROL: 0, DATA: 1, ACKNOWLEDGEMENT: 2, SKIPPABLE: 0x80 });
-export const Flag = Object.freeze({ HMAC: 1, ACKNOWLEDGE: 2 });
+export const Flag = Object.freeze({ ACKNOWLEDGE: 2 });
 
 const MAGIC = [0x44, 0x48]; // "DH"
 
@@ -19,8 +16,8 @@ export class WireError extends Error {
   }
 }
 
-/** Return a frame's header and payload: what a proof is taken of. tNs is a BigInt. */
-export function signedPart({ kind, topic = 0, flags = 0, seq, tNs = 0n, payload = new Uint8Array() }) {
+/** Return a frame as bytes; tNs is a BigInt. */
+export function frameBytes({ kind, topic = 0, flags = 0, seq, tNs = 0n, payload = new Uint8Array() }) {
   const bytes = new Uint8Array(HEADER + payload.length);
   const view = new DataView(bytes.buffer);
   bytes.set(MAGIC);
@@ -29,7 +26,7 @@ export function signedPart({ kind, topic = 0, flags = 0, seq, tNs = 0n, payload 
   view.setUint16(4, topic, true);
   view.setUint16(6, flags, true);
   view.setUint32(8, seq, true);
-  view.setUint32(12, payload.length + (flags & Flag.HMAC ? PROOF : 0), true);
+  view.setUint32(12, payload.length, true);
   view.setBigInt64(16, tNs, true);
   bytes.set(payload, HEADER);
   return bytes;
@@ -44,27 +41,24 @@ export class Decoder {
 
   /** Yield the frames that are whole now; throws a WireError if what came is no frame. */
   *feed(data) {
-    this.kept = this.kept.length ? joined(this.kept, data) : data;
+    this.kept = joined(this.kept, data);
     let begin = 0;
     try {
       for (;;) {
         checkMagic(this.kept.subarray(begin, begin + MAGIC.length));
         if (this.kept.length - begin < HEADER) return;
         const head = new DataView(this.kept.buffer, this.kept.byteOffset + begin, HEADER);
-        const flags = head.getUint16(6, true);
         const length = head.getUint32(12, true);
-        check(head, flags, length, this.largest);
+        check(head, length, this.largest);
         const end = begin + HEADER + length;
         if (this.kept.length < end) return;
-        const split = end - (flags & Flag.HMAC ? PROOF : 0);
         const frame = {
           kind: head.getUint8(3),
           topic: head.getUint16(4, true),
-          flags,
+          flags: head.getUint16(6, true),
           seq: head.getUint32(8, true),
           tNs: head.getBigInt64(16, true),
-          payload: this.kept.slice(begin + HEADER, split),
-          proof: this.kept.slice(split, end),
+          payload: this.kept.slice(begin + HEADER, end),
         };
         begin = end;
         yield frame;
@@ -75,6 +69,14 @@ export class Decoder {
   }
 }
 
+function joined(one, other) {
+  if (!one.length) return other;
+  const all = new Uint8Array(one.length + other.length);
+  all.set(one);
+  all.set(other, one.length);
+  return all;
+}
+
 /** Refuse what begins otherwise, with the first byte that does. */
 function checkMagic(found) {
   if (found.some((byte, i) => byte !== MAGIC[i])) {
@@ -82,7 +84,7 @@ function checkMagic(found) {
   }
 }
 
-function check(head, flags, length, largest) {
+function check(head, length, largest) {
   const version = head.getUint8(2);
   if (version !== VERSION) throw new WireError("version", `a frame has version ${version}`);
   const kind = head.getUint8(3);
@@ -90,7 +92,6 @@ function check(head, flags, length, largest) {
     throw new WireError("kind", `frames of kind ${kind} are unknown`);
   }
   if (length > largest) throw new WireError("length", `a frame of ${length} bytes is too long`);
-  if (flags & Flag.HMAC && length < PROOF) throw new WireError("length", "a proof has 16 bytes");
 }
 
 const NUMBERS = {

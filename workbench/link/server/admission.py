@@ -5,31 +5,25 @@ clients without a token take no places.
 """
 
 from collections import Counter, deque
-from typing import NamedTuple
 
 from workbench.link.address import is_loopback, network_of
 from workbench.link.codes import ErrorCode
 from workbench.link.messages import Error
 
-FREE_GUESSES = 3
+FREE_LOGIN_ATTEMPTS = 3
 """Number of consecutive bad logins without a wait."""
-FIRST_WAIT = 1.0
+FIRST_LOGIN_WAIT_S = 1.0
 """Wait after a further bad login; each is twice the one before [s]."""
-LONGEST_WAIT = 60.0
-MOST_GUESSERS = 256
+MAX_LOGIN_WAIT_S = 60.0
+MAX_FAILED_NETWORKS = 256
 """Largest number of networks with remembered bad logins; the oldest is forgotten first."""
-OWN_WAIT = 1.0
+LOCAL_LOGIN_DELAY_S = 1.0
 """Delay of the answer to a bad login from this machine [s]. There is no wait before the next login:
-otherwise any local program could lock out the gateways and the operator's monitor."""
-OF_THIS_MACHINE = 0.75
-"""Largest share of all places for programs of this machine: gateways, monitors and the page."""
-LONGEST_LOG = 20
-LONGEST_LINE = 200
-
-
-class _Guesses(NamedTuple):
-    bad: int
-    until: float
+otherwise any local program could lock out the gateways."""
+MAX_LOCAL_SHARE = 0.75
+"""Largest share of all places for programs of this machine: gateways and the page."""
+MAX_REFUSAL_LOG_LINES = 20
+MAX_REFUSAL_LINE_CHARS = 200
 
 
 class Admission:
@@ -48,22 +42,22 @@ class Admission:
         self._clients = clients
         self._an_address = an_address
         self._inside: Counter[str] = Counter()
-        self._guesses: dict[str, _Guesses] = {}
+        self._guesses: dict[str, tuple[int, float]] = {}  # bad logins, and when the wait ends [s]
 
     def most_of(self, host: str) -> int:
         """Return the largest number of clients from an address."""
         if is_loopback(host):
-            return max(self._an_address, int(OF_THIS_MACHINE * self._clients))
+            return max(self._an_address, int(MAX_LOCAL_SHARE * self._clients))
         return self._an_address
 
     def wait(self, host: str, now: float) -> Error | None:
         """Return an error if an address must wait after bad logins."""
-        guesses = self._guesses.get(network_of(host))
-        if guesses and now < guesses.until:
+        bad, until = self._guesses.get(network_of(host), (0, now))
+        if now < until:
             return Error(
                 ErrorCode.BACK_OFF,
-                f"there were {guesses.bad} bad logins from {host}: wait "
-                f"{guesses.until - now:.0f} s more, and look at the token",
+                f"there were {bad} bad logins from {host}: wait "
+                f"{until - now:.0f} s more, and look at the token",
             )
         return None
 
@@ -92,14 +86,17 @@ class Admission:
     def bad_login(self, host: str, now: float) -> float:
         """Count a bad login, and return the delay of its answer [s]."""
         if is_loopback(host):
-            return OWN_WAIT
+            return LOCAL_LOGIN_DELAY_S
         network = network_of(host)
-        count = self._guesses.pop(network, _Guesses(0, 0.0)).bad + 1
+        count = self._guesses.pop(network, (0, 0.0))[0] + 1
         wait = 0.0
-        if count > FREE_GUESSES:
-            wait = min(LONGEST_WAIT, FIRST_WAIT * 2.0 ** min(count - FREE_GUESSES - 1, 10))
-        self._guesses[network] = _Guesses(count, now + wait)
-        if len(self._guesses) > MOST_GUESSERS:
+        if count > FREE_LOGIN_ATTEMPTS:
+            wait = min(
+                MAX_LOGIN_WAIT_S,
+                FIRST_LOGIN_WAIT_S * 2.0 ** min(count - FREE_LOGIN_ATTEMPTS - 1, 10),
+            )
+        self._guesses[network] = (count, now + wait)
+        if len(self._guesses) > MAX_FAILED_NETWORKS:
             del self._guesses[next(iter(self._guesses))]
         return 0.0
 
@@ -113,7 +110,7 @@ class Refusals:
 
     def __init__(self) -> None:
         self._counts: Counter[str] = Counter()
-        self._log: deque[str] = deque(maxlen=LONGEST_LOG)
+        self._log: deque[str] = deque(maxlen=MAX_REFUSAL_LOG_LINES)
 
     def add(self, code: str, said: str) -> None:
         """Add a rejection.
@@ -123,7 +120,7 @@ class Refusals:
             said: the rejected client, and the reason.
         """
         self._counts[str(code)] += 1
-        self._log.append(said[:LONGEST_LINE])
+        self._log.append(said[:MAX_REFUSAL_LINE_CHARS])
 
     @property
     def counts(self) -> dict[str, int]:

@@ -4,111 +4,58 @@ import math
 from typing import Protocol
 
 from workbench.link.address import host_of
-from workbench.link.authentication import is_proven, is_same, login_proof, new_nonce, session_key
-from workbench.link.backplane import ClientStatus, Command, Request, ToFlight
+from workbench.link.authentication import new_nonce
+from workbench.link.backplane import ClientRequest, ClientStatus, ToFlight, VelocityCommand
 from workbench.link.codes import DeniedError, ErrorCode, NackCode
+from workbench.link.message_json import (
+    FlightRequest,
+    Operation,
+    ServerMessage,
+    read_operation,
+    write_message,
+)
 from workbench.link.messages import (
     COMMANDING,
     Bye,
     Error,
-    FlightRequest,
     Login,
     Nack,
-    Operation,
     Ping,
     Pong,
     RequestControl,
-    Role,
-    ServerMessage,
     Subscribe,
-    read_operation,
-    write_message,
 )
 from workbench.link.server.admission import Admission
-from workbench.link.server.outgoing import LAST_SEQ, Outgoing
+from workbench.link.server.outgoing import MAX_FRAME_NUMBER, Outgoing
 from workbench.link.server.policy import Policy
+from workbench.link.server.rate_limiter import RateLimiter
 from workbench.link.wire import (
-    LARGEST,
-    LARGEST_BEFORE_LOGIN,
-    LARGEST_OPERATION,
+    MAX_BYTES_BEFORE_LOGIN,
+    MAX_OPERATION_BYTES,
+    MAX_PAYLOAD_BYTES,
     Decoder,
-    Frame,
-    Kind,
+    FrameKind,
     WireError,
+    WireFrame,
 )
 
-FRAMES = 1000.0
-"""Sustained rate of frames [1/s]."""
-FRAME_BURST = 200.0
-"""Largest burst of frames."""
-BYTES = 1_000_000.0
-BYTE_BURST = 128 * 1024.0
-OPERATIONS = 64_000.0
-"""Rate of bytes of operations, and of the answers to them [1/s]: parsing and writing JSON takes a
-hundred times as long as passing bytes on."""
-OPERATION_BURST = 2 * LARGEST_OPERATION
-LEAST_PAUSE = 0.02
-"""Shortest pause, as each one needs a timer [s]."""
-MOST_REQUESTS = 16
+MAX_OPEN_REQUESTS = 16
 """Largest number of requests that the flight has not answered."""
-FRAME_WORK = 128
+FRAME_COST_BYTES = 128
 """Cost of a frame without its operation [bytes of operations]."""
-LABOUR = 512
+OPERATION_COST_BYTES = 512
 """Cost of processing an operation, or a command that the flight rejects [bytes of operations]. The
 flight may have to answer, topics are subscribed, or similar names are searched. A ping is free."""
-LOGIN_TIME = 3.0
+LOGIN_TIMEOUT_S = 3.0
 """Time limit for login [s]."""
-SILENT_TIME = 5.0
+ACKNOWLEDGE_TIMEOUT_S = 5.0
 """Time limit for an acknowledgement [s]."""
-QUIET_TIME = 5.0
+ACKNOWLEDGE_REQUEST_AFTER_S = 5.0
 """Silence after which a client is asked for an acknowledgement [s]."""
-BLOCKED_TIME = 2.0
+SEND_TIMEOUT_S = 2.0
 """Time limit while the system sends no written bytes [s]."""
-ROOM = 32 * 1024
+MAX_TRANSPORT_BYTES = 32 * 1024
 """Largest number of bytes waiting in a transport before more are written."""
-
-
-class RateLimiter:
-    """Three token buckets, for frames, bytes and operations.
-
-    Args:
-        now: time of a monotonic clock [s], here and in the methods.
-    """
-
-    def __init__(self, now: float) -> None:
-        self._frames = FRAME_BURST
-        self._bytes = BYTE_BURST
-        self._operations = float(OPERATION_BURST)
-        self._filled = now
-
-    def take(self, size: int, now: float) -> None:
-        """Take received bytes, even below zero."""
-        passed = now - self._filled
-        self._filled = now
-        self._frames = min(FRAME_BURST, self._frames + FRAMES * passed)
-        self._bytes = min(BYTE_BURST, self._bytes + BYTES * passed) - size
-        self._operations = min(OPERATION_BURST, self._operations + OPERATIONS * passed)
-
-    def take_frame(self) -> None:
-        """Take a frame, or received bytes that completed none, even below zero."""
-        self._frames -= 1.0
-
-    def take_operation(self, size: int) -> None:
-        """Take the bytes of an operation or of an answer, even below zero."""
-        self._operations -= size
-
-    def give_back(self) -> None:
-        """Return a frame, as the server asked for it."""
-        self._frames += 1.0
-
-    def pause(self) -> float:
-        """Return for how long to stop reading [s], 0 to read on."""
-        lacking = max(
-            (1.0 - self._frames) / FRAMES,
-            -self._bytes / BYTES,
-            -self._operations / OPERATIONS,
-        )
-        return max(lacking, LEAST_PAUSE) if lacking > 0.0 else 0.0
 
 
 class Transport(Protocol):
@@ -154,6 +101,7 @@ class ClientSession:
         role: None before login.
         nonce: for its login.
         out: frames to the client.
+        limiter: of what it sends.
         last: last message to the client; None while it stays connected.
         last_due: time at which to send that message.
         asked: time at which it was last asked for an acknowledgement.
@@ -188,12 +136,10 @@ class ClientSession:
         self.gone = False
         self._address, self._kind = address, kind
         self._policy, self._admission, self._tell = policy, admission, tell
-        self._limiter = RateLimiter(now)
+        self.limiter = RateLimiter(now)
         self._decoder = decoder
-        decoder.largest = LARGEST if self.role else LARGEST_BEFORE_LOGIN
-        decoder.largest_operation = LARGEST_OPERATION
-        self._key: bytes | None = None
-        self._proven = 0
+        decoder.largest = MAX_PAYLOAD_BYTES if self.role else MAX_BYTES_BEFORE_LOGIN
+        decoder.largest_operation = MAX_OPERATION_BYTES
         self._requests = 0
         self._worked = 0
         self._logged_in = False
@@ -201,48 +147,46 @@ class ClientSession:
         self._since = self._heard = self._moved = now
         self._unsent = 0
 
-    def count_bytes(self, size: int, now: float) -> None:
-        """Count received bytes."""
-        self._limiter.take(size, now)
-
     def work(self, now: float) -> int:
         """Process the next frame.
 
         Returns:
             Approximate cost [bytes of operations]; 0 if there is no frame to process now.
         """
-        if self.last is not None or self.pause(now) > 0.0:
+        if self.last is not None or self.limiter.pause(now) > 0.0:
             return 0
         try:
             frame = self._decoder.next()
             if frame is None:
                 return 0
             self._heard = now
-            self._worked = FRAME_WORK
-            self._limiter.take_frame()
-            if frame.kind == Kind.CONTROL:
+            self._worked = FRAME_COST_BYTES
+            self.limiter.take_frame()
+            if frame.kind == FrameKind.CONTROL:
                 self._charge(len(frame.payload))  # before parsing, which is the main cost
                 self._operate(frame, now)
-            elif frame.kind == Kind.DATA and self._is_in():
-                self._command(frame)
+            elif frame.kind == FrameKind.DATA and self._is_in():
+                if fault := self._policy.command_fault(frame, self.role):
+                    self.refuse(*fault, seq=frame.seq)
+                elif topic := self._policy.command:
+                    if not self.flies:
+                        self._charge(OPERATION_COST_BYTES)
+                    lease, axes, v_x, v_y, v_z, yaw_rate = topic.packer.unpack(frame.payload)
+                    velocity, t_ns = (v_x, v_y, v_z), frame.t_ns
+                    self._tell(
+                        VelocityCommand(
+                            self.number, frame.seq, t_ns, lease, axes, velocity, yaw_rate
+                        )
+                    )
             elif (
-                frame.kind == Kind.ACKNOWLEDGEMENT
+                frame.kind == FrameKind.ACKNOWLEDGEMENT
                 and self._is_in()
                 and self.out.acknowledge(frame.seq, now)
             ):
-                self._limiter.give_back()
+                self.limiter.give_back()
         except WireError as error:
             self.end(error.code, str(error))
         return self._worked
-
-    def count_fragment(self) -> None:
-        """Count received bytes that completed no frame, as tiny pieces cost time, too."""
-        self._limiter.take_frame()
-
-    def pause(self, now: float) -> float:
-        """Return for how long to stop reading from it [s], 0 to read on."""
-        self._limiter.take(0, now)
-        return self._limiter.pause()
 
     def reply(self, answer: ServerMessage) -> None:
         """Send the flight's answer to a request."""
@@ -254,7 +198,7 @@ class ClientSession:
         except ValueError as error:  # a number that is not finite
             id = getattr(answer, "id", None)
             payload = write_message(Nack(NackCode.BAD_VALUE, f"the answer: {error}", id))
-        self._limiter.take_operation(len(payload))
+        self.limiter.take_operation(len(payload))
         self.out.answer(payload)
 
     def refuse(self, code: str, said: str, id: int | None = None, seq: int | None = None) -> None:
@@ -276,7 +220,7 @@ class ClientSession:
     def flush(self, now: float) -> bool:
         """Write the frames to send now, and return whether the last message was sent."""
         if self.last is None:
-            while self.transport.unsent < ROOM and (data := self.out.take(now)):
+            while self.transport.unsent < MAX_TRANSPORT_BYTES and (data := self.out.take(now)):
                 self.transport.write(data)
             if self.out.overflowed:
                 waits = "too many events and answers wait to be read"
@@ -293,21 +237,23 @@ class ClientSession:
         if not waiting or waiting < self._unsent:
             self._moved = now
         self._unsent = waiting
-        if self.role is None and now - self._since > LOGIN_TIME:
-            self.end(ErrorCode.LOGIN, f"there was no login within {LOGIN_TIME:g} s")
-        elif self.out.silence(now) > SILENT_TIME:
-            said = f"nothing was acknowledged for {SILENT_TIME:g} s: acknowledge each batch"
+        if self.role is None and now - self._since > LOGIN_TIMEOUT_S:
+            self.end(ErrorCode.LOGIN, f"there was no login within {LOGIN_TIMEOUT_S:g} s")
+        elif self.out.silence(now) > ACKNOWLEDGE_TIMEOUT_S:
+            said = (
+                f"nothing was acknowledged for {ACKNOWLEDGE_TIMEOUT_S:g} s: acknowledge each batch"
+            )
             self.end(ErrorCode.SLOW, said)
-        elif now - self._moved > BLOCKED_TIME:
-            self.end(ErrorCode.SLOW, f"nothing was read for {BLOCKED_TIME:g} s")
-        elif self.out.seq > LAST_SEQ:
+        elif now - self._moved > SEND_TIMEOUT_S:
+            self.end(ErrorCode.SLOW, f"nothing was read for {SEND_TIMEOUT_S:g} s")
+        elif self.out.seq > MAX_FRAME_NUMBER:
             self.bye("the numbers of frames are used up: connect again")
 
     def is_quiet(self, now: float) -> bool:
         """Return whether a silent client should be asked for an acknowledgement now."""
         if self.role is None or self.out.silence(now) > 0.0:
             return False
-        return now - max(self._heard, self.asked) >= QUIET_TIME
+        return now - max(self._heard, self.asked) >= ACKNOWLEDGE_REQUEST_AFTER_S
 
     def status(self, now: float, wall_ns: int) -> ClientStatus:
         """Return its status for the operator."""
@@ -327,7 +273,7 @@ class ClientSession:
     def _charge(self, work: int) -> None:
         """Count work for this client [bytes of operations]."""
         self._worked += work
-        self._limiter.take_operation(work)
+        self.limiter.take_operation(work)
 
     def _note(self, code: str, said: str) -> None:
         self._refused += 1
@@ -339,42 +285,7 @@ class ClientSession:
             self.end(ErrorCode.LOGIN, "log in first: hello says that this server asks for it")
         return self.role is not None
 
-    def _command(self, frame: Frame) -> None:
-        """Pass a velocity command on to the flight, which decides about it."""
-        topic = self._policy.command
-        if topic is None or frame.topic != topic.id:
-            said = f"topic {frame.topic} is not one that clients send"
-            self.refuse(NackCode.UNKNOWN_TOPIC, said, seq=frame.seq)
-        elif len(frame.payload) != topic.packer.size:
-            said = f"{topic.name} has {topic.packer.size} bytes, the frame has {len(frame.payload)}"
-            self.refuse(NackCode.BAD_SIZE, said, seq=frame.seq)
-        elif (hindrance := self._policy.hindrance(self.role)) is not None:
-            self.refuse(NackCode.NOT_ALLOWED, hindrance, seq=frame.seq)
-        elif self._proves(frame):
-            lease, axes, v_x, v_y, v_z, yaw_rate = topic.packer.unpack(frame.payload)
-            if not self.flies:
-                self._charge(LABOUR)
-            velocity = (v_x, v_y, v_z)
-            self._tell(Command(self.number, frame.seq, frame.t_ns, lease, axes, velocity, yaw_rate))
-
-    def _proves(self, frame: Frame) -> bool:
-        """Check the proof of a frame; without a valid one, end the connection and return False."""
-        if self._key is None:
-            return True
-        if not is_proven(frame, self._key):
-            found = "is wrong" if frame.proof else "is missing"
-            self.end(ErrorCode.PROOF, f"the proof of frame {frame.seq}, which commands, {found}")
-            return False
-        if frame.seq <= self._proven:
-            self.end(
-                ErrorCode.SEQ,
-                f"frame {frame.seq} came after frame {self._proven}: numbers must rise",
-            )
-            return False
-        self._proven = frame.seq
-        return True
-
-    def _operate(self, frame: Frame, now: float) -> None:
+    def _operate(self, frame: WireFrame, now: float) -> None:
         """Process an operation."""
         try:
             operation = read_operation(frame.payload)
@@ -388,10 +299,10 @@ class ClientSession:
                 case Ping(id):
                     self.out.answer(write_message(Pong(id, self.out.t_ns)))
                 case _:
-                    self._charge(LABOUR)
-                    self._request(operation, frame)
+                    self._charge(OPERATION_COST_BYTES)
+                    self._request(operation)
         except DeniedError as error:
-            self._charge(LABOUR)
+            self._charge(OPERATION_COST_BYTES)
             if self.role is None:
                 self.end(ErrorCode.LOGIN, f"log in first: {error.said}")
             else:
@@ -407,7 +318,7 @@ class ClientSession:
             self.end(rejection.code, rejection.said)
             return
         try:
-            role, key = check_login(login, self._policy, self.nonce)
+            role = self._policy.role_of(login, self.nonce)
         except DeniedError as error:
             self.last_due = now + self._admission.bad_login(self.host, now)
             self.end(error.code, error.said)
@@ -418,13 +329,13 @@ class ClientSession:
             if rejection is not None:
                 self.end(rejection.code, rejection.said)
                 return
-        self.role, self._key = role, key
+        self.role = role
         self._logged_in = True
         self.name = login.name
-        self._decoder.largest = LARGEST
+        self._decoder.largest = MAX_PAYLOAD_BYTES
         self.out.answer(write_message(Login(login.id, role=self.role)))
 
-    def _request(self, operation: Operation, frame: Frame) -> None:
+    def _request(self, operation: Operation) -> None:
         """Subscribe to topics, or pass a request on to the flight."""
         if isinstance(operation, Subscribe):
             topics = self._policy.topics(operation.topics, operation.id)
@@ -437,9 +348,7 @@ class ClientSession:
             if said is not None:
                 self.refuse(NackCode.NOT_ALLOWED, said, operation.id)
                 return
-            if not self._proves(frame):
-                return
-        if self._requests >= MOST_REQUESTS:
+        if self._requests >= MAX_OPEN_REQUESTS:
             said = f"{self._requests} requests wait for the flight's answer: wait for them first"
             self.refuse(NackCode.NOT_NOW, said, operation.id)
             return
@@ -448,29 +357,4 @@ class ClientSession:
             self.name = operation.name or self.name
             operation = RequestControl(operation.id, self.name or f"client {self.number}")
         assert isinstance(operation, FlightRequest)  # all others are handled above
-        self._tell(Request(self.number, operation))
-
-
-def check_login(login: Login, policy: Policy, nonce: str) -> tuple[Role, bytes | None]:
-    """Return the role of a client, and the key for proofs of its frames, None without proofs.
-
-    Args:
-        login: of the client.
-        policy: of the server.
-        nonce: of this connection, from the server.
-
-    Raises:
-        DeniedError: if the proof of the token is wrong.
-    """
-    if policy.tokens is None:
-        return (Role.VIEW if login.role is Role.VIEW else policy.best_role), None
-    if login.role is None or not login.nonce or not login.proof:
-        raise DeniedError(
-            ErrorCode.BAD_LOGIN, "login needs role, nonce and proof: this server has tokens"
-        )
-    token = policy.tokens.of(login.role)
-    if not is_same(login.proof, login_proof(token, login.role, nonce, login.nonce)):
-        said = f"the proof is not that of the token of role {login.role.value}"
-        raise DeniedError(ErrorCode.BAD_LOGIN, said)
-    role = login.role if policy.allow_commands else Role.VIEW
-    return role, session_key(token, nonce, login.nonce)
+        self._tell(ClientRequest(self.number, operation))

@@ -1,18 +1,26 @@
 """The configuration of a server: where it listens, its clients, and their permissions."""
 
+import ipaddress
 import os
 import ssl
 from dataclasses import dataclass
 from pathlib import Path
 
 from workbench.common.errors import WorkbenchError
+from workbench.common.optional_package import require_package
 from workbench.common.plain_files import read_plain
-from workbench.link.address import DEFAULT_PORT, LOOPBACK, is_loopback
+from workbench.link.address import DEFAULT_PORT, LOOPBACK_HOST, is_loopback
 from workbench.link.authentication import Tokens, read_tokens
+from workbench.link.page_address import is_wildcard, lan_address
 
-LARGEST_PORT = 65535
-MOST_BYTES = 1_000_000
+MAX_PORT = 65535
+MAX_TLS_FILE_BYTES = 1_000_000
 """Size limit of a certificate with its chain, and of a key [bytes]."""
+MAKE_CERTIFICATE = (
+    "openssl req -x509 -newkey ec -pkeyopt ec_paramgen_curve:P-256 -nodes -days 365 "
+    "-subj /CN=drone -addext subjectAltName={name} -out drone.pem -keyout drone.key"
+)
+"""A command that makes a certificate and its key for a name."""
 
 
 @dataclass(frozen=True)
@@ -23,7 +31,8 @@ class ServerConfig:
         host: name or address to listen at.
         port: of TCP, 0 for a free one.
         token_file: two tokens, to view and to command; "" without login.
-        tls_cert: certificate chain (PEM), "" without TLS.
+        tls_cert: certificate chain (PEM), "" without TLS; others than this machine need it, and
+            tokens.
         tls_key: its private key (PEM).
         allow_commands: whether clients may send commands; otherwise all of them only watch.
         web: whether to serve the page for phones.
@@ -32,7 +41,7 @@ class ServerConfig:
         clients_an_address: largest number at once from one address of another machine.
     """
 
-    host: str = LOOPBACK
+    host: str = LOOPBACK_HOST
     port: int = DEFAULT_PORT
     token_file: str = ""
     tls_cert: str = ""
@@ -51,11 +60,13 @@ class ServerConfig:
         """
         if not self.host or any(sign.isspace() or sign == "/" for sign in self.host):
             raise WorkbenchError(
-                f"'{self.host}' is not a host: write {LOOPBACK}, or 0.0.0.0 for all"
+                f"'{self.host}' is not a host: write {LOOPBACK_HOST}, or 0.0.0.0 for all"
             )
         for name, port in (("port", self.port), ("port of the page", self.web_port)):
-            if isinstance(port, bool) or not isinstance(port, int) or not 0 <= port <= LARGEST_PORT:
-                raise WorkbenchError(f"the {name} {port} is not a number from 0 to {LARGEST_PORT}")
+            if isinstance(port, bool) or not isinstance(port, int) or not 0 <= port <= MAX_PORT:
+                raise WorkbenchError(f"the {name} {port} is not a number from 0 to {MAX_PORT}")
+        if self.web:
+            require_package("websockets", "pages for phones and browsers")
         if self.web and self.port == self.web_port != 0:
             raise WorkbenchError(f"server and page cannot both have the port {self.port}")
         for name in ("clients", "clients_an_address"):
@@ -64,7 +75,13 @@ class ServerConfig:
         if not self.is_local and not self.token_file:
             raise WorkbenchError(
                 f"others can reach {self.host}, and without tokens anybody of them could fly: "
-                f"give a token file, or listen at {LOOPBACK}"
+                f"give a token file, or listen at {LOOPBACK_HOST}"
+            )
+        if not self.is_local and not (self.tls_cert or self.tls_key):
+            raise WorkbenchError(
+                f"others can reach {self.host}, and without TLS anybody between could read the "
+                "tokens and fly: give a certificate and its key, as this makes: "
+                + MAKE_CERTIFICATE.format(name=_certified(self.host))
             )
         self.tokens()
         self.tls()
@@ -94,7 +111,7 @@ class ServerConfig:
             missing = "tls_key" if self.tls_cert else "tls_cert"
             raise WorkbenchError(f"TLS needs a certificate and its key: {missing} is missing")
         for path in (self.tls_cert, self.tls_key):
-            read_plain(path, MOST_BYTES)
+            read_plain(path, MAX_TLS_FILE_BYTES)
         context = ssl.create_default_context(ssl.Purpose.CLIENT_AUTH)
         try:
             # Never ask for a password: nobody is at the terminal of a server.
@@ -112,3 +129,13 @@ class ServerConfig:
                 f"{key.st_mode & 0o777:04o}): run chmod 600 {self.tls_key}"
             )
         return context
+
+
+def _certified(host: str) -> str:
+    """Return the name for the certificate of a server that listens at a host."""
+    own = (lan_address(":" in host) or host) if is_wildcard(host) else host
+    try:
+        ipaddress.ip_address(own)
+    except ValueError:
+        return f"DNS:{own}"
+    return f"IP:{own}"

@@ -8,40 +8,41 @@ from dataclasses import replace
 
 from workbench.link.address import host_of
 from workbench.link.backplane import (
+    ClientDisconnected,
+    CommandRefusal,
     Disconnect,
-    Flight,
-    Gone,
     Published,
-    Refused,
     Reply,
+    ServedFlight,
     ServerStatus,
-    Stop,
+    StopServer,
     ToFlight,
 )
 from workbench.link.codes import ErrorCode
-from workbench.link.messages import ControlState, write_message
+from workbench.link.message_json import write_message
+from workbench.link.messages import ControlState
 from workbench.link.server.admission import Admission
 from workbench.link.server.client_session import ClientSession, Transport
 from workbench.link.server.outgoing import Outgoing, data_frames
 from workbench.link.server.policy import Policy
 from workbench.link.wire import Decoder
 
-STATUS_PERIOD = 0.45
+STATUS_PERIOD_S = 0.45
 """Period between statuses without a change of clients; they come with the next tick [s]."""
-MOST_STRANGERS = 8
+MAX_STRANGERS_LISTED = 8
 """Largest number of connections without a login in a status: a crowd is no news to the flight."""
-MOST_FAULTS = 10
+MAX_PRINTED_ERRORS = 10
 """Largest number of our own errors printed."""
-TURN = 4096
+TURN_WORK_BYTES = 4096
 """Work for all clients except the holder of control in a turn of the loop, about a millisecond; the
 last frame may increase it to three times as much [bytes of operations]."""
-TURN_OF_STRANGERS = TURN // 2
+STRANGERS_WORK_BYTES = TURN_WORK_BYTES // 2
 """Part of that for connections that are no clients yet; the last work may exceed it."""
-SHARE = 1024
+CLIENT_WORK_BYTES = 1024
 """Work for one client in a turn while others wait [bytes of operations]."""
-NEXT_TURN = 1e-6
+NEXT_TURN_DELAY_S = 1e-6
 """Delay of a timer that is due in the next turn of the loop [s]."""
-TICK_PERIOD = 0.1
+TICK_PERIOD_S = 0.1
 """Period between checks for timeouts [s]."""
 
 
@@ -148,11 +149,17 @@ class Hub:
             return 0.0
         now = self._clock()
         if size is not None:
-            session.count_bytes(size, now)
-        role, name = session.role, session.name
+            session.limiter.take(size, now)
+        role, name, worked = session.role, session.name, False
         try:
-            if not self._work(session, now) and size is not None:
-                session.count_fragment()
+            if session.flies:  # the holder of control is served at once
+                self._queue.pop(session.number, None)
+                while session.work(now):
+                    worked = True
+            else:
+                worked = self._work_in_turn(session, now)
+            if not worked and size is not None:
+                session.limiter.take_frame()  # tiny pieces cost time, too
         except Exception as error:  # a bug of ours must not affect other clients
             self.failed(f"client {session.number}", error)
             session.end(ErrorCode.INTERNAL, "the server has failed: tell its operator")
@@ -163,8 +170,8 @@ class Hub:
         self._flush(session, now)
         if session.gone:
             return 0.0
-        pause = session.pause(now)
-        return max(pause, NEXT_TURN) if session.number in self._queue else pause
+        pause = session.limiter.pause(now)
+        return max(pause, NEXT_TURN_DELAY_S) if session.number in self._queue else pause
 
     def later(self, call: Callable[[], int]) -> None:
         """Call for a connection that is no client yet, as soon as a turn of the loop has time.
@@ -187,7 +194,7 @@ class Hub:
         if session.role is not None:
             self._admission.leave(session.host)
             self._changed = True
-        self._tell(Gone(session.number))
+        self._tell(ClientDisconnected(session.number))
 
     def hear(self, records: Iterable[object]) -> None:
         """Process records from the flight."""
@@ -200,7 +207,7 @@ class Hub:
                         session.out.publish(record.t_ns, samples if session.role else ())
                 case Reply(number, answer) if number in self._sessions:
                     self._sessions[number].reply(answer)
-                case Refused(number, seq, code, said) if number in self._sessions:
+                case CommandRefusal(number, seq, code, said) if number in self._sessions:
                     self._sessions[number].refuse(code, said, seq=seq)
                 case ControlState():
                     self._control = write_message(record)
@@ -209,9 +216,9 @@ class Hub:
                         self._tell_control(session)
                 case Disconnect(number, reason) if number in self._sessions:
                     self._sessions[number].end(ErrorCode.DISCONNECTED, reason)
-                case Flight():  # another controller took over
+                case ServedFlight():  # another controller took over
                     self.policy = replace(self.policy, flight=record)
-                case Stop.STOP:
+                case StopServer.STOP:
                     self.stopped.set()
         now = self._clock()
         for session in list(self._sessions.values()):
@@ -227,7 +234,7 @@ class Hub:
                 session.asked = now
                 session.out.ask(self._control)
             self._flush(session, now)
-        if self._changed or now - self._told > STATUS_PERIOD:
+        if self._changed or now - self._told > STATUS_PERIOD_S:
             self._changed = False
             self._told = now
             self._tell(self.status())
@@ -236,7 +243,7 @@ class Hub:
         """Return the status of the server."""
         now, wall_ns = self._clock(), time.time_ns()
         strangers = [each.number for each in self._sessions.values() if each.role is None]
-        left_out = set(strangers[MOST_STRANGERS:])
+        left_out = set(strangers[MAX_STRANGERS_LISTED:])
         told = [each for each in self._sessions.values() if each.number not in left_out]
         return ServerStatus(
             address=self.address,
@@ -256,27 +263,21 @@ class Hub:
         """Log a bug of ours with its trace; only the first ones, as clients may cause many."""
         self._faults += 1
         self.refusals.add(ErrorCode.INTERNAL, f"{where}: {type(error).__name__}: {error}")
-        if self._faults <= MOST_FAULTS:
+        if self._faults <= MAX_PRINTED_ERRORS:
             logging.getLogger(__name__).error("%s", where, exc_info=error)
 
-    def _work(self, session: ClientSession, now: float) -> bool:
-        """Process the frames of a client, and return whether there was one.
+    def _work_in_turn(self, session: ClientSession, now: float) -> bool:
+        """Process frames of a client without control, and return whether there was one.
 
-        The holder of control is served at once. All others share a limited amount of work in each
-        turn of the loop, so that all of them together cannot delay the holder. They wait in a
-        queue; a client that has used its share goes to the end of it.
+        All of them share a limited amount of work in each turn of the loop, so that together they
+        cannot delay the holder of control. They wait in a queue; a client that has used its share
+        goes to the end of it.
         """
         number = session.number
-        if session.flies:
-            self._queue.pop(number, None)
-            worked = False
-            while session.work(now):
-                worked = True
-            return worked
         is_next = next(iter(self._queue), number) == number
-        share = SHARE if len(self._queue) > 1 else TURN
+        share = CLIENT_WORK_BYTES if len(self._queue) > 1 else TURN_WORK_BYTES
         done = 0
-        while is_next and done < share and self._worked < TURN:
+        while is_next and done < share and self._worked < TURN_WORK_BYTES:
             work = session.work(now)
             if not work:
                 self._queue.pop(number, None)
@@ -285,7 +286,7 @@ class Hub:
             self._count_work(work)
         if done:
             self._queue.pop(number, None)
-        if session.pause(now) > 0.0:  # it pauses due to its own rate, and delays nobody
+        if session.limiter.pause(now) > 0.0:  # it pauses due to its own rate, and delays nobody
             self._queue.pop(number, None)
         else:
             self._queue[number] = None
@@ -302,7 +303,7 @@ class Hub:
         self._work_for_strangers()
 
     def _work_for_strangers(self) -> None:
-        while self._strangers and self._worked < TURN_OF_STRANGERS:
+        while self._strangers and self._worked < STRANGERS_WORK_BYTES:
             if work := self._strangers.pop()():
                 self._count_work(work)
 

@@ -12,36 +12,43 @@ from typing import NamedTuple
 
 from workbench.link.backplane import Published
 from workbench.link.topics import Delivery, Topic
-from workbench.link.wire import HEADER, MAGIC, SEQ, VERSION, Flag, Kind
+from workbench.link.wire import (
+    FRAME_HEADER,
+    FRAME_MAGIC,
+    PROTOCOL_VERSION,
+    SEQ_SLICE,
+    FrameFlag,
+    FrameKind,
+)
 
-KEPT = 0.5
+SAMPLE_KEEP_TIME_S = 0.5
 """Time for which samples of a topic are kept, so that a client may pause without a gap [s]."""
-LEAST_KEPT = 2
-EARLY = 0.01
+MIN_KEPT_SAMPLES = 2
+EARLY_PERIOD_SHARE = 0.01
 """Share of the requested period by which a sample may be early."""
-LONGEST_QUEUE = 64
+MAX_QUEUED_ANSWERS = 64
 """Largest number of waiting answers, and of waiting events."""
-BATCHES = 2
+MAX_OPEN_BATCHES = 2
 """Largest number of unacknowledged batches."""
-SMALLEST_BATCH = 8
-BATCH_TIME = 0.1
+MIN_BATCH_FRAMES = 8
+BATCH_TIME_S = 0.1
 """Time in which the client should read a batch; it limits the size of the batch [s]."""
-KEPT_TIME = 0.4
+MAX_SAMPLE_DELAY_S = 0.4
 """Samples that the client would not read within this time are replaced by newer ones [s]."""
-ACKNOWLEDGED_EVERY = 32
+FRAMES_PER_ACKNOWLEDGEMENT = 32
 """Number of frames per acknowledgement in a long batch, in case the client has become slow."""
-LAST_SEQ = 2**32 - 2**20
+MAX_FRAME_NUMBER = 2**32 - 2**20
 """Frame number at which the client must reconnect, as numbers only increase."""
-RATE_SPAN = 1.0
+RATE_SPAN_S = 1.0
 """Time over which frames are counted [s]."""
-LAST_BATCHES = 4
+RATE_BATCH_COUNT = 4
 """Number of batches that determine the rate."""
-SHORTEST_BATCH = 1e-4
+MIN_BATCH_READ_TIME_S = 1e-4
 """Smallest time counted for reading a batch [s]."""
 # Plain numbers, as operations of an enumeration take a microsecond, at every frame.
-_CONTROL = int(Kind.CONTROL)
-_DATA = int(Kind.DATA)
-_ACKNOWLEDGE = int(Flag.ACKNOWLEDGE)
+_CONTROL_KIND = int(FrameKind.CONTROL)
+_DATA_KIND = int(FrameKind.DATA)
+_ACKNOWLEDGE_BIT = int(FrameFlag.ACKNOWLEDGE)
 
 
 class DataFrame(NamedTuple):
@@ -67,8 +74,10 @@ def data_frames(published: Published) -> list[DataFrame]:
     t_ns, wall_ns = published.t_ns, published.wall_ns
     frames = []
     for topic, payload in published.payloads:
-        header = HEADER.pack(MAGIC, VERSION, _DATA, topic, 0, 0, len(payload), t_ns)
-        head, tail = header[: SEQ.start], header[SEQ.stop :] + payload
+        header = FRAME_HEADER.pack(
+            FRAME_MAGIC, PROTOCOL_VERSION, _DATA_KIND, topic, 0, 0, len(payload), t_ns
+        )
+        head, tail = header[: SEQ_SLICE.start], header[SEQ_SLICE.stop :] + payload
         frames.append(DataFrame(topic, t_ns, wall_ns, head, tail))
     return frames
 
@@ -87,12 +96,14 @@ class SampleBuffer:
 
     def __init__(self, topics: Iterable[Topic], rate: float | None) -> None:
         self._buffers: dict[int, deque[DataFrame]] = {
-            topic.id: deque(maxlen=max(LEAST_KEPT, math.ceil(KEPT * topic.rate)))
+            topic.id: deque(
+                maxlen=max(MIN_KEPT_SAMPLES, math.ceil(SAMPLE_KEEP_TIME_S * topic.rate))
+            )
             for topic in topics
         }
         self._order = list(self._buffers.values())
         self._first = 0
-        self._period = 0 if rate is None else round((1.0 - EARLY) * 1e9 / rate)
+        self._period = 0 if rate is None else round((1.0 - EARLY_PERIOD_SHARE) * 1e9 / rate)
         self._last: dict[int, int] = {}
         self.waiting = 0
         self.dropped = 0
@@ -190,7 +201,7 @@ class Outgoing:
     @property
     def overflowed(self) -> bool:
         """Whether too much is left after `take`, so that the connection must end."""
-        return max(len(self._answers), len(self._events)) > LONGEST_QUEUE
+        return max(len(self._answers), len(self._events)) > MAX_QUEUED_ANSWERS
 
     def subscribe(self, topics: Sequence[Topic], rate: float | None) -> None:
         """Subscribe to topics; `rate` limits the frames per second of each topic of state."""
@@ -227,7 +238,7 @@ class Outgoing:
         while self._answers:
             self._add_operation(parts, 0, self._answers.popleft())
         if self._question:
-            self._add_operation(parts, _ACKNOWLEDGE, self._question)
+            self._add_operation(parts, _ACKNOWLEDGE_BIT, self._question)
             self._question = b""
             self._batches.append(_Batch(self.seq, 0, now, 0))
         if self._may_send(now) and (self._events or self._states.waiting):
@@ -271,15 +282,21 @@ class Outgoing:
         """
         if not self._batches:
             return True
-        spread = self._reading.trip / BATCHES
-        return len(self._batches) < BATCHES and now - self._batches[-1].sent >= spread
+        spread = self._reading.trip / MAX_OPEN_BATCHES
+        return len(self._batches) < MAX_OPEN_BATCHES and now - self._batches[-1].sent >= spread
 
     def _add_batch(self, parts: list[bytes], now: float) -> None:
         shown = self._reading.shown(now)
         # As a far client reads a batch in each part of the round trip, it must have all of that.
-        most = max(SMALLEST_BATCH, int((BATCH_TIME + self._reading.trip / BATCHES) * shown))
+        most = max(
+            MIN_BATCH_FRAMES, int((BATCH_TIME_S + self._reading.trip / MAX_OPEN_BATCHES) * shown)
+        )
         # A fast client may not have received many frames yet, so its last batches count, too.
-        keep = max(SMALLEST_BATCH, int(KEPT_TIME * shown), int(BATCH_TIME * self._reading.of_batch))
+        keep = max(
+            MIN_BATCH_FRAMES,
+            int(MAX_SAMPLE_DELAY_S * shown),
+            int(BATCH_TIME_S * self._reading.of_batch),
+        )
         self._states.thin(keep)
         samples = [*self._events, *self._states.take(most)]
         self._events.clear()
@@ -287,9 +304,11 @@ class Outgoing:
         for topic, _, wall_ns, head, tail in samples:
             left -= 1
             seq += 1
-            if not left % ACKNOWLEDGED_EVERY:
-                asking = HEADER.pack(MAGIC, VERSION, _DATA, topic, _ACKNOWLEDGE, 0, 0, 0)
-                head = asking[: SEQ.start]
+            if not left % FRAMES_PER_ACKNOWLEDGEMENT:
+                asking = FRAME_HEADER.pack(
+                    FRAME_MAGIC, PROTOCOL_VERSION, _DATA_KIND, topic, _ACKNOWLEDGE_BIT, 0, 0, 0
+                )
+                head = asking[: SEQ_SLICE.start]
             parts += (head, seq.to_bytes(4, "little"), tail)
             if wall_ns > newest:
                 newest = wall_ns
@@ -298,8 +317,17 @@ class Outgoing:
 
     def _add_operation(self, parts: list[bytes], flags: int, payload: bytes) -> None:
         self.seq += 1
-        header = MAGIC, VERSION, _CONTROL, 0, flags, self.seq, len(payload), self.t_ns
-        parts += (HEADER.pack(*header), payload)
+        header = (
+            FRAME_MAGIC,
+            PROTOCOL_VERSION,
+            _CONTROL_KIND,
+            0,
+            flags,
+            self.seq,
+            len(payload),
+            self.t_ns,
+        )
+        parts += (FRAME_HEADER.pack(*header), payload)
 
 
 class ReadRate:
@@ -311,7 +339,7 @@ class ReadRate:
 
     def __init__(self) -> None:
         self.trip = 0.0
-        self._batches: deque[float] = deque(maxlen=LAST_BATCHES)
+        self._batches: deque[float] = deque(maxlen=RATE_BATCH_COUNT)
         self._counts: deque[tuple[float, int]] = deque()
         self._sum = 0
 
@@ -333,13 +361,13 @@ class ReadRate:
         """Add the time that it took to read a batch, of no frames if that was a question."""
         self.trip = min(self.trip or seconds, seconds)
         if frames:
-            self._batches.append(frames / max(seconds, SHORTEST_BATCH))
+            self._batches.append(frames / max(seconds, MIN_BATCH_READ_TIME_S))
 
     def shown(self, now: float) -> float:
         """Return the number of frames read in the last second [1/s]."""
         self._forget(now)
-        return self._sum / RATE_SPAN
+        return self._sum / RATE_SPAN_S
 
     def _forget(self, now: float) -> None:
-        while self._counts and self._counts[0][0] < now - RATE_SPAN:
+        while self._counts and self._counts[0][0] < now - RATE_SPAN_S:
             self._sum -= self._counts.popleft()[1]

@@ -6,14 +6,15 @@ from dataclasses import asdict, dataclass, field
 from functools import cached_property
 
 from workbench.common.errors import unknown_name
-from workbench.link.authentication import Tokens
-from workbench.link.backplane import Flight
-from workbench.link.codes import DeniedError, NackCode
-from workbench.link.drone_topics import COMMAND
-from workbench.link.hello import Hello, Limits
+from workbench.link.authentication import Tokens, shows_token
+from workbench.link.backplane import ServedFlight
+from workbench.link.codes import DeniedError, ErrorCode, NackCode
+from workbench.link.drone_topics import COMMAND_SIGNAL
+from workbench.link.hello import Hello, ServerLimits
 from workbench.link.json_fields import write_json
-from workbench.link.messages import Role
-from workbench.link.topics import Direction, Topic
+from workbench.link.messages import Login, Role
+from workbench.link.topics import Topic, TopicDirection
+from workbench.link.wire import WireFrame
 
 SESSION_BYTES = 8
 
@@ -31,7 +32,7 @@ class Policy:
         session: id of this start of the server.
     """
 
-    flight: Flight
+    flight: ServedFlight
     tokens: Tokens | None = None
     allow_commands: bool = True
     clients: int = 16
@@ -58,10 +59,42 @@ class Policy:
             return "this client only watches: log in with the role command"
         return None
 
+    def role_of(self, login: Login, nonce: str) -> Role:
+        """Return the role of a client that logs in.
+
+        Args:
+            login: of the client.
+            nonce: of this connection, from the server.
+
+        Raises:
+            DeniedError: if the token is wrong.
+        """
+        if self.tokens is None:
+            return Role.VIEW if login.role is Role.VIEW else self.best_role
+        if login.role is None or not (login.token or (login.nonce and login.proof)):
+            said = "login needs role and token: this server has tokens"
+            raise DeniedError(ErrorCode.BAD_LOGIN, said)
+        if not shows_token(login, self.tokens.of(login.role), nonce):
+            said = f"the token is not that of role {login.role.value}"
+            raise DeniedError(ErrorCode.BAD_LOGIN, said)
+        return login.role if self.allow_commands else Role.VIEW
+
+    def command_fault(self, frame: WireFrame, role: Role | None) -> tuple[NackCode, str] | None:
+        """Return why a frame of data is no command that a client with this role may send."""
+        topic = self.command
+        if topic is None or frame.topic != topic.id:
+            return NackCode.UNKNOWN_TOPIC, f"topic {frame.topic} is not one that clients send"
+        size, right = len(frame.payload), topic.packer.size
+        if size != right:
+            return NackCode.BAD_SIZE, f"{topic.name} has {right} bytes, the frame has {size}"
+        if (hindrance := self.hindrance(role)) is not None:
+            return NackCode.NOT_ALLOWED, hindrance
+        return None
+
     @cached_property
     def command(self) -> Topic | None:
         """The topic of commands."""
-        found = [topic for topic in self.flight.topics if topic.id == COMMAND]
+        found = [topic for topic in self.flight.topics if topic.id == COMMAND_SIGNAL.id]
         return found[0] if found else None
 
     def topics(self, names: Sequence[str], id: int) -> tuple[Topic, ...]:
@@ -71,7 +104,9 @@ class Policy:
             DeniedError: if a topic is unknown.
         """
         sent = {
-            topic.name: topic for topic in self.flight.topics if topic.direction is not Direction.IN
+            topic.name: topic
+            for topic in self.flight.topics
+            if topic.direction is not TopicDirection.IN
         }
         if "*" in names:
             return tuple(sent.values())
@@ -94,9 +129,9 @@ class Policy:
         return own[:-1] + b"," + self._hello[1:]
 
     @cached_property
-    def _limits(self) -> Limits:
+    def _limits(self) -> ServerLimits:
         level, climb, turn = self.flight.limits
-        return Limits(level, climb, turn, clients=self.clients)
+        return ServerLimits(level, climb, turn, clients=self.clients)
 
     @cached_property
     def _hello(self) -> bytes:

@@ -12,32 +12,40 @@ import os
 import socket
 import sys
 import time
-from collections import deque
+from collections import Counter
 from collections.abc import Callable
 from multiprocessing.connection import Connection
 
-import uvloop
+try:
+    from uvloop import new_event_loop
+except ModuleNotFoundError:  # only an extra brings it; asyncio's own needs half as much time again
+    from asyncio import new_event_loop
 
 from workbench.common.errors import WorkbenchError
-from workbench.ipc.channel import Channel
-from workbench.link.backplane import Command, Flight, FromServer, Gone, ServerFailed, ServerStatus
+from workbench.ipc.channel import RecordChannel
+from workbench.link.backplane import (
+    ClientDisconnected,
+    FromServer,
+    ServedFlight,
+    ServerFailed,
+    ServerStatus,
+    VelocityCommand,
+)
 from workbench.link.server.admission import Admission
 from workbench.link.server.config import ServerConfig
-from workbench.link.server.hub import TICK_PERIOD, Hub
+from workbench.link.server.hub import TICK_PERIOD_S, Hub
 from workbench.link.server.policy import Policy
 from workbench.link.server.tcp import listen_tcp
 
-MOST_RECEIVED = 64
+FLIGHT_RECORDS_PER_TURN = 64
 """Largest number of records of the flight processed in a turn of the loop."""
-BUFFER = 16 * 1024
+FLIGHT_BUFFER_BYTES = 16 * 1024
 """Size of the buffer to the flight [bytes]; it is small, as old commands are useless."""
-LARGEST = 1_000_000
-"""Largest size of a record [bytes]."""
-CLOSING = 2.0
+CLOSING_TIMEOUT_S = 2.0
 """Time limit to send waiting records at the end [s]."""
-RETRY = 0.01
-NAME = "drake-drone-workbench"
-FAREWELL = "the server stops"
+SEND_RETRY_S = 0.01
+SERVER_NAME = "drake-drone-workbench"
+STOP_REASON = "the server stops"
 
 
 class FlightConnection:
@@ -54,12 +62,14 @@ class FlightConnection:
     """
 
     def __init__(self, connection: Connection) -> None:
-        with contextlib.suppress(OSError), _socket_of(connection) as end:
-            end.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, BUFFER)
+        with (
+            contextlib.suppress(OSError),
+            socket.socket(fileno=os.dup(connection.fileno())) as end,
+        ):
+            end.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, FLIGHT_BUFFER_BYTES)
         self._connection = connection
-        self._channel = Channel(connection)
-        self._waiting: deque[FromServer] = deque()
-        self._known: set[int] = set()  # clients that the flight knows
+        self._channel = RecordChannel(connection)
+        self._told: Counter[int] = Counter()  # commands and requests of each client, sent or not
         self._loop: asyncio.AbstractEventLoop | None = None
 
     def start(self, receive: Callable[[list[object]], None], ended: Callable[[], None]) -> None:
@@ -72,33 +82,32 @@ class FlightConnection:
         self._receive, self._ended = receive, ended
         self._loop = asyncio.get_running_loop()
         self._loop.add_reader(self._channel.fileno(), self._read)
-        self._write()
+        self._loop.add_writer(self._channel.fileno(), self._write)
 
     def tell(self, record: FromServer) -> None:
-        """Queue a record; a newer one may replace it before it is sent."""
+        """Send a record, or let it wait; a newer one may then replace it."""
+        waiting = self._channel.waiting
         match record:
-            case Command():
-                if (older := self._superseded(record.peer)) is None:
-                    self._waiting.append(record)
-                else:
-                    self._waiting[older] = record
-            case Gone(peer):
-                self._forget(peer)
-                if peer in self._known:
-                    self._known.discard(peer)
-                    self._waiting.append(record)
+            case VelocityCommand() if (older := self._superseded(record.peer)) is not None:
+                waiting[older] = record
+            case ClientDisconnected(peer):
+                if self._forget(peer):
+                    waiting.append(record)
             case ServerStatus():
-                kept = [each for each in self._waiting if not isinstance(each, ServerStatus)]
-                self._waiting = deque([*kept, record])
+                for older in [each for each in waiting if isinstance(each, ServerStatus)]:
+                    waiting.remove(older)
+                waiting.append(record)
             case _:
-                self._waiting.append(record)
-        self._write()
+                self._told[getattr(record, "peer", 0)] += 1
+                waiting.append(record)
+        if self._loop and self._channel.flush():
+            self._loop.add_writer(self._channel.fileno(), self._write)
 
     async def close(self) -> None:
         """Send waiting records, and close the connection."""
-        end = time.monotonic() + CLOSING
-        while self._write() and time.monotonic() < end:
-            await asyncio.sleep(RETRY)
+        end = time.monotonic() + CLOSING_TIMEOUT_S
+        while self._channel.flush() and time.monotonic() < end:
+            await asyncio.sleep(SEND_RETRY_S)
         if self._loop:
             self._loop.remove_reader(self._channel.fileno())
             self._loop.remove_writer(self._channel.fileno())
@@ -106,21 +115,10 @@ class FlightConnection:
         self._channel.close()
         self._connection.close()
 
-    def _write(self) -> bool:
-        """Send as much as possible without blocking; return whether anything is left."""
-        if self._loop is None:
-            return False
-        self._channel.flush()
-        while not self._channel.unsent:
-            if not self._waiting:
-                self._loop.remove_writer(self._channel.fileno())
-                return False
-            record = self._waiting.popleft()
-            if not isinstance(record, Gone | ServerStatus | ServerFailed):
-                self._known.add(record.peer)
-            self._channel.offer(record, LARGEST)
-        self._loop.add_writer(self._channel.fileno(), self._write)
-        return True
+    def _write(self) -> None:
+        """Send what waits, now that there is room."""
+        if self._loop and not self._channel.flush():
+            self._loop.remove_writer(self._channel.fileno())
 
     def _read(self) -> None:
         if self._loop is None:
@@ -128,7 +126,7 @@ class FlightConnection:
         records: list[object] = []
         gone = False
         try:
-            records.extend(self._channel.received(MOST_RECEIVED))
+            records.extend(self._channel.received(FLIGHT_RECORDS_PER_TURN))
         except EOFError:
             gone = True
         if records:
@@ -145,31 +143,31 @@ class FlightConnection:
         The first command stays, as it may be the neutral one of a new holder. Commands and requests
         stay in order.
         """
-        own = [at for at, each in enumerate(self._waiting) if _is_of(each, peer)]
-        if len(own) > 1 and all(isinstance(self._waiting[at], Command) for at in own[-2:]):
+        waiting = self._channel.waiting
+        own = [at for at, each in enumerate(waiting) if _is_of(each, peer)]
+        if len(own) > 1 and all(isinstance(waiting[at], VelocityCommand) for at in own[-2:]):
             return own[-1]
         return None
 
-    def _forget(self, peer: int) -> None:
+    def _forget(self, peer: int) -> bool:
         """Remove the waiting commands of a client that is gone, but not its requests.
 
         If the flight does not know the client, remove its requests, too.
+
+        Returns:
+            Whether the flight knows it.
         """
-        known = peer in self._known
-        self._waiting = deque(
-            each
-            for each in self._waiting
-            if not _is_of(each, peer) or (known and not isinstance(each, Command))
-        )
+        waiting = self._channel.waiting
+        own = [each for each in waiting if _is_of(each, peer)]
+        known = self._told.pop(peer, 0) > len(own)
+        for each in own:
+            if not known or isinstance(each, VelocityCommand):
+                waiting.remove(each)
+        return known
 
 
-def _is_of(record: FromServer, peer: int) -> bool:
+def _is_of(record: object, peer: int) -> bool:
     return getattr(record, "peer", 0) == peer
-
-
-def _socket_of(connection: Connection) -> socket.socket:
-    """Return the socket of a connection with a new file descriptor."""
-    return socket.socket(fileno=os.dup(connection.fileno()))
 
 
 def main(connection: Connection) -> int:
@@ -178,19 +176,20 @@ def main(connection: Connection) -> int:
         config, flight = connection.recv(), connection.recv()
     except (EOFError, OSError):
         return 0
-    if not isinstance(config, ServerConfig) or not isinstance(flight, Flight):
+    if not isinstance(config, ServerConfig) or not isinstance(flight, ServedFlight):
         return 1
     gc.freeze()  # a garbage collection of all modules would stop the server for 16 ms
     try:
         config.check()
-        uvloop.run(serve(connection, config, flight))
+        with asyncio.Runner(loop_factory=new_event_loop) as runner:
+            runner.run(serve_flight(connection, config, flight))
     except WorkbenchError as error:
         with contextlib.suppress(OSError):  # the flight is gone
             connection.send(ServerFailed(str(error)))
     return 0
 
 
-async def serve(connection: Connection, config: ServerConfig, flight: Flight) -> None:
+async def serve_flight(connection: Connection, config: ServerConfig, flight: ServedFlight) -> None:
     """Serve a flight until it says stop or its end of the connection is closed.
 
     Args:
@@ -216,8 +215,8 @@ async def serve(connection: Connection, config: ServerConfig, flight: Flight) ->
     try:
         async with contextlib.AsyncExitStack() as stack:
             await _open(stack, hub, config)
-            await _run(hub)
-            hub.stop(FAREWELL)
+            await _check_until_stopped(hub)
+            hub.stop(STOP_REASON)
     except WorkbenchError as error:
         flight_connection.tell(ServerFailed(str(error)))
     except Exception as error:  # a bug of ours: report it to the flight
@@ -245,12 +244,12 @@ async def _open(stack: contextlib.AsyncExitStack, hub: Hub, config: ServerConfig
         hub.page = page.address
 
 
-async def _run(hub: Hub) -> None:
+async def _check_until_stopped(hub: Hub) -> None:
     """Check the clients regularly until the flight stops the server."""
     while not hub.stopped.is_set():
         hub.tick()
         try:
-            await asyncio.wait_for(hub.stopped.wait(), TICK_PERIOD)
+            await asyncio.wait_for(hub.stopped.wait(), TICK_PERIOD_S)
         except TimeoutError:
             continue
 
@@ -258,9 +257,9 @@ async def _run(hub: Hub) -> None:
 def _server() -> str:
     """Return the server's name and version."""
     try:
-        return f"{NAME} {importlib.metadata.version(NAME)}"
+        return f"{SERVER_NAME} {importlib.metadata.version(SERVER_NAME)}"
     except importlib.metadata.PackageNotFoundError:
-        return NAME
+        return SERVER_NAME
 
 
 if __name__ == "__main__":

@@ -4,12 +4,12 @@ import asyncio
 import ssl
 from typing import cast
 
-from workbench.link.server.acceptor import LINGER, Acceptor, Guest, listen
+from workbench.link.server.acceptor import LINGER_TIMEOUT_S, AcceptedProtocol, Acceptor, listen
 from workbench.link.server.client_session import ClientSession
 from workbench.link.server.hub import Hub
 from workbench.link.wire import Decoder
 
-MOST_DROPPED = 256 * 1024
+MAX_DISCARDED_BYTES = 256 * 1024
 """Largest number of bytes read after the last frame, so that a reset does not lose that frame."""
 
 
@@ -33,7 +33,7 @@ def listen_tcp(host: str, port: int, hub: Hub, context: ssl.SSLContext | None) -
     return Acceptor(listen(host, port), connection, hub.refusals.add, context, hub.later)
 
 
-class TcpConnection(Guest):
+class TcpConnection(AcceptedProtocol):
     """One connection: a transport for the hub, and a protocol for asyncio.
 
     Args:
@@ -68,10 +68,10 @@ class TcpConnection(Guest):
     def data_received(self, data: bytes) -> None:
         if self._closing or self._session is None:
             self._dropped += len(data)
-            if self._dropped > MOST_DROPPED:
+            if self._dropped > MAX_DISCARDED_BYTES:
                 self.abort()
             return
-        self._decoder.keep(data)
+        self._decoder.received += data
         self._pause(self._hub.receive(self._session, len(data)))
 
     def connection_lost(self, exc: Exception | None) -> None:
@@ -94,7 +94,7 @@ class TcpConnection(Guest):
             self._transport.write(data)
 
     def close(self) -> None:
-        self._close(LINGER)
+        self._close(LINGER_TIMEOUT_S)
 
     def abort(self) -> None:
         self._closing = True

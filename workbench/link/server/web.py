@@ -24,29 +24,29 @@ from workbench.link.server.config import ServerConfig
 from workbench.link.server.hub import Hub
 from workbench.link.server.tcp import TcpConnection
 from workbench.link.server.web_socket import WebSocket
-from workbench.link.wire import HEADER, LARGEST
+from workbench.link.wire import FRAME_HEADER, MAX_PAYLOAD_BYTES
 
-LARGEST_MESSAGE = HEADER.size + LARGEST
+MAX_WEB_MESSAGE_BYTES = FRAME_HEADER.size + MAX_PAYLOAD_BYTES
 """Size limit of a client's message [bytes]; it may have several frames, or a part of one."""
-TYPES = {
+MEDIA_TYPE_BY_SUFFIX = {
     ".html": "text/html",
     ".css": "text/css",
     ".js": "text/javascript",
     ".svg": "image/svg+xml",
 }
-IDLE_TIME = 10.0
+WEB_IDLE_TIMEOUT_S = 10.0
 """Time without a complete request, or with an answer that is not read, after which a connection is
 closed [s]."""
-LONGEST_REQUEST = 16 * 1024
+MAX_WEB_REQUEST_BYTES = 16 * 1024
 """Size limit of a request [bytes]; other programs of this machine may have set cookies."""
-LONGEST_PATH = 2048
-MOST_HEADERS = 64
-MOST_READS = 64
+MAX_URL_PATH_CHARS = 2048
+MAX_REQUEST_HEADERS = 64
+MAX_REQUEST_READS = 64
 """Largest number of reads until a request is complete, as tiny pieces cost time, too."""
-ANSWER_WORK = 1024
+ANSWER_COST_BYTES = 1024
 """Cost of an answer, see `Hub.later`."""
-END = b"\r\n\r\n"
-STRICT = {
+HEADERS_END = b"\r\n\r\n"
+STRICT_HEADERS = {
     "Cache-Control": "no-store",
     "Connection": "close",
     "Cross-Origin-Opener-Policy": "same-origin",
@@ -57,7 +57,7 @@ STRICT = {
     "X-Content-Type-Options": "nosniff",
     "X-Frame-Options": "DENY",
 }
-POLICY = (
+CONTENT_POLICY = (
     "default-src 'self'; connect-src 'self' {socket}; base-uri 'none'; form-action 'none'; "
     "frame-ancestors 'none'; object-src 'none'"
 )
@@ -83,7 +83,7 @@ class WebConnection(TcpConnection):
         self._socket: WebSocket | None = None
 
     def _begin(self) -> None:
-        self._set_timer(asyncio.get_running_loop().call_later(IDLE_TIME, self.abort))
+        self._set_timer(asyncio.get_running_loop().call_later(WEB_IDLE_TIMEOUT_S, self.abort))
 
     def data_received(self, data: bytes) -> None:
         if self._socket is not None or self._closing:
@@ -92,12 +92,14 @@ class WebConnection(TcpConnection):
         assert self._transport
         self._reads += 1
         self._request += data
-        if END in self._request[: LONGEST_REQUEST + len(END)]:
+        if HEADERS_END in self._request[: MAX_WEB_REQUEST_BYTES + len(HEADERS_END)]:
             self._transport.pause_reading()
             self._set_timer(None)
             self._hub.later(self._answer)
-        elif len(self._request) > LONGEST_REQUEST or self._reads > MOST_READS:
-            self._end_with(plain(431, f"A request has {LONGEST_REQUEST} bytes at most here."))
+        elif len(self._request) > MAX_WEB_REQUEST_BYTES or self._reads > MAX_REQUEST_READS:
+            self._end_with(
+                text_response(431, f"A request has {MAX_WEB_REQUEST_BYTES} bytes at most here.")
+            )
 
     def write(self, data: bytes) -> None:
         if self._socket is not None:
@@ -113,14 +115,14 @@ class WebConnection(TcpConnection):
         own = self._transport.get_extra_info("sockname") if self._transport else None
         if self._closing or not self._transport or not own:
             return 0
-        end = self._request.index(END) + len(END)
+        end = self._request.index(HEADERS_END) + len(HEADERS_END)
         head, rest = self._request[:end], self._request[end:]
-        protocol = ServerProtocol(max_size=LARGEST_MESSAGE)
+        protocol = ServerProtocol(max_size=MAX_WEB_MESSAGE_BYTES)
         protocol.receive_data(head)
         answer = self._page.answer(protocol, self._address, own[0])
         if answer.status_code != HTTPStatus.SWITCHING_PROTOCOLS:
             self._end_with(answer)
-            return ANSWER_WORK
+            return ANSWER_COST_BYTES
         super().write(answer.serialize())
         self._socket = WebSocket(protocol, super().write, super().close)
         self._decoder = self._socket
@@ -128,11 +130,11 @@ class WebConnection(TcpConnection):
         self._transport.resume_reading()
         if rest:
             self.data_received(rest)
-        return ANSWER_WORK
+        return ANSWER_COST_BYTES
 
     def _end_with(self, answer: Response) -> None:
         super().write(answer.serialize())
-        self._close(IDLE_TIME)
+        self._close(WEB_IDLE_TIMEOUT_S)
 
 
 class Page:
@@ -195,14 +197,14 @@ class Page:
         """
         request = next(iter(protocol.events_received()), None)
         if not isinstance(request, Request) or request.protocol != "HTTP/1.1":
-            return plain(400, "A request of HTTP/1.1 without a body is answered here.")
+            return text_response(400, "A request of HTTP/1.1 without a body is answered here.")
         hosts = request.headers.get_all("Host")
         if (
             len(hosts) != 1
-            or len(request.path) > LONGEST_PATH
-            or len(request.headers) > MOST_HEADERS
+            or len(request.path) > MAX_URL_PATH_CHARS
+            or len(request.headers) > MAX_REQUEST_HEADERS
         ):
-            return plain(400, "A request with one Host is answered here.")
+            return text_response(400, "A request with one Host is answered here.")
         [host] = hosts
         if not is_own_host(host, local, self._host):
             said = f"{host!r} is not where this page is: open it by the machine's address"
@@ -211,13 +213,13 @@ class Page:
         if path == "/ws":
             return self._join(protocol, request, host, address)
         if request.method not in ("GET", "HEAD"):
-            return plain(405, "Only GET is answered here.", {"Allow": "GET, HEAD"})
+            return text_response(405, "Only GET is answered here.", {"Allow": "GET, HEAD"})
         name = path.removeprefix("/") or "index.html"
         if name not in self._files:
-            return plain(404, "There is nothing here: the page is at /.")
+            return text_response(404, "There is nothing here: the page is at /.")
         socket = f"{self._scheme.replace('http', 'ws')}://{host}"
-        policy = {"Content-Security-Policy": POLICY.format(socket=socket)}
-        file = answer(200, self._files[name], TYPES[_suffix(name)], policy)
+        policy = {"Content-Security-Policy": CONTENT_POLICY.format(socket=socket)}
+        file = web_response(200, self._files[name], MEDIA_TYPE_BY_SUFFIX[_suffix(name)], policy)
         if request.method == "HEAD":
             file.body = b""
         return file
@@ -234,21 +236,23 @@ class Page:
         accepted = protocol.accept(request)
         if accepted.status_code != HTTPStatus.SWITCHING_PROTOCOLS:
             version = {"Sec-WebSocket-Version": "13"}
-            return plain(400, "A WebSocket of version 13 is to be opened here.", version)
+            return text_response(400, "A WebSocket of version 13 is to be opened here.", version)
         protocol.send_response(accepted)
         protocol.data_to_send()  # the answer, which the caller sends
         return accepted
 
     def _forbid(self, code: str, address: str, said: str) -> Response:
         self._hub.refusals.add(code, f"{address}: {code}: {said}")
-        return plain(403, f"Refused: {said}.")
+        return text_response(403, f"Refused: {said}.")
 
 
 def page_files() -> Mapping[str, bytes]:
     """Return the files of the page by name; nothing else is served."""
     folder = resources.files("workbench.link") / "page"
     return {
-        file.name: file.read_bytes() for file in folder.iterdir() if _suffix(file.name) in TYPES
+        file.name: file.read_bytes()
+        for file in folder.iterdir()
+        if _suffix(file.name) in MEDIA_TYPE_BY_SUFFIX
     }
 
 
@@ -256,12 +260,12 @@ def _suffix(name: str) -> str:
     return "." + name.rpartition(".")[2]
 
 
-def plain(status: int, said: str, more: Mapping[str, str] | None = None) -> Response:
+def text_response(status: int, said: str, more: Mapping[str, str] | None = None) -> Response:
     """Return an answer with a sentence."""
-    return answer(status, f"{said}\n".encode(), "text/plain", more or {})
+    return web_response(status, f"{said}\n".encode(), "text/plain", more or {})
 
 
-def answer(status: int, body: bytes, kind: str, more: Mapping[str, str]) -> Response:
+def web_response(status: int, body: bytes, kind: str, more: Mapping[str, str]) -> Response:
     """Return an answer.
 
     Args:
@@ -275,7 +279,9 @@ def answer(status: int, body: bytes, kind: str, more: Mapping[str, str]) -> Resp
         "Content-Type": f"{kind}; charset=utf-8",
         "Date": formatdate(usegmt=True),
     }
-    return Response(status, HTTPStatus(status).phrase, Headers(STRICT | headers | dict(more)), body)
+    return Response(
+        status, HTTPStatus(status).phrase, Headers(STRICT_HEADERS | headers | dict(more)), body
+    )
 
 
 def is_own_host(asked: str, local: str, named: str) -> bool:

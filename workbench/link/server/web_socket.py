@@ -9,12 +9,12 @@ from websockets.protocol import State
 from websockets.server import ServerProtocol
 
 from workbench.link.codes import ErrorCode
-from workbench.link.wire import SKIPPABLE, Decoder, Frame, WireError
+from workbench.link.wire import SKIPPABLE_BIT, Decoder, WireError, WireFrame
 
-EMPTY = Frame(SKIPPABLE, 0, 0, 0, 0, b"")
+PARTIAL_FRAME = WireFrame(SKIPPABLE_BIT, 0, 0, 0, 0, b"")
 """Stands for a frame of a WebSocket that completes no frame of the protocol: it has taken as much
 time as one that may be skipped."""
-MASK = 4
+MASK_BYTES = 4
 """Size of the mask that every frame of a client has [bytes]."""
 
 
@@ -37,22 +37,19 @@ class WebSocket(Decoder):
         self._protocol = protocol
         self._send = send
         self._ended = ended
-        self._received = bytearray()
+        self.received = bytearray()
         self._left = 0  # bytes that the present frame of the WebSocket still lacks
         self._code = CloseCode.NORMAL_CLOSURE
 
-    def keep(self, data: bytes) -> None:
-        self._received += data
-
-    def next(self) -> Frame | None:
-        """Return the next frame, `EMPTY` for a piece that completes none, or None.
+    def next(self) -> WireFrame | None:
+        """Return the next frame, `PARTIAL_FRAME` for a piece that completes none, or None.
 
         Raises:
             WireError: if the bytes are not a frame, or break the standard.
         """
         if (frame := super().next()) is not None:
             return frame
-        return (super().next() or EMPTY) if self._take_piece() else None
+        return (super().next() or PARTIAL_FRAME) if self._take_piece() else None
 
     def say(self, data: bytes) -> None:
         """Send frames in a message, unless the WebSocket has ended."""
@@ -72,11 +69,11 @@ class WebSocket(Decoder):
         Raises:
             WireError: if it breaks the standard, or is a text.
         """
-        if not self._received:
+        if not self.received:
             return False
-        self._left = self._left or piece_size(self._received)
-        taken = bytes(self._received[: self._left])
-        del self._received[: self._left]
+        self._left = self._left or websocket_frame_size(self.received)
+        taken = bytes(self.received[: self._left])
+        del self.received[: self._left]
         self._left -= len(taken)
         self._protocol.receive_data(taken)
         self._flush()
@@ -86,7 +83,7 @@ class WebSocket(Decoder):
                 self._code = CloseCode.UNSUPPORTED_DATA
                 raise WireError(ErrorCode.KIND, "a text came, where frames go in binary messages")
             if piece.opcode in (Opcode.BINARY, Opcode.CONT):
-                super().keep(bytes(piece.data))
+                self._undecoded += piece.data
         if (error := self._protocol.parser_exc) is not None:
             code = ErrorCode.LENGTH if isinstance(error, PayloadTooBig) else ErrorCode.KIND
             raise WireError(code, f"the WebSocket is not as RFC 6455 says: {error}")
@@ -99,7 +96,7 @@ class WebSocket(Decoder):
             self._send(data)
 
 
-def piece_size(received: bytes | bytearray) -> int:
+def websocket_frame_size(received: bytes | bytearray) -> int:
     """Return the size of a client's frame of a WebSocket that begins here; 0 while unknown."""
     if len(received) < 2:
         return 0
@@ -109,4 +106,4 @@ def piece_size(received: bytes | bytearray) -> int:
         return 0
     if end > 2:
         length = int.from_bytes(received[2:end], "big")
-    return end + MASK + length
+    return end + MASK_BYTES + length

@@ -1,1 +1,1 @@
-"""Readers of other programs' logs, one file per format; each returns a FlightRecord."""
+"""Readers of logs: of our own, and the choice among those that packages add."""

@@ -9,13 +9,12 @@ import re
 import struct
 import zlib
 from collections import defaultdict
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from io import BytesIO
 from pathlib import Path
-from typing import BinaryIO, NamedTuple
+from typing import BinaryIO
 
-import numpy as np
 import yaml
 import zstandard
 from mcap.data_stream import ReadDataStream
@@ -25,42 +24,42 @@ from mcap.records import Attachment, Channel, Chunk, Metadata, Schema
 from mcap.writer import MCAP0_MAGIC
 
 from workbench.common.errors import WorkbenchError
-from workbench.common.plain_files import open_plain, size_of
-from workbench.common.yaml_files import MOST_BYTES, refuse_bombs
+from workbench.common.flight import MAX_LOG_TIME_S
+from workbench.common.plain_files import open_file_size, open_plain
+from workbench.common.yaml_files import MAX_YAML_BYTES, reject_costly_yaml
+from workbench.link.ros_messages.namespace import link_topic, ros_namespace
 from workbench.logs.contents import (
-    CONTROLLER,
-    ESTIMATOR,
-    FLIGHT,
-    GAINS,
-    IMPORTED,
-    LAW,
-    LAWS,
-    SCENARIO,
-    SETTINGS,
-    VERSIONS,
+    CONTROLLER_METADATA,
+    ESTIMATOR_METADATA,
+    FLIGHT_METADATA,
+    GAINS_ATTACHMENT,
+    IMPORTED_ATTACHMENT,
+    LAW_ATTACHMENT,
+    LAW_ATTACHMENT_PREFIX,
+    SCENARIO_ATTACHMENT,
+    SETTINGS_METADATA,
+    VERSIONS_METADATA,
     read_gains,
 )
-from workbench.logs.flight_record import Span, spans
-from workbench.logs.readers.clock import LATEST
-from workbench.logs.readers.messages import Messages, decoded
-from workbench.logs.readers.packed import most_unpacked, too_large
-from workbench.logs.record import LogRecord, short_name
-from workbench.logs.series import LoggedTopic
+from workbench.logs.logged_topic import LoggedTopic
+from workbench.logs.readers.messages import Messages, read_topic
+from workbench.logs.readers.packed import max_unpacked_bytes, too_large
+from workbench.logs.record import LogRecord
 
-LARGEST_RECORD = 64 * 1024 * 1024
+MAX_MCAP_RECORD_BYTES = 64 * 1024 * 1024
 """Largest size of a record, and of an unpacked chunk [bytes]; one that states more is damaged."""
-LARGEST_SCHEMA = 4_000_000
+MAX_MCAP_SCHEMA_BYTES = 4_000_000
 """Largest size of the definition of a topic's messages [bytes]."""
-MOST_TOPICS = 2000
-LATEST_NS = round(LATEST * 1e9)
-_HEAD = struct.Struct("<BQ")
-_CHUNK = struct.Struct("<QQQ")
+MAX_MCAP_TOPICS = 2000
+MAX_LOG_TIME_NS = round(MAX_LOG_TIME_S * 1e9)
+_RECORD_HEAD = struct.Struct("<BQ")
+_CHUNK_HEAD = struct.Struct("<QQQ")
 """Beginning of a chunk: times of its first and last message, and its unpacked size."""
-_MESSAGE = struct.Struct("<HIQQ")
-_RECORD = struct.Struct("<BQHIQQ")
+_MESSAGE_HEAD = struct.Struct("<HIQQ")
+_MESSAGE_RECORD_HEAD = struct.Struct("<BQHIQQ")
 """Beginning of a message with its head; schemas and channels are longer than that."""
-_TOPIC = re.compile(r"[A-Za-z0-9_/]+")
-_BROKEN = (
+_TOPIC_NAME_PATTERN = re.compile(r"[A-Za-z0-9_/]+")
+_DAMAGE_ERRORS = (
     McapError,
     ValueError,
     KeyError,
@@ -95,14 +94,6 @@ class McapContents:
     damaged: int = 0
 
 
-class _Record(NamedTuple):
-    """A record in a file: its kind, and where its content begins and ends."""
-
-    opcode: int
-    begin: int
-    end: int
-
-
 def read_mcap(path: Path, progress: Callable[[float], None] | None = None) -> LogRecord:
     """Read a log as far as it is readable.
 
@@ -124,8 +115,8 @@ def read_mcap(path: Path, progress: Callable[[float], None] | None = None) -> Lo
         _check_unpacked_size(path, file)
         found = _contents(file, progress)
     try:
-        return _record(path, found)
-    except (*_BROKEN, yaml.YAMLError, RecursionError) as error:
+        return _record_of_contents(path, found)
+    except (*_DAMAGE_ERRORS, yaml.YAMLError, RecursionError) as error:
         why = (
             "is an MCAP file, but not a log of the workbench"
             if found.closed and not found.damaged
@@ -140,45 +131,45 @@ def _check_unpacked_size(path: Path, file: BinaryIO) -> None:
     Raises:
         WorkbenchError: if it is more than any log of this size has.
     """
-    total, most = 0, most_unpacked(size_of(file))
-    for record in _records_of(file):
-        if record.opcode == Opcode.CHUNK:
-            file.seek(record.begin)
-            head = file.read(_CHUNK.size)
-            size = _CHUNK.unpack(head)[2] if len(head) == _CHUNK.size else 0
-            total += size if size <= LARGEST_RECORD else 0
+    total, most = 0, max_unpacked_bytes(open_file_size(file))
+    for opcode, begin, _ in _records_of(file):
+        if opcode == Opcode.CHUNK:
+            file.seek(begin)
+            head = file.read(_CHUNK_HEAD.size)
+            size = _CHUNK_HEAD.unpack(head)[2] if len(head) == _CHUNK_HEAD.size else 0
+            total += size if size <= MAX_MCAP_RECORD_BYTES else 0
     if total > most:
         raise WorkbenchError(too_large(path, most, "mcap decompress"))
 
 
-def _records_of(file: BinaryIO) -> Iterator[_Record]:
-    """Yield the complete records of a file; the file may be moved in between.
+def _records_of(file: BinaryIO) -> Iterator[tuple[int, int, int]]:
+    """Yield kind, begin and end of each complete record of a file, which may be moved in between.
 
     Zeros, which a file system may leave behind the last record after a crash, end it.
     """
-    at, size = len(MCAP0_MAGIC), size_of(file)
-    while at + _HEAD.size <= size:
+    at, size = len(MCAP0_MAGIC), open_file_size(file)
+    while at + _RECORD_HEAD.size <= size:
         file.seek(at)
-        opcode, length = _HEAD.unpack(file.read(_HEAD.size))
-        begin = at + _HEAD.size
+        opcode, length = _RECORD_HEAD.unpack(file.read(_RECORD_HEAD.size))
+        begin = at + _RECORD_HEAD.size
         at = begin + length
         if at > size or opcode == 0:
             return
-        yield _Record(opcode, begin, at)
+        yield opcode, begin, at
 
 
 def _contents(file: BinaryIO, progress: Callable[[float], None] | None) -> McapContents:
     """Return the readable contents of a file."""
-    found, size = McapContents(), size_of(file)
+    found, size = McapContents(), open_file_size(file)
     for opcode, begin, end in _records_of(file):
         if opcode == Opcode.DATA_END:
             found.closed = True  # its summary repeats schemas and channels of a damaged chunk
         try:
-            if end - begin > LARGEST_RECORD:
+            if end - begin > MAX_MCAP_RECORD_BYTES:
                 raise ValueError(f"a record of {end - begin} bytes is too large")
             file.seek(begin)
             _take(found, opcode, file.read(end - begin))
-        except _BROKEN:
+        except _DAMAGE_ERRORS:
             found.damaged += 1
         if progress:
             progress(end / size)
@@ -204,18 +195,21 @@ def _take_small(found: McapContents, opcode: int, content: memoryview) -> None:
     """Add a record that may be in a chunk."""
     match opcode:
         case Opcode.MESSAGE:
-            channel, _, t_ns, _ = _MESSAGE.unpack_from(content)
-            if t_ns > LATEST_NS:
+            channel, _, t_ns, _ = _MESSAGE_HEAD.unpack_from(content)
+            if t_ns > MAX_LOG_TIME_NS:
                 raise ValueError("a time is damaged")
-            found.messages[channel].add(t_ns, content[_MESSAGE.size :])
+            found.messages[channel].add(t_ns, content[_MESSAGE_HEAD.size :])
         case Opcode.SCHEMA:
-            if len(content) > LARGEST_SCHEMA:
+            if len(content) > MAX_MCAP_SCHEMA_BYTES:
                 raise ValueError(f"a schema of {len(content)} bytes is too large")
             schema = Schema.read(ReadDataStream(BytesIO(content)))
             found.schemas[schema.id] = schema
         case Opcode.CHANNEL:
             channel = Channel.read(ReadDataStream(BytesIO(content)))
-            if not _TOPIC.fullmatch(channel.topic) or len(found.channels) >= MOST_TOPICS:
+            if (
+                not _TOPIC_NAME_PATTERN.fullmatch(channel.topic)
+                or len(found.channels) >= MAX_MCAP_TOPICS
+            ):
                 raise ValueError("a topic's name is damaged, or there are too many")
             found.channels[channel.id] = channel
 
@@ -226,13 +220,18 @@ def _take_chunk(found: McapContents, chunk: Chunk) -> None:
     if chunk.uncompressed_crc and zlib.crc32(plain) != chunk.uncompressed_crc:
         raise ValueError("the chunk is damaged")
     whole, at, size = memoryview(plain), 0, len(plain)
-    unpack, shortest, head, message = _RECORD.unpack_from, _RECORD.size, _HEAD.size, Opcode.MESSAGE
+    unpack, shortest, head, message = (
+        _MESSAGE_RECORD_HEAD.unpack_from,
+        _MESSAGE_RECORD_HEAD.size,
+        _RECORD_HEAD.size,
+        Opcode.MESSAGE,
+    )
     while at + shortest <= size:
         opcode, length, channel, _, t_ns, _ = unpack(plain, at)
         begin, at = at + head, at + head + length
         if at > size:
             return
-        if opcode == message and at >= begin + shortest - head and t_ns <= LATEST_NS:
+        if opcode == message and at >= begin + shortest - head and t_ns <= MAX_LOG_TIME_NS:
             messages = found.messages[channel]  # as `add`, which would take as long again
             messages.t_ns.append(t_ns)
             messages.sizes.append(at - begin - shortest + head)
@@ -240,12 +239,12 @@ def _take_chunk(found: McapContents, chunk: Chunk) -> None:
             continue
         try:
             _take_small(found, opcode, whole[begin:at])
-        except _BROKEN:
+        except _DAMAGE_ERRORS:
             found.damaged += 1
 
 
 def _unpacked(chunk: Chunk) -> bytes:
-    if not 0 <= chunk.uncompressed_size <= LARGEST_RECORD:
+    if not 0 <= chunk.uncompressed_size <= MAX_MCAP_RECORD_BYTES:
         raise ValueError(f"a chunk of {chunk.uncompressed_size} bytes is too large")
     if chunk.compression == "zstd":
         stated = zstandard.frame_content_size(chunk.data)  # -1 if it states none
@@ -263,34 +262,36 @@ def _unpacked(chunk: Chunk) -> bytes:
     return unpacked
 
 
-def _record(path: Path, found: McapContents) -> LogRecord:
+def _record_of_contents(path: Path, found: McapContents) -> LogRecord:
     """Return the log with these contents.
 
     Raises:
         KeyError, TypeError, ValueError: if it is not a log of the workbench.
     """
-    remark = _remark(found)
-    if IMPORTED in found.attachments:
+    remark = _missing_remark(found)
+    if IMPORTED_ATTACHMENT in found.attachments:
         return _imported(path, found, remark)
-    flight, gains = found.metadata[FLIGHT], found.attachments[GAINS].decode()
-    if len(gains) > MOST_BYTES:
+    flight, gains = found.metadata[FLIGHT_METADATA], found.attachments[GAINS_ATTACHMENT].decode()
+    if len(gains) > MAX_YAML_BYTES:
         raise ValueError("its gains are too large")
-    refuse_bombs(path / GAINS, gains)
+    reject_costly_yaml(path / GAINS_ATTACHMENT, gains)
     return LogRecord(
         path=path,
         vehicle=flight["vehicle"],
         physics_step=float(flight["physics_step"]),
-        versions=found.metadata[VERSIONS],
-        scenario_text=found.attachments[SCENARIO].decode(),
-        settings={name: float(value) for name, value in found.metadata[SETTINGS].items()},
+        versions=found.metadata[VERSIONS_METADATA],
+        scenario_text=found.attachments[SCENARIO_ATTACHMENT].decode(),
+        settings={name: float(value) for name, value in found.metadata[SETTINGS_METADATA].items()},
         values=read_gains(gains),
-        topics=_topics(found),
+        topics=_topics_with_messages(found, flight["vehicle"]),
         remark=remark,
-        controller=found.metadata.get(CONTROLLER, {}),
-        law=found.attachments.get(LAW, b"").decode(),
-        estimator=found.metadata.get(ESTIMATOR, {}),
+        controller=found.metadata.get(CONTROLLER_METADATA, {}),
+        law=found.attachments.get(LAW_ATTACHMENT, b"").decode(),
+        estimator=found.metadata.get(ESTIMATOR_METADATA, {}),
         laws={
-            name: data.decode() for name, data in found.attachments.items() if name.startswith(LAWS)
+            name: data.decode()
+            for name, data in found.attachments.items()
+            if name.startswith(LAW_ATTACHMENT_PREFIX)
         },
     )
 
@@ -301,58 +302,42 @@ def _imported(path: Path, found: McapContents, remark: str) -> LogRecord:
     Raises:
         KeyError, TypeError, ValueError: if it is invalid.
     """
-    text = found.attachments[IMPORTED].decode()
+    text = found.attachments[IMPORTED_ATTACHMENT].decode()
     about = json.loads(text)
-    gaps = {str(each["name"]): spans(each["gaps"]) for each in about["signals"]}
     return LogRecord(
         path=path,
         vehicle=str(about["name"]),
         physics_step=0.0,
-        versions=found.metadata.get(VERSIONS, {}),
+        versions=found.metadata.get(VERSIONS_METADATA, {}),
         scenario_text="",
         settings={},
         values={},
-        topics=_topics(found, gaps),
+        topics=_topics_with_messages(found, str(about["name"])),
         remark="; ".join(filter(None, [remark, *map(str, about["remarks"])])),
         imported=text,
     )
 
 
-def _topics(
-    found: McapContents, gaps: Mapping[str, Sequence[Span]] | None = None
-) -> dict[str, LoggedTopic]:
+def _topics_with_messages(found: McapContents, vehicle: str) -> dict[str, LoggedTopic]:
     """Return the topics that have messages, by their short names, in the order of the file.
 
-    The bytes of each topic are given up when it is decoded.
-
-    Args:
-        found: the contents of the file.
-        gaps: by signal, for an imported log.
+    Those in the vehicle's namespace get the names of the link, as in logs of earlier versions. The
+    bytes of each topic are given up when it is decoded.
     """
-    topics = {}
+    topics, namespace = {}, ros_namespace(vehicle)
     for number, channel in found.channels.items():
         schema = found.schemas.get(channel.schema_id)
         messages = found.messages.pop(number, None)
         if messages is None or schema is None:
             continue
-        short = short_name(channel.topic)
         text = schema.data.decode("utf-8", "replace")
-        topics[short] = LoggedTopic(
-            channel.topic,
-            short,
-            schema.name,
-            np.array(messages.t_ns, dtype=np.int64),
-            gaps=None if gaps is None else _of_topic(short, gaps),
-            **decoded(schema.name, text, messages)._asdict(),
-        )
+        name = link_topic(channel.topic, namespace)
+        topic = read_topic(name, schema.name, text, messages)
+        topics[topic.short] = topic
     return topics
 
 
-def _of_topic(short: str, gaps: Mapping[str, Sequence[Span]]) -> dict[str, Sequence[Span]]:
-    return {name: each for name, each in gaps.items() if name.startswith(f"{short}.")}
-
-
-def _remark(found: McapContents) -> str:
+def _missing_remark(found: McapContents) -> str:
     """Return a sentence on what is missing."""
     parts = []
     if not found.closed:

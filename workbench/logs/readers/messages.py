@@ -8,16 +8,16 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from workbench.common.errors import WorkbenchError
-from workbench.gateways.ros_messages import cdr
-from workbench.gateways.ros_messages.cdr import Codec, Layout
-from workbench.gateways.ros_messages.definitions import split_schema
-from workbench.logs.series import Column
+from workbench.link.ros_messages import cdr
+from workbench.link.ros_messages.cdr import Codec, MessageLayout
+from workbench.link.ros_messages.definitions import split_schema
+from workbench.logs.logged_topic import LoggedTopic, MessageColumn
 
-MOST_COLUMNS = 50_000
+MAX_TOPIC_COLUMNS = 50_000
 """Largest number of columns of a topic."""
-_STAMP = "header.stamp."
-_STAMPS = (f"{_STAMP}sec", f"{_STAMP}nanosec")
-_CLOUD = "sensor_msgs/msg/PointCloud2"
+_STAMP_PREFIX = "header.stamp."
+_STAMP_FIELDS = (f"{_STAMP_PREFIX}sec", f"{_STAMP_PREFIX}nanosec")
+_CLOUD_TYPE = "sensor_msgs/msg/PointCloud2"
 _POINT_TYPES = {1: "i1", 2: "u1", 3: "<i2", 4: "<u2", 5: "<i4", 6: "<u4", 7: "<f4", 8: "<f8"}
 """Types of a PointField."""
 
@@ -43,44 +43,37 @@ class Messages:
         self.data += message
 
 
-class Decoded(NamedTuple):
-    """The contents of messages, see `LoggedTopic`."""
-
-    fields: dict[str, Column] = {}
-    stamps_ns: np.ndarray | None = None
-    cloud: dict[str, Column] | None = None
-    sizes: np.ndarray | None = None
-    damage: str = ""
-
-
 class _Rows(NamedTuple):
     """Messages of one layout: which ones (k), their bytes (k, size), and a structured array (k)."""
 
     rows: np.ndarray
-    layout: Layout
+    layout: MessageLayout
     plain: np.ndarray
     table: np.ndarray
 
 
-def decoded(kind: str, schema: str, messages: Messages) -> Decoded:
-    """Return the contents of the messages of a type.
+def read_topic(name: str, kind: str, schema: str, messages: Messages) -> LoggedTopic:
+    """Return a topic with the contents of its messages.
 
     Args:
-        kind: the type, such as dh_drone_msgs/msg/VelocityData.
+        name: of the topic.
+        kind: type of the messages, such as dh_drone_msgs/msg/VelocityData.
         schema: definition of that type.
         messages: the messages.
     """
+    t_ns = np.array(messages.t_ns, dtype=np.int64)
     try:
         codec = Codec(tuple(split_schema(kind, schema).values()))
-        found = list(_alike(codec, messages))
-        columns = _columns(found, len(messages.sizes))
-        seconds, rest = (columns.pop(name, None) for name in _STAMPS)
+        found = list(_messages_by_layout(codec, messages))
+        columns = _columns_of_rows(found, len(t_ns))
+        seconds, rest = (columns.pop(field, None) for field in _STAMP_FIELDS)
         stamps = None
         if seconds is not None and rest is not None:
             stamps = seconds.values.astype(np.int64) * 1_000_000_000 + rest.values.astype(np.int64)
-        if kind != _CLOUD:
-            return Decoded(columns, stamps)
-        return Decoded(columns, stamps, *_points(found, len(messages.sizes)))
+        if kind != _CLOUD_TYPE:
+            return LoggedTopic(name, kind, t_ns, columns, stamps)
+        cloud, sizes = _cloud_points(found, len(t_ns))
+        return LoggedTopic(name, kind, t_ns, columns, stamps, cloud, sizes)
     except (
         WorkbenchError,
         KeyError,
@@ -90,10 +83,10 @@ def decoded(kind: str, schema: str, messages: Messages) -> Decoded:
         RecursionError,
         struct.error,
     ) as error:
-        return Decoded(damage=str(error) or type(error).__name__)
+        return LoggedTopic(name, kind, t_ns, {}, damage=str(error) or type(error).__name__)
 
 
-def _alike(codec: Codec, messages: Messages) -> Iterator[_Rows]:
+def _messages_by_layout(codec: Codec, messages: Messages) -> Iterator[_Rows]:
     """Yield the messages by their layouts, all of one layout at once."""
     sizes = np.frombuffer(messages.sizes, dtype=f"u{messages.sizes.itemsize}")
     ends = np.cumsum(sizes, dtype=np.int64)
@@ -120,35 +113,38 @@ def _alike(codec: Codec, messages: Messages) -> Iterator[_Rows]:
             rows, left = rows[~same], left[~same]
 
 
-def _structure(layout: Layout, size: int) -> np.dtype:
+def _structure(layout: MessageLayout, size: int) -> np.dtype:
     """Return the numpy type of messages of a layout, with their lengths as fields, too."""
-    if sum(max(1, each.count) for each in layout.columns if each.code not in "sV") > MOST_COLUMNS:
-        raise ValueError(f"a message has more than {MOST_COLUMNS} numbers")
+    if (
+        sum(max(1, each.count) for each in layout.columns if each.code not in "sV")
+        > MAX_TOPIC_COLUMNS
+    ):
+        raise ValueError(f"a message has more than {MAX_TOPIC_COLUMNS} numbers")
     columns = [each for each in layout.columns if each.code != "V"]
     lengths = _lengths(layout)
     return np.dtype(
         {
             "names": [*(column.path for column in columns), *lengths],
-            "formats": [*map(_format, columns), *("<u4" for _ in lengths)],
+            "formats": [*map(_numpy_format, columns), *("<u4" for _ in lengths)],
             "offsets": [*(column.offset for column in columns), *(at for at, _ in layout.lengths)],
             "itemsize": size,
         }
     )
 
 
-def _lengths(layout: Layout) -> list[str]:
+def _lengths(layout: MessageLayout) -> list[str]:
     """Return the names of the fields of the lengths of a layout."""
     return [f"length {index}" for index in range(len(layout.lengths))]
 
 
-def _format(column: cdr.Column) -> tuple[str, tuple[int, ...]]:
+def _numpy_format(column: cdr.LayoutColumn) -> tuple[str, tuple[int, ...]]:
     """Return the numpy format of a column: as many elements as it has values, one for a text."""
     if column.code == "s":
         return f"S{max(column.count, 1)}" if column.count else "S1", (1,)
     return f"<{column.code}" if column.code != "?" else "?", (column.count,)
 
 
-def _columns(found: Sequence[_Rows], count: int) -> dict[str, Column]:
+def _columns_of_rows(found: Sequence[_Rows], count: int) -> dict[str, MessageColumn]:
     """Return a column for each value of the messages, and those of the time in the header."""
     units: dict[str, str] = {}
     parts: dict[str, list[tuple[np.ndarray, np.ndarray]]] = {}
@@ -157,28 +153,30 @@ def _columns(found: Sequence[_Rows], count: int) -> dict[str, Column]:
             values = each.table[column.path]
             for index, path in enumerate(_paths(column)):
                 units.setdefault(path, column.unit)
-                parts.setdefault(path, []).append((each.rows, _plain(values[:, index])))
-        if len(parts) > MOST_COLUMNS:
-            raise ValueError(f"it has more than {MOST_COLUMNS} fields")
-    return {path: Column(units[path], _gathered(each, count)) for path, each in parts.items()}
+                parts.setdefault(path, []).append((each.rows, _decoded_column(values[:, index])))
+        if len(parts) > MAX_TOPIC_COLUMNS:
+            raise ValueError(f"it has more than {MAX_TOPIC_COLUMNS} fields")
+    return {
+        path: MessageColumn(units[path], _gathered(each, count)) for path, each in parts.items()
+    }
 
 
-def _wanted(column: cdr.Column) -> bool:
+def _wanted(column: cdr.LayoutColumn) -> bool:
     """Return whether a column becomes a series, or is the time in the header of the message."""
-    if column.path in _STAMPS:
+    if column.path in _STAMP_FIELDS:
         return True
-    header = _STAMP in column.path or column.path.endswith("header.frame_id")
+    header = _STAMP_PREFIX in column.path or column.path.endswith("header.frame_id")
     return column.code != "V" and not header
 
 
-def _paths(column: cdr.Column) -> list[str]:
+def _paths(column: cdr.LayoutColumn) -> list[str]:
     """Return a name for each value of a column."""
     if not column.array:
         return [column.path]
     return [f"{column.path}.{index}" for index in range(column.count)]
 
 
-def _plain(values: np.ndarray) -> np.ndarray:
+def _decoded_column(values: np.ndarray) -> np.ndarray:
     """Return a column by itself, texts decoded."""
     if values.dtype.kind != "S":
         return values
@@ -201,7 +199,9 @@ def _gathered(parts: Sequence[tuple[np.ndarray, np.ndarray]], count: int) -> np.
     return found
 
 
-def _points(found: Sequence[_Rows], count: int) -> tuple[dict[str, Column], np.ndarray]:
+def _cloud_points(
+    found: Sequence[_Rows], count: int
+) -> tuple[dict[str, MessageColumn], np.ndarray]:
     """Return the points of all clouds by field, and their number in each cloud."""
     clouds = {
         row: _points_of(each.layout, message.tobytes())
@@ -215,14 +215,14 @@ def _points(found: Sequence[_Rows], count: int) -> tuple[dict[str, Column], np.n
     sizes = np.array([len(each) for each in points], dtype=np.int64)
     names = next(iter(kinds)).names or ()
     return {
-        name: Column(
+        name: MessageColumn(
             "m" if name in ("x", "y", "z") else "", np.concatenate([each[name] for each in points])
         )
         for name in names
     }, sizes
 
 
-def _points_of(layout: Layout, message: bytes) -> np.ndarray:
+def _points_of(layout: MessageLayout, message: bytes) -> np.ndarray:
     """Return the points of a PointCloud2 as a structured array.
 
     Raises:

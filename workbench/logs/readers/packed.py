@@ -7,22 +7,23 @@ from pathlib import Path
 from typing import BinaryIO
 
 from workbench.common.errors import WorkbenchError
-from workbench.common.plain_files import open_plain, read_plain, size_of
+from workbench.common.plain_files import open_file_size, open_plain, read_plain
 
-LARGEST = 1_000_000_000
+MAX_WHOLE_LOG_BYTES = 1_000_000_000
 """Size limit of a log that is read as a whole, and of its content if it is compressed [bytes]."""
-UNPACKED = 64_000_000
-MOST_RATIO = 20
-"""Any compressed content may have `UNPACKED` bytes, and `MOST_RATIO` for each byte of the file."""
-LONGEST_LINE = 1_000_000
+FREE_UNPACKED_BYTES = 64_000_000
+MAX_UNPACKED_RATIO = 20
+"""Any compressed content may have `FREE_UNPACKED_BYTES` bytes, and `MAX_UNPACKED_RATIO` for each
+byte of the file."""
+MAX_TABLE_LINE_CHARS = 1_000_000
 """Size limit of a line of a table [characters]."""
-GZIP = b"\x1f\x8b"
-_BLOCK = 1 << 18
+GZIP_MAGIC = b"\x1f\x8b"
+_READ_BLOCK_BYTES = 1 << 18
 
 
-def most_unpacked(size: int) -> int:
+def max_unpacked_bytes(size: int) -> int:
     """Return the size limit of the content of a compressed file of a size [bytes]."""
-    return UNPACKED + MOST_RATIO * size
+    return FREE_UNPACKED_BYTES + MAX_UNPACKED_RATIO * size
 
 
 class PackedFile:
@@ -45,9 +46,9 @@ class PackedFile:
         Raises:
             WorkbenchError: if it cannot be read, or is too large.
         """
-        with open_plain(self.path, LARGEST) as file:
-            begin = file.read(_BLOCK)
-            if begin.startswith(GZIP):
+        with open_plain(self.path, MAX_WHOLE_LOG_BYTES) as file:
+            begin = file.read(_READ_BLOCK_BYTES)
+            if begin.startswith(GZIP_MAGIC):
                 for _ in self._unpacked(file, begin):
                     pass  # all that is too large is refused before anything is made of it
                 file.seek(len(begin))
@@ -55,7 +56,7 @@ class PackedFile:
                 return
             while begin:
                 yield begin
-                begin = file.read(_BLOCK)
+                begin = file.read(_READ_BLOCK_BYTES)
 
     def lines(self) -> Iterator[str]:
         """Yield the lines of a text, without their ends.
@@ -63,24 +64,25 @@ class PackedFile:
         Raises:
             WorkbenchError: as for `blocks`, or if a line is longer than any table's.
         """
-        stream = io.BufferedReader(_Stream(self.blocks()), _BLOCK)
+        stream = io.BufferedReader(_BlockStream(self.blocks()), _READ_BLOCK_BYTES)
         with io.TextIOWrapper(stream, "utf-8-sig", "replace") as text:
-            while line := text.readline(LONGEST_LINE):
-                if len(line) == LONGEST_LINE:
+            while line := text.readline(MAX_TABLE_LINE_CHARS):
+                if len(line) == MAX_TABLE_LINE_CHARS:
                     raise WorkbenchError(
-                        f"{self.path}: has a line of more than {LONGEST_LINE // 1_000_000} MB: it "
+                        f"{self.path}: has a line of more than "
+                        f"{MAX_TABLE_LINE_CHARS // 1_000_000} MB: it "
                         "is not a table"
                     )
                 yield line.removesuffix("\n")
 
     def _unpacked(self, file: BinaryIO, rest: bytes) -> Iterator[bytes]:
-        size, most = 0, min(most_unpacked(size_of(file)), LARGEST)
+        size, most = 0, min(max_unpacked_bytes(open_file_size(file)), MAX_WHOLE_LOG_BYTES)
         try:
-            while rest.startswith(GZIP):  # a gzip file may have several members
+            while rest.startswith(GZIP_MAGIC):  # a gzip file may have several members
                 unpack = zlib.decompressobj(wbits=31)
                 while not unpack.eof:
-                    rest = rest or file.read(_BLOCK)
-                    part = unpack.decompress(rest, _BLOCK)
+                    rest = rest or file.read(_READ_BLOCK_BYTES)
+                    part = unpack.decompress(rest, _READ_BLOCK_BYTES)
                     if not part and not rest:
                         self.remark = "the packed file ends before its content does: it was cut"
                         return
@@ -90,15 +92,15 @@ class PackedFile:
                         raise WorkbenchError(too_large(self.path, most, "gunzip"))
                     yield part
                 rest = unpack.unused_data
-                if len(rest) < len(GZIP):
-                    rest += file.read(_BLOCK)
+                if len(rest) < len(GZIP_MAGIC):
+                    rest += file.read(_READ_BLOCK_BYTES)
         except zlib.error as error:
             if size == 0:
                 raise WorkbenchError(f"{self.path}: cannot be unpacked: {error}") from error
             self.remark = f"the packed file is damaged behind {size} bytes of its content"
 
 
-class _Stream(io.RawIOBase):
+class _BlockStream(io.RawIOBase):
     """A stream of blocks."""
 
     def __init__(self, blocks: Iterator[bytes]) -> None:
@@ -133,17 +135,7 @@ def too_large(path: Path, most: int, program: str) -> str:
     )
 
 
-def read_packed(path: Path) -> tuple[bytes, str]:
-    """Return the content of a file, and the remark; see `PackedFile`.
-
-    Raises:
-        WorkbenchError: if it cannot be read, or is too large.
-    """
-    file = PackedFile(path)
-    return b"".join(file.blocks()), file.remark
-
-
-def stem(path: Path) -> str:
+def log_stem(path: Path) -> str:
     """Return the name of a log without its endings."""
     name = path.name.removesuffix(".gz")
     return name.rpartition(".")[0] or name
@@ -155,8 +147,8 @@ def read_head(path: Path, size: int) -> bytes:
     Raises:
         WorkbenchError: if it cannot be read.
     """
-    data = read_plain(path, first=4096)
-    if not data.startswith(GZIP):
+    data = read_plain(path, first=max(4096, size))
+    if not data.startswith(GZIP_MAGIC):
         return data[:size]
     try:
         return zlib.decompressobj(wbits=31).decompress(data, size)

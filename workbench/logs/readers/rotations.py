@@ -1,14 +1,14 @@
-"""Convert attitudes of logs to those of the workbench: quaternions, roll, pitch and yaw."""
+"""Attitudes in logs: quaternions, and roll, pitch and yaw without jumps."""
 
 from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
 
-from workbench.logs.flight_record import Signal
+from workbench.common.series import Series
 
-ANGLES = ("roll", "pitch", "yaw")
-QUATERNION = ("q_w", "q_x", "q_y", "q_z")
+EULER_ANGLE_NAMES = ("roll", "pitch", "yaw")
+QUATERNION_NAMES = ("q_w", "q_x", "q_y", "q_z")
 
 
 def continuous(q: np.ndarray) -> np.ndarray:
@@ -21,20 +21,11 @@ def continuous(q: np.ndarray) -> np.ndarray:
     return q
 
 
-def angles(q: np.ndarray) -> np.ndarray:
-    """Return roll, pitch and yaw (n, 3) of quaternions B to W (n, 4), w first.
+def quaternion_from_angles(roll: np.ndarray, pitch: np.ndarray, yaw: np.ndarray) -> np.ndarray:
+    """Return quaternions B to W (n, 4), w first, for roll, pitch and yaw (n).
 
     R = Rz(yaw) Ry(pitch) Rx(roll), as in `position_data`.
     """
-    w, x, y, z = q.T
-    roll = np.arctan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y))
-    pitch = np.arcsin(np.clip(2.0 * (w * y - z * x), -1.0, 1.0))
-    yaw = np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
-    return np.column_stack([roll, pitch, yaw])
-
-
-def quaternion(roll: np.ndarray, pitch: np.ndarray, yaw: np.ndarray) -> np.ndarray:
-    """Return quaternions B to W (n, 4), w first, for roll, pitch and yaw (n), see `angles`."""
     c_r, c_p, c_y = (np.cos(0.5 * angle) for angle in (roll, pitch, yaw))
     s_r, s_p, s_y = (np.sin(0.5 * angle) for angle in (roll, pitch, yaw))
     return np.column_stack(
@@ -47,35 +38,14 @@ def quaternion(roll: np.ndarray, pitch: np.ndarray, yaw: np.ndarray) -> np.ndarr
     )
 
 
-def in_world(q: np.ndarray, vectors: np.ndarray) -> np.ndarray:
+def vectors_in_world(q: np.ndarray, vectors: np.ndarray) -> np.ndarray:
     """Return vectors in W (n, 3) for vectors in B."""
     w, part = q[:, :1], q[:, 1:]
     twice = 2.0 * np.cross(part, vectors)
     return np.asarray(vectors + w * twice + np.cross(part, twice))
 
 
-def from_ned_frd(q: np.ndarray) -> np.ndarray:
-    """Return quaternions FLU to ENU (n, 4), w first, for those FRD to NED.
-
-    q_ENU = q_T q_NED q_F: q_T turns NED into ENU (half a turn about x + y), q_F FRD into FLU (half
-    a turn about x), see PX4's and MAVROS's conversions.
-    """
-    half = np.sqrt(0.5)
-    w, x, y, z = q.T
-    return np.column_stack([half * (w + z), half * (x + y), half * (x - y), half * (w - z)])
-
-
-def enu(ned: np.ndarray) -> np.ndarray:
-    """Return vectors east, north, up (n, 3) for vectors north, east, down."""
-    return np.asarray(ned[:, [1, 0, 2]] * [1.0, 1.0, -1.0])
-
-
-def flu(frd: np.ndarray) -> np.ndarray:
-    """Return vectors forward, left, up (n, 3) for vectors forward, right, down."""
-    return np.asarray(frd * [1.0, -1.0, -1.0])
-
-
-def without_jumps(signals: Mapping[str, Signal]) -> dict[str, Signal]:
+def without_jumps(signals: Mapping[str, Series]) -> dict[str, Series]:
     """Return signals with angles that pass through a half turn without a jump.
 
     Roll, pitch and yaw of a topic continue from sample to sample. Those of setpoints and true
@@ -83,7 +53,7 @@ def without_jumps(signals: Mapping[str, Signal]) -> dict[str, Signal]:
     further there. Signs of quaternions do not change between samples.
     """
     found = dict(signals)
-    for angle in ANGLES:
+    for angle in EULER_ANGLE_NAMES:
         kept = f"estimate.{angle}", f"position_data.{angle}"
         names = [name for name in signals if name.endswith(f".{angle}")]
         names.sort(key=lambda name: kept.index(name) if name in kept else len(kept))
@@ -94,8 +64,8 @@ def without_jumps(signals: Mapping[str, Signal]) -> dict[str, Signal]:
                 reference = reference or (found[name] if name in kept else None)
     for name in signals:
         topic, dot, part = name.rpartition(".")
-        group = [f"{topic}{dot}{each}" for each in QUATERNION]
-        if part == QUATERNION[0] and all(each in signals for each in group):
+        group = [f"{topic}{dot}{each}" for each in QUATERNION_NAMES]
+        if part == QUATERNION_NAMES[0] and all(each in signals for each in group):
             whole = [signals[each] for each in group]
             if all(np.array_equal(each.time, whole[0].time) for each in whole):
                 q = np.column_stack([each.values for each in whole])
@@ -106,7 +76,7 @@ def without_jumps(signals: Mapping[str, Signal]) -> dict[str, Signal]:
     return found
 
 
-def _continued(signal: Signal, reference: Signal | None) -> Signal:
+def _continued(signal: Series, reference: Series | None) -> Series:
     """Return an angle without jumps; after each gap it is in the turn of another one if known."""
     values = np.unwrap(signal.values)
     if reference is not None:

@@ -1,1 +1,0 @@
-"""Autopilots that run as separate programs: how to build, own and talk to them."""
