@@ -2,6 +2,7 @@
 
 import faulthandler
 import gc
+import json
 import math
 import os
 import re
@@ -9,7 +10,6 @@ import signal
 import subprocess
 import sys
 import time
-import zlib
 from collections import Counter
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
@@ -131,24 +131,6 @@ def pytest_addoption(parser):
         default=math.inf,
         help="skip tests that would begin later than TIME (seconds since 1970)",
     )
-    parser.addoption(
-        "--half",
-        metavar="0|1",
-        type=int,
-        choices=(0, 1),
-        help="leave out every test but one half of them, by a hash of their names",
-    )
-
-
-def pytest_collection_modifyitems(config, items):
-    half = config.getoption("--half")
-    if half is None:
-        return
-    halves: tuple[list, list] = ([], [])
-    for item in items:
-        halves[zlib.crc32(item.nodeid.encode()) % 2].append(item)
-    items[:] = halves[half]
-    config.hook.pytest_deselected(items=halves[1 - half])
 
 
 def pytest_runtest_setup(item):
@@ -243,6 +225,20 @@ def _serving(scenario: str) -> Iterator[str]:
                 process.kill()
 
 
+@pytest.fixture
+def unheld(monkeypatch):
+    """Read logs in this process instead of a held one, which takes a quarter of a second to start.
+
+    The `test_log_process.py` of tests/logs and of the extra have the held one.
+    """
+    from workbench.logs import log_child, log_process
+
+    def answer(module, request, **limits):
+        return json.loads(json.dumps(log_child.read_to_arrays(request)))
+
+    monkeypatch.setattr(log_process, "run_limited", answer)
+
+
 @pytest.fixture(scope="session")
 def description():
     """The shipped drone."""
@@ -262,7 +258,7 @@ def vehicle(description):
 @pytest.fixture(scope="session")
 def gains():
     """The defaults of the controller's parameters, by name and in their order."""
-    from workbench.control.controller import load_controller
+    from workbench.control.controller_file import load_controller
     from workbench.control.flight_law import flight_law
 
     law = load_controller()
@@ -274,7 +270,7 @@ def random_signals():
     """Return state, acceleration, reference and guidance of a drone in any kind of trouble."""
     import numpy as np
 
-    from workbench.control.obstacle_brake import WALLS
+    from workbench.control.obstacle_brake import MAX_WALLS
 
     def signals(rng: np.random.Generator) -> tuple[list[float], ...]:
         q_WB = rng.normal(size=4)
@@ -285,7 +281,7 @@ def random_signals():
         weights = rng.integers(0, 2, 3).astype(float)
         guidance = [1.0, 1.0, weights[0], rng.normal(), weights[1], weights[2], *rng.normal(size=3)]
         guidance.append(rng.integers(0, 2) * rng.uniform(0.0, 2.0))
-        for _ in range(WALLS):
+        for _ in range(MAX_WALLS):
             n_W = rng.normal(size=3)
             guidance += [*n_W / np.linalg.norm(n_W), rng.uniform(-5, 15)]
         return state, list(rng.normal(size=3)), reference, guidance

@@ -11,18 +11,19 @@ import numpy as np
 import pytest
 from pydrake.systems.primitives import Linearize
 
-from workbench.control.controller import load_controller
+from tests.installed import readable
 from workbench.control.guidance import Guidance
 from workbench.control.mode import FlightMode
 from workbench.controllers.pd_rule import thrust_to_weight
 from workbench.design.hover_check import check_hover
 from workbench.diagram.core import make_flight_core
-from workbench.gains.gains import choose_gains, flight_gains
+from workbench.gains.gain_choice import choose_gains
 from workbench.plant.description import read_description
 from workbench.plant.loading import make_vehicle
 from workbench.plant.thrust_frame import thrust_frame
-from workbench.scenario.scenario import Action, Scenario, Start, VehicleConfig
+from workbench.scenario.scenario import Action, Scenario, ScenarioStart, VehicleConfig
 from workbench.session.session import Session
+from workbench.setup import make_setup
 
 HERE = Path(__file__).parent
 HEIGHT = 10.0
@@ -147,7 +148,7 @@ def test_its_linear_model_is_stable_and_damped(drone):
     The quaternion's length and yaw are the two modes that stay where they are.
     """
     description, vehicle = drone.read()
-    core = make_flight_core(load_controller(), description, vehicle, flight_gains(vehicle))
+    core = make_flight_core(make_setup(description=description, vehicle=vehicle))
     root = core.CreateDefaultContext()
     hold = Guidance(1.0, 1.0, 1.0, 0.0, 1.0, 1.0, 0.0, 0.0, HEIGHT)
     core.GetInputPort("reference").FixValue(root, np.zeros(8))
@@ -171,12 +172,12 @@ def test_its_linear_model_is_stable_and_damped(drone):
 @pytest.mark.parametrize("drone", flown_drones(ODD), ids=str)
 def test_it_takes_off_and_lands(drone):
     script = [
-        Action(at=0.0, request="take_off", height=2.0),
-        Action(at=8.0, request="land"),
+        Action(at=0.0, request="take_off", height=1.2),
+        Action(at=4.5, request="land"),
     ]
-    flight = flown(drone.config, duration=17.0, start=Start(mode="off"), script=script)
-    up = flight.between(7.0, 8.0)
-    assert up.p_WB[:, 2] == pytest.approx(np.full(len(up.time), 2.0), abs=0.1)
+    flight = flown(drone.config, duration=11.0, start=ScenarioStart(mode="off"), script=script)
+    up = flight.between(4.0, 4.5)
+    assert up.p_WB[:, 2] == pytest.approx(np.full(len(up.time), 1.2), abs=0.1)
     assert flight.mode[-1] == FlightMode.OFF
     assert flight.tilt[-1] < math.radians(2.0)
     assert np.hypot(*flight.p_WB[-1, :2]) < 0.25
@@ -189,7 +190,7 @@ def test_rotors_that_lean_forward_hover_leaning_back():
         [-math.sin(math.radians(5.0)), 0.0, math.cos(math.radians(5.0))]
     )
     assert np.abs(flight.p_WB - flight.p_WB[0]).max() < 1e-6
-    turned = flown(drone.config, duration=2.0, start=Start(roll_pitch_yaw=[0.0, 0.0, 1.5]))
+    turned = flown(drone.config, duration=2.0, start=ScenarioStart(roll_pitch_yaw=[0.0, 0.0, 1.5]))
     assert turned.tilt[0] == pytest.approx(math.radians(5.0))
     assert np.abs(turned.p_WB - turned.p_WB[0]).max() < 1e-6
 
@@ -200,7 +201,7 @@ def test_height_is_kept_at_full_speed_with_little_thrust_to_spare():
     flight = flown(
         drone.config,
         duration=14.0,
-        start=Start(position=[0.0, 0.0, HEIGHT]),
+        start=ScenarioStart(position=[0.0, 0.0, HEIGHT]),
         script=[
             Action(at=0.5, velocity=[8.0, 0.0, 0.0]),
             Action(at=8.0, velocity=[0.0, 0.0, 0.0]),
@@ -211,7 +212,7 @@ def test_height_is_kept_at_full_speed_with_little_thrust_to_spare():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("path", PUBLISHED)
+@pytest.mark.parametrize("path", readable(PUBLISHED))
 def test_a_published_description_hovers_and_answers_steps(path):
     if not SHARED.is_dir():
         pytest.skip("put the published descriptions into ../shared/models to try them")

@@ -5,11 +5,14 @@ A room is a name directly under `workbench`: a folder or a single file.
 
 import ast
 import dataclasses
+import functools
 import inspect
+import io
 import re
 import subprocess
 import sys
-from collections.abc import Iterator
+import tokenize
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import pytest
@@ -22,51 +25,93 @@ PACKAGE = ROOT / "workbench"
 MAY_IMPORT = {
     "common": "",
     "ipc": "common",
-    "autopilots": "common ipc",
     "plant": "common ipc",
     "link": "common ipc",
-    "gateways": "common link",
     "dynamics": "common plant",
     "estimation": "common plant dynamics",
+    "parameters": "common plant dynamics estimation",
     "estimators": "common plant dynamics estimation",
-    "control": "common plant dynamics estimation",
-    "controllers": "common autopilots plant dynamics control",
-    "scenario": "common plant estimation control",
-    "gains": "common plant control scenario",
+    "control": "common plant dynamics estimation parameters",
+    "controllers": "common plant dynamics control",
+    "scenario": "common plant estimation parameters control",
+    "gains": "common plant parameters control scenario",
+    "setup": "common plant estimation parameters control scenario gains",
     "systems": "common plant link dynamics estimation control",
-    "diagram": "common plant link dynamics estimation control scenario systems",
-    "session": "common autopilots plant link dynamics estimation control scenario gains systems "
-    "diagram",
-    "design": "common ipc plant dynamics estimation control scenario gains systems diagram session",
+    "diagram": "common plant link dynamics estimation control scenario setup systems",
+    "session": "common plant link dynamics estimation parameters control scenario gains setup "
+    "systems diagram",
+    "design": "common ipc plant dynamics estimation parameters control scenario gains setup "
+    "systems diagram session",
     "gym": "common plant control design",
-    "logs": "common ipc plant link estimation gateways control scenario systems session",
+    "logs": "common ipc plant link estimation control scenario systems session",
     "logs/flight_film": "design",
     "logs/judged_log": "design",
-    "logs/measured_flight": "design",
     "logs/plots": "design",
+    "logs/step_response": "design",
     "logs/sensor_samples": "diagram",
-    "logs/motion": "design gains",
-    "live": "common ipc plant link estimation control scenario gains systems session logs",
-    "analysis": "common ipc control scenario session design logs live",
-    "gui": "common ipc plant link control scenario gains systems session design logs live analysis",
-    "commands": "common ipc autopilots plant link gateways estimation control scenario gains "
-    "systems diagram session design logs live",
+    "live": "common ipc plant link estimation parameters control scenario gains systems session "
+    "logs",
+    "analysis": "common ipc parameters control scenario setup session design logs live",
+    "gui": "common ipc plant link parameters control scenario gains systems session design logs "
+    "live analysis",
+    "commands": "common ipc plant link estimation parameters control scenario gains setup systems "
+    "diagram session design logs live",
     "commands/gui": "gui",
+    "extras/__init__": "",
+    "extras/autopilots": "common ipc plant control controllers scenario gains setup systems "
+    "diagram session design logs commands",
+    "extras/flightdata": "common plant link dynamics estimation parameters control scenario gains "
+    "systems session design logs analysis commands",
+    "extras/flightdata/cards": "gui",
+    "extras/formats": "common plant",
+    "extras/gateways": "common link commands",
     "pytest_plugin": "common design logs",
     "__main__": "common commands",
-    "__init__": "common plant control controllers scenario gains diagram session design logs live",
+    "__init__": "common plant control controllers scenario gains setup diagram session design "
+    "logs live",
 }
 """What of ours a room may import besides itself, rooms above it alone: so there are no circles of
-rooms. `room/file` is what one file of it may besides."""
+rooms. `room/file` is what one file of it may besides. Each package of `extras` is a room; none of
+the core is named `extras`, so the core never imports them, nor they one another unless named."""
 
-ONLY_HERE = {"PyQt6": {"gui"}}
-"""Packages that belong to some rooms."""
+CONTRACTS = {
+    *(
+        "PARAMETERS",
+        "MEMORY",
+        "POINTS",
+        "LOOPS",
+        "DESIGNED",
+        "PERIOD",
+        "DIVIDERS",
+    ),  # of a law's file
+    *("update", "rule", "design", "add_parser", "run", "main"),  # of laws, commands and programs
+    *("judge", "tune", "find_firmware"),  # of the analyst, an extra
+    *("CHART_KIND", "LOG_READER"),  # of a chart's and of a log reader's module
+    *("T", "P", "_MODULES"),  # types' variables, and what is loaded lazily
+    *("FULL_MOTOR_SIGNAL", "MAX_CRAZYFLIE_MASS_KG", "VOLTAGE_THRUST_CURVE"),  # extras are apart
+}
+"""Names that modules have in common: a reader, or a caller, knows them by these names."""
+MAX_FILE_LINES = 400
+LONG_FILES = {
+    "gui/gains/gain_editor.py": 588,
+    "gui/charts/canvas.py": 478,
+    "gui/view3d/view3d_panel.py": 459,
+    "gui/charts/chart.py": 422,
+    "gui/tuning/compare_card.py": 437,
+}
+"""Files of the core that are longer than `MAX_FILE_LINES`; they may only become shorter."""
+
+ONLY_HERE = {"PyQt6": {"gui", "extras/flightdata/cards"}}
+"""Packages that belong to some rooms, and to some files of others."""
 
 NEVER_HERE = {
     "link": {"pydrake", "PyQt6"},
     "gui": {"pydrake"},
 }
 """Packages that a room does without."""
+
+FOREIGN_NAMES = r"(control|workbench|xacro)\..*|imu\.f_z|.*\.(c|config|csv|md|py|sdf|yaml)"
+"""Names with a dot of other packages or of files, of entry points, and of a sensor's signal."""
 
 NOWHERE = {"pydrake.all": "it loads all of Drake, slowly: import the modules in use"}
 
@@ -77,7 +122,7 @@ def find_violations(package: Path) -> list[str]:
     for path in sorted([*package.rglob("*.py"), *package.rglob("*.pyi")]):
         file = path.relative_to(package).with_suffix("")
         where = path.relative_to(package.parent).as_posix()
-        if file.parts[0] not in MAY_IMPORT:
+        if room_of(file.parts) not in MAY_IMPORT:
             found.append(f"{where}: unknown room: add it to MAY_IMPORT in {Path(__file__).name}")
             continue
         found += [
@@ -88,9 +133,14 @@ def find_violations(package: Path) -> list[str]:
     return found
 
 
+def room_of(parts: Sequence[str]) -> str:
+    """Return the room of a path below `workbench`; each package of `extras` is one."""
+    return "/".join(parts[:2]) if parts[0] == "extras" and len(parts) > 1 else parts[0]
+
+
 def why_not(file: Path, name: str) -> str | None:
     """Return why `file` may not import the module `name`, None if it may."""
-    room = file.parts[0]
+    room = room_of(file.parts)
     for unwanted, reason in NOWHERE.items():
         if name == unwanted or name.startswith(unwanted + "."):
             return reason
@@ -98,10 +148,10 @@ def why_not(file: Path, name: str) -> str | None:
     if top != "workbench":
         if top in NEVER_HERE.get(room, ()):
             return f"'{room}' does without {top}"
-        if room not in ONLY_HERE.get(top, {room}):
+        if not {room, file.as_posix()} & ONLY_HERE.get(top, {room}):
             return f"only {', '.join(sorted(ONLY_HERE[top]))} may import {top}"
         return None
-    target = rest[0] if rest else "__init__"
+    target = room_of(rest) if rest else "__init__"
     # The file's own row is looked up by `room/file`; a room that is one file has just one row.
     rows = {room, file.as_posix()} & MAY_IMPORT.keys()
     allowed = " ".join(MAY_IMPORT[row] for row in sorted(rows)).split()
@@ -113,9 +163,15 @@ def why_not(file: Path, name: str) -> str | None:
 def imports(path: Path, package: Path) -> Iterator[tuple[str, int]]:
     """Yield the full name and the line of each import, those inside functions included."""
     here = [package.name, *path.relative_to(package).parent.parts]
-    for node in ast.walk(ast.parse(path.read_text(), str(path))):
+    for node in ast.walk(tree_of(path)):
         for name in imported_names(node, here, package):
             yield name, node.lineno
+
+
+@functools.cache
+def tree_of(path: Path) -> ast.Module:
+    """Return the parsed file, which several tests look through."""
+    return ast.parse(path.read_text(), str(path))
 
 
 def imported_names(node: ast.AST, here: list[str], package: Path) -> list[str]:
@@ -137,6 +193,7 @@ def imported_names(node: ast.AST, here: list[str], package: Path) -> list[str]:
     return []
 
 
+@functools.cache
 def is_module(base: str, name: str, package: Path) -> bool:
     """Return whether `name` in `from base import name` is a module whose name matters here."""
     if f"{base}.{name}" in NOWHERE:
@@ -154,7 +211,7 @@ def test_a_room_imports_only_rooms_above_it():
     above = set()
     for row, rooms in MAY_IMPORT.items():
         assert set(rooms.split()) <= above, row
-        above |= {row.split("/")[0]}
+        above |= {room_of(row.split("/"))}
 
 
 def test_a_broken_rule_is_named(case, tmp_path):
@@ -169,12 +226,19 @@ def test_a_broken_rule_is_named(case, tmp_path):
         ("systems/a.py", "import_module('workbench.gui.b')", "imports workbench.gui.b"),
         ("commands/fly.py", "def f():\n    from workbench.gui import b", "imports workbench.gui"),
         ("__main__.py", "def f():\n    import workbench.session.session", "only common, commands"),
-        ("session/a.py", "from PyQt6.QtCore import QObject", "only gui may import PyQt6"),
+        ("session/a.py", "from PyQt6.QtCore import QObject", "cards, gui may import PyQt6"),
         ("link/a.py", "import pydrake.math", "'link' does without pydrake"),
         ("gui/a.py", "from pydrake import math", "'gui' does without pydrake"),
         ("plant/a.py", "from pydrake.all import X", "loads all of Drake"),
         ("plant/a.py", "from pydrake import all", "loads all of Drake"),
         ("attic.py", "", "unknown room: add it"),
+        ("extras/attic/a.py", "", "unknown room: add it"),
+        (
+            "commands/a.py",
+            "import workbench.extras.gateways.b",
+            "'commands' may import of ours only",
+        ),
+        ("extras/gateways/a.py", "import workbench.plant.b", "only common, link, commands"),
         ("__init__.pyi", "from workbench.gui import b as b", "imports workbench.gui"),
     ]
     for number, (file, source, said) in enumerate(table):
@@ -206,6 +270,78 @@ def make_package(folder: Path, file: str, source: str) -> Path:
         (package / name).write_text("")
     (package / file).write_text(source)
     return package
+
+
+def test_a_name_stands_for_one_thing():
+    """A class, public function or constant at the top of a module has a name of its own."""
+    places: dict[str, set[str]] = {}
+    for path in PACKAGE.rglob("*.py"):
+        for node in tree_of(path).body:
+            for name in top_names(node):
+                places.setdefault(name, set()).add(path.relative_to(PACKAGE).as_posix())
+    shared = {name: files for name, files in places.items() if len(files) > 1}
+    assert {name: files for name, files in shared.items() if name not in CONTRACTS} == {}
+
+
+def top_names(node: ast.stmt) -> list[str]:
+    match node:
+        case ast.ClassDef(name=name):
+            return [name]
+        case ast.FunctionDef(name=name):
+            return [] if name.startswith("_") else [name]
+        case ast.Assign(targets=targets):
+            stored = [each for target in targets for each in ast.walk(target)]
+        case ast.AnnAssign(target=target):
+            stored = [target]
+        case _:
+            return []
+    return [each.id for each in stored if isinstance(each, ast.Name) and each.id.isupper()]
+
+
+def test_names_in_prose_stand_in_their_module():
+    """Each `module.NAME` of a docstring or a comment; members of a module's classes count, too."""
+    files = [path for path in PACKAGE.rglob("*.py") if path.stem != "__init__"]
+    names: dict[str, set[str]] = {path.stem: set() for path in files}
+    for path in files:
+        names[path.stem] |= set(defined_names(tree_of(path)))
+        names.get(path.parent.name, set()).add(path.stem)
+
+    def unknown(text: str) -> list[str]:
+        return [
+            whole
+            for whole, module, name in re.findall(r"`((?:\w+\.)*(\w+)\.(\w+))[(`]", text)
+            if name not in names.get(module, {name})
+            and not re.fullmatch(FOREIGN_NAMES, f"{module}.{name}")
+        ]
+
+    wrong = []
+    for path in PACKAGE.rglob("*.py"):
+        source = path.read_text()
+        if not unknown(source):  # in few files there is one in code, so tokens need not be found
+            continue
+        for token in tokenize.generate_tokens(io.StringIO(source).readline):
+            if token.type == tokenize.COMMENT or token.string.startswith('"""'):
+                where = path.relative_to(PACKAGE)
+                wrong += [f"{where}: `{whole}`" for whole in unknown(token.string)]
+    assert not wrong, "\n" + "\n".join(wrong)
+
+
+def defined_names(tree: ast.AST) -> Iterator[str]:
+    """Yield the names of a module and of its classes, without those inside functions."""
+    for node in ast.iter_child_nodes(tree):
+        if isinstance(node, ast.ClassDef | ast.FunctionDef):
+            yield node.name
+        elif isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
+            yield node.id
+        if not isinstance(node, ast.FunctionDef):
+            yield from defined_names(node)
+
+
+def test_files_of_the_core_are_short():
+    for path in PACKAGE.rglob("*.py"):
+        file = path.relative_to(PACKAGE).as_posix()
+        if not file.startswith("extras/"):
+            assert len(path.read_text().splitlines()) <= LONG_FILES.get(file, MAX_FILE_LINES), file
 
 
 def test_each_public_name_is_written_once_and_can_be_loaded():

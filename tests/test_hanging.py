@@ -29,9 +29,13 @@ def test_a_hang_after_a_failure_ends_the_run_and_is_named(tmp_path):
     short = CONFTEST.replace(LIMITS, "LIMIT, SLOW_LIMIT = 1.0, 1.0")
     (tmp_path / "conftest.py").write_text(short, encoding="utf-8")
     (tmp_path / "test_it.py").write_text(HANGING, encoding="utf-8")
+    plugins = ("--disable-plugin-autoload", "-p", "xdist", "-p", "xdist.looponfail")
     workers = ("-n", "1", "--dist", "loadfile", "--max-worker-restart", "0")
     done = subprocess.run(
-        [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", *workers, str(tmp_path)],
+        [
+            *(sys.executable, "-m", "pytest", "-p", "no:cacheprovider"),
+            *(*plugins, *workers, str(tmp_path)),
+        ],
         cwd=tmp_path,
         capture_output=True,
         text=True,
@@ -66,6 +70,7 @@ def test_only_make_test_all_runs_slow_tests():
         )
         assert (".venv/bin/pyrefly check" in done.stdout) == (target != "test-slow")
         lines = [line for line in done.stdout.splitlines() if "bin/pytest" in line]
+        lines = [line for line in lines if "--collect-only" not in line]
         assert [line.partition("--max-worker-restart 0 ")[2].strip() for line in lines] == runs, (
             target
         )

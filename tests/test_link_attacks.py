@@ -10,8 +10,8 @@ import pytest
 
 pytestmark = pytest.mark.slow
 
-SECONDS = 5.0
-KILLS = 20
+SECONDS = 3.0
+KILLS = 4
 ATTACKS = (
     "pipelining",
     "continuations",

@@ -9,7 +9,7 @@ import pytest
 
 pytestmark = pytest.mark.slow
 
-MINUTES = 2.0
+MINUTES = 1.0
 WARM = 6.0
 """What a process may still take after the first tenth: caches, pieces that malloc keeps [MB]."""
 

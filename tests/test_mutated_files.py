@@ -24,8 +24,9 @@ def load(monkeypatch):
     return importlib.import_module
 
 
-@pytest.mark.parametrize("count", [40, pytest.param(2000, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("count", [20, pytest.param(2000, marks=pytest.mark.slow)])
 def test_mutated_files_are_understood_or_refused_with_a_sentence(load, count):
+    pytest.importorskip("workbench.extras", reason="it is about all that is installed")
     tally = load("mutated_files").measure(SEED, range(count), jobs=os.cpu_count() or 1)
     assert tally.faults == []
     assert tally.understood.total() + tally.refused.total() == count

@@ -28,15 +28,18 @@ def test_what_is_seen_from_outside_is_as_recorded(outside):
 
 
 def test_each_command_is_recorded(outside, capsys):
-    from workbench.commands.cli import main
+    """By its first name, or by the one that it had first."""
+    from workbench.commands.cli import OTHER_NAMES, main
 
+    older = {name: old for old, name in OTHER_NAMES.items()}
     with pytest.raises(SystemExit):
         main(["--help"])
     listed = re.findall(r"^    ([a-z-]+) ", capsys.readouterr().out, re.MULTILINE)
     assert len(listed) > 20
     lines = [line for case in outside.cases().values() for line in case.lines]
     for command in listed:
-        called = [line for line in lines if line.startswith(f"workbench {command} ")]
+        names = tuple(f"workbench {name} " for name in (command, older.get(command, command)))
+        called = [line for line in lines if line.startswith(names)]
         assert {"--help"} < {word for line in called for word in line.split()}, command
     recorded = sum(path.stat().st_size for path in outside.RECORDED.iterdir())
     assert recorded < 1_500_000

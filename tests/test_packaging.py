@@ -6,11 +6,17 @@ import shutil
 import subprocess
 import sys
 import zipfile
+from importlib.metadata import distribution
 from pathlib import Path
 
 import pytest
 
+from tests.required import PROJECT, required_with
+
 ROOT = Path(__file__).resolve().parent.parent
+
+MAX_BARE_MB = 600
+"""Size limit of an environment without extras, with Drake and pip [MiB]."""
 
 # The brackets keep this file from finding itself.
 FORBIDDEN = {
@@ -97,6 +103,64 @@ def test_installed_package_finds_its_own_models(installed, tmp_path):
     code = "from workbench.common.resources import find_model; print(find_model('dh_drone'))"
     said = run(sys.executable, "-c", code, cwd=tmp_path, PYTHONPATH=str(installed))
     assert Path(said.strip()).is_relative_to(installed / "workbench" / "models")
+
+
+@pytest.fixture(scope="module")
+def bare(wheel, tmp_path_factory):
+    """Return an environment with the wheel, and what it requires without extras.
+
+    Packages are links to those of this environment, so that no network is needed.
+    """
+    folder = tmp_path_factory.mktemp("bare") / "venv"
+    run(sys.executable, "-m", "venv", folder)
+    run(folder / "bin" / "python", "-m", "pip", "install", "--no-deps", wheel)
+    packages = next(folder.glob("lib/python*/site-packages"))
+    for name in required_with("") - {PROJECT["name"]}:
+        for path in distribution(name).files or ():
+            top = path.parts[0]
+            link = packages / top
+            if top not in ("..", "__pycache__") and not link.exists():
+                link.symlink_to(distribution(name).locate_file(top))
+    run(folder / "bin" / "python", "-m", "pip", "check")
+    return folder
+
+
+@pytest.mark.slow
+def test_without_extras_neither_qt_nor_a_compiler_is_installed(bare):
+    code = "from importlib.util import find_spec; print(*(n for n in {} if find_spec(n)))"
+    extras = (
+        "PyQt6",
+        "pyqtgraph",
+        "numba",
+        "llvmlite",
+        "embreex",
+        "websockets",
+        "uvloop",
+        "pytest",
+    )
+    assert run(bare / "bin" / "python", "-c", code.format(extras)).split() == []
+    files = {
+        Path(folder, name).resolve()
+        for folder, _, names in os.walk(bare, followlinks=True)
+        for name in names
+    }
+    used = sum(path.stat().st_blocks * 512 for path in files) / 2**20
+    assert used < MAX_BARE_MB
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "command",
+    [
+        "step --axis x --amplitude 1",
+        "margins --loop pitch",
+        "sweep kp_pitch=100..200:2 --axis x --full",
+        "serve --duration 0.5 --port 0",  # with a lidar, by asyncio's own loop
+    ],
+    ids=lambda command: command.split()[0],
+)
+def test_without_extras_commands_run(bare, tmp_path, command):
+    run(bare / "bin" / "workbench", *command.split(), cwd=tmp_path)
 
 
 def test_no_file_names_a_registry_or_a_machine():

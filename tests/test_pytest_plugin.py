@@ -50,7 +50,7 @@ def test_the_plugin_is_light():
 
 
 def test_collecting_specs_loads_no_drake(pytester, plugin):
-    pytester.makefile(".spec.yaml", one=GOOD)
+    pytester.makefile(".workbench.yaml", one=GOOD)
     code = (
         "import sys, pytest\n"
         f"code = pytest.main(['--collect-only', '-q', *{list(plugin)!r}])\n"
@@ -59,13 +59,13 @@ def test_collecting_specs_loads_no_drake(pytester, plugin):
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert done.returncode == 0, done.stdout + done.stderr
-    assert "one.spec.yaml::hop" in done.stdout
+    assert "one.workbench.yaml::hop" in done.stdout
     assert not {"pydrake", "matplotlib"} & set(done.stdout.split("loaded")[1].split())
 
 
 @pytest.mark.slow
 def test_cases_become_items_that_pass_once_recorded(pytester, plugin):
-    pytester.makefile(".spec.yaml", one=GOOD)
+    pytester.makefile(".workbench.yaml", one=GOOD)
     missing = pytester.runpytest_inprocess(*plugin, "-q")
     missing.assert_outcomes(passed=1, failed=1)
     missing.stdout.fnmatch_lines(["*v_z has no baseline yet*--update*"])
@@ -77,40 +77,15 @@ def test_cases_become_items_that_pass_once_recorded(pytester, plugin):
     pytester.runpytest_inprocess(*plugin, "-v").assert_outcomes(passed=2)
 
 
-LOG = """\
-cases:
-  - {name: there, log: flown.csv, limits: {peak_speed: {max: 2}}}
-  - {name: no motors, log: {file: flown.csv, missing: skip}, limits: {trim: {max: 1}}}
-  - {name: gone, log: {file: gone.ulg, missing: skip}, limits: {trim: {max: 1}}}
-  - {name: too fast, log: flown.csv, limits: {peak_speed: {max: 0.5}}}
-"""
-
-
-def test_logs_are_judged_and_what_they_lack_is_skipped(pytester, plugin):
-    rows = [f"{0.01 * number},1.0,0,0" for number in range(200)]
-    (pytester.path / "flown.csv").write_text("\n".join(["t,vx,vy,vz", *rows]))
-    (pytester.path / "flown.mapping.yaml").write_text(
-        "time: {column: t, unit: s}\ncolumns:\n"
-        + "".join(f"  v{a}: {{signal: velocity_data.v_{a}, unit: m/s}}\n" for a in "xyz")
-    )
-    pytester.makefile(".spec.yaml", log=LOG)
-    done = pytester.runpytest_inprocess(*plugin, "-rs")
-    done.assert_outcomes(passed=1, skipped=2, failed=1)
-    done.stdout.fnmatch_lines(
-        [
-            "peak_speed is 1 m/s, and should be at most 0.5 m/s: 0.5 m/s above",
-            "SKIPPED*trim: *has no motor commands*",
-            "SKIPPED*there is no log gone.ulg",
-        ]
-    )
-
-
 def test_a_failure_is_a_sentence_and_no_traceback(pytester, plugin):
-    pytester.makefile(".spec.yaml", two=BAD)
+    pytester.makefile(".workbench.yaml", two=BAD)
     done = pytester.runpytest_inprocess(*plugin)
     done.assert_outcomes(failed=1)
     done.stdout.fnmatch_lines(
-        ["*two.spec.yaml: too strict*", "peak is 0.* m/s, and should be at most 0.1 m/s: 0.* above"]
+        [
+            "*two.workbench.yaml: too strict*",
+            "peak is 0.* m/s, and should be at most 0.1 m/s: 0.* above",
+        ]
     )
     assert "Traceback" not in done.stdout.str()
     assert "RegressionError" not in done.stdout.str().split("short test summary")[0]
@@ -120,12 +95,12 @@ def test_a_failure_is_a_sentence_and_no_traceback(pytester, plugin):
     ("text", "said"),
     [
         ("cases: 3\n", "*cases should be a list*"),
-        ("cases: [{axis: z}]\n", "*s.spec.yaml:1: a case needs a name*"),
-        ("cases: [\n", "*s.spec.yaml:*not YAML*"),
+        ("cases: [{axis: z}]\n", "*s.workbench.yaml:1: a case needs a name*"),
+        ("cases: [\n", "*s.workbench.yaml:*not YAML*"),
     ],
 )
 def test_a_spec_that_cannot_be_collected_says_where(pytester, plugin, text, said):
-    pytester.makefile(".spec.yaml", s=text)
+    pytester.makefile(".workbench.yaml", s=text)
     done = pytester.runpytest_inprocess(*plugin)
     done.assert_outcomes(errors=1)
     done.stdout.fnmatch_lines([said])
@@ -134,17 +109,35 @@ def test_a_spec_that_cannot_be_collected_says_where(pytester, plugin, text, said
 
 def test_a_spec_with_an_unknown_metric_fails_with_file_and_line(pytester, plugin):
     text = "cases:\n  - {name: a, axis: z, amplitude: 1,\n     limits: {risetime: {max: 1}}}\n"
-    pytester.makefile(".spec.yaml", s=text)
+    pytester.makefile(".workbench.yaml", s=text)
     done = pytester.runpytest_inprocess(*plugin)
     done.assert_outcomes(failed=1)
-    done.stdout.fnmatch_lines(["*s.spec.yaml:3: unknown metric 'risetime'*'rise_time'*"])
+    done.stdout.fnmatch_lines(["*s.workbench.yaml:3: unknown metric 'risetime'*'rise_time'*"])
 
 
 def test_another_pattern_of_names(pytester, plugin):
     pytester.makeini("[pytest]\nworkbench_spec_files = flight_*.yaml\n")
     (pytester.path / "flight_one.yaml").write_text(BAD.replace("0.1}", "1.0}"))
-    (pytester.path / "other.spec.yaml").write_text(BAD)
+    (pytester.path / "other.workbench.yaml").write_text(BAD)
     pytester.runpytest_inprocess(*plugin).assert_outcomes(passed=1)
+
+
+def test_an_older_name_is_collected_too(pytester, plugin):
+    pytester.makefile(".spec.yaml", one=BAD.replace("0.1}", "1.0}"))
+    pytester.runpytest_inprocess(*plugin).assert_outcomes(passed=1)
+
+
+def test_pytest_regressions_may_have_the_same_option(pytester, plugin):
+    """It is not installed with us, so a module in its place states its option."""
+    theirs = "def pytest_addoption(parser):\n    parser.addoption('--force-regen', default=False, "
+    pytester.makepyfile(pytest_regressions=f"{theirs}action='store_true')\n")
+    pytester.syspathinsert()
+    (pytester.path / "one.workbench.yaml").write_text(GOOD)
+    done = pytester.runpytest_inprocess(
+        *plugin, "-p", "pytest_regressions", "--force-regen", "-k", "hop"
+    )
+    done.assert_outcomes(passed=1)
+    assert (pytester.path / "one.baseline" / "hop.csv").is_file()
 
 
 @pytest.mark.slow
@@ -153,7 +146,7 @@ def test_in_parallel_and_with_a_model_beside_the_spec(pytester, plugin):
     for name in (DRONE.name, "parts.xacro"):
         (pytester.path / name).write_text((DRONE.parent / name).read_text())
     vehicle = f"vehicle: {{model: {DRONE.name}}}\n"
-    pytester.makefile(".spec.yaml", one=vehicle + GOOD, two=vehicle + GOOD)
+    pytester.makefile(".workbench.yaml", one=vehicle + GOOD, two=vehicle + GOOD)
     pytester.makepyfile(
         """
         def test_rise(step_response):
@@ -181,11 +174,11 @@ def test_a_controller_of_the_repository_runs_as_its_conftest_does(pytester, plug
         (folder / "law.py").write_text(law, encoding="utf-8")
     hop = "{name: hop, axis: z, amplitude: 0.5, duration: 0.5, limits: {peak: {max: 1}}}"
     pytester.makefile(
-        ".spec.yaml",
+        ".workbench.yaml",
         near=f"controller: law.py\ncases: [{hop}]\n",
         far=f"controller: {elsewhere / 'law.py'}\ncases: [{hop}]\n",
     )
     pytester.makefile(".ini", pytest="[pytest]\n")
     done = pytester.runpytest_subprocess(*plugin)
     done.assert_outcomes(passed=1, failed=1)
-    done.stdout.fnmatch_lines(["*far.spec.yaml:1: *is Python code that would run here*"])
+    done.stdout.fnmatch_lines(["*far.workbench.yaml:1: *is Python code that would run here*"])

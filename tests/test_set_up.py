@@ -1,9 +1,12 @@
 """Set-up: the Python it takes or refuses; what is pinned fits what is promised."""
 
+import ast
+import os
+import pty
 import re
 import subprocess
 import sys
-import tomllib
+from importlib import metadata
 from pathlib import Path
 
 import pytest
@@ -12,8 +15,9 @@ from packaging.requirements import Requirement
 from packaging.specifiers import SpecifierSet
 from packaging.version import Version
 
+from tests.required import PROJECT, canonical, required_with
+
 ROOT = Path(__file__).resolve().parent.parent
-PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
 PYTHONS = ["3.11", "3.12", "3.13"]
 FAKE = """#!/bin/sh
 # Answers as a Python does that the set-up asks for its version, to make an environment, to install.
@@ -125,6 +129,34 @@ def test_other_pythons_are_refused_with_a_sentence(machine, here, arguments, sai
     assert not (machine.folder / ".venv").exists()
 
 
+@pytest.mark.parametrize(
+    ("answer", "consent", "installs"),
+    [("y", "", True), ("", "", False), (None, "", False), (None, "yes", True)],
+)
+def test_apt_get_runs_only_if_the_user_agrees(tmp_path, answer, consent, installs):
+    """Without an answer there is no terminal, as in CI."""
+    log = tmp_path / "log"
+    for name, text in {"apt-get": f'echo "$@" > {log}', "sudo": 'shift; exec "$@"'}.items():
+        (tmp_path / name).write_text(f"#!/bin/sh\n{text}\n")
+        (tmp_path / name).chmod(0o755)
+    ours, theirs = pty.openpty()
+    os.write(ours, f"{answer}\n".encode())
+    done = subprocess.run(
+        [sys.executable, "-c", "import apt; apt.install(['tree'], 'A tree is missing')"],
+        cwd=ROOT / "tools",
+        env={"PATH": f"{tmp_path}:/usr/bin:/bin", "WORKBENCH_APT": consent},
+        stdin=subprocess.DEVNULL if answer is None else theirs,
+        capture_output=True,
+        text=True,
+    )
+    os.close(ours)
+    os.close(theirs)
+    assert ("Install tree with apt-get? [y/N]" in done.stdout) == (answer is not None)
+    assert log.exists() == installs
+    if not installs:
+        assert done.returncode == 2 and "run `sudo apt-get install tree`" in done.stderr
+
+
 def test_all_places_promise_the_same_pythons():
     minors = [f"3.{minor}" for minor in range(30)]
     assert [it for it in minors if it in SpecifierSet(PROJECT["requires-python"])] == PYTHONS
@@ -135,7 +167,7 @@ def test_all_places_promise_the_same_pythons():
     set_up = (ROOT / "tools" / "set_up.py").read_text()
     assert re.search(r"SUPPORTED = \((.*)\)", set_up)[1] == '"3.13", "3.12", "3.11"'
     ci = (ROOT / ".ci" / "run").read_text()
-    assert f"for version in {' '.join(PYTHONS)};" in ci
+    assert f'VERSIONS="{" ".join(PYTHONS)}"' in ci
     assert all(f"with Python {version}" in ci for version in PYTHONS)
 
 
@@ -153,8 +185,7 @@ def test_what_is_pinned_is_what_the_requirements_allow(python):
         if pin.marker is None or pin.marker.evaluate(environment):
             assert canonical(pin.name) not in pins, f"two pins of {pin.name}"
             pins[canonical(pin.name)] = str(pin.specifier).removeprefix("==")
-    extras = PROJECT["optional-dependencies"].values()
-    wanted = [Requirement(it) for it in sum(extras, PROJECT["dependencies"])]
+    wanted = requirements()
     for it in wanted:
         if it.marker is None or it.marker.evaluate(environment):
             assert pins[canonical(it.name)] in it.specifier, it
@@ -180,8 +211,7 @@ that package."""
 
 
 def test_no_requirement_admits_a_release_with_a_known_hole():
-    extras = PROJECT["optional-dependencies"].values()
-    wanted = [Requirement(it) for it in sum(extras, PROJECT["dependencies"])]
+    wanted = requirements()
     for it in wanted:
         first, hole = FIRST_WITHOUT_HOLES.get(canonical(it.name), ("0", ""))
         least = [Version(each.version) for each in it.specifier if each.operator in (">=", "==")]
@@ -189,5 +219,63 @@ def test_no_requirement_admits_a_release_with_a_known_hole():
     assert FIRST_WITHOUT_HOLES.keys() <= {canonical(it.name) for it in wanted}
 
 
-def canonical(name: str) -> str:
-    return re.sub(r"[-_.]+", "-", name).lower()
+def requirements() -> list[Requirement]:
+    """Return all that the project and its extras require, but the project itself."""
+    extras = PROJECT["optional-dependencies"].values()
+    every = [Requirement(it) for it in sum(extras, PROJECT["dependencies"])]
+    return [it for it in every if it.name != PROJECT["name"]]
+
+
+MAX_DIRECT_DEPENDENCIES = 12
+"""Without extras, as servers and CI install it."""
+IMPORTED_WITH_EXTRAS = {
+    "app": ("gui", "extras/flightdata/cards"),
+    "sweep": ("design/rollout", "common/code_cache"),
+    "web": ("link/qr", "link/server/web", "link/server/web_socket"),
+    "ros2": ("extras/gateways/ros2",),
+    "mavlink": ("extras/gateways/mavlink",),
+    "dev": ("pytest_plugin",),
+}
+"""Modules, by the beginning of their paths, that are imported only where an extra is asked for."""
+
+
+def test_without_extras_few_packages_are_required():
+    assert len(PROJECT["dependencies"]) <= MAX_DIRECT_DEPENDENCIES
+
+
+OWN = sys.stdlib_module_names | {"workbench"}
+"""Modules that need no package of others."""
+
+
+def test_what_the_core_imports_comes_without_extras(case):
+    """At a module's top level, as functions say what an extra brings before they import it."""
+    always = required_with("")
+    brought = {extra: required_with(extra) for extra in IMPORTED_WITH_EXTRAS}
+    packages_of = metadata.packages_distributions()
+
+    def is_allowed(name: str, allowed: set[str]) -> bool:
+        return bool({canonical(it) for it in packages_of.get(name, ())} & allowed)
+
+    for path in sorted((ROOT / "workbench").rglob("*.py")):
+        file = path.relative_to(ROOT / "workbench").with_suffix("").as_posix()
+        extras = [it for it, places in IMPORTED_WITH_EXTRAS.items() if file.startswith(places)]
+        allowed = always.union(*(brought[extra] for extra in extras))
+        source = path.read_text()
+        seen = set(re.findall(r"^(?:from|import) (\w+)", source, re.MULTILINE))
+        if all(is_allowed(name, allowed) for name in seen - OWN):
+            continue  # parsing takes longer, and is for what only looks like an import
+        for name in top_level_imports(ast.parse(source)):
+            with case(f"{file} imports {name}"):
+                assert is_allowed(name, allowed)
+
+
+def top_level_imports(tree: ast.Module) -> set[str]:
+    """Return the packages of others that a module imports when it is imported."""
+    names: set[str] = set()
+    for node in tree.body:
+        if isinstance(node, ast.Import):
+            names |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            names.add(node.module or "")
+    tops = {name.partition(".")[0] for name in names}
+    return tops - OWN

@@ -5,9 +5,9 @@ from typing import Any
 
 import pytest
 
-from workbench.analysis.questions import Question
+from workbench.analysis.queries import Query
 from workbench.analysis.replies import Searched
-from workbench.analysis.subject import Subject
+from workbench.analysis.subject import AnalysedVehicle
 from workbench.analysis.work import Work
 from workbench.analysis.worker import find_answerer
 from workbench.scenario.scenario import Scenario
@@ -33,9 +33,9 @@ class Caller:
 
 
 @pytest.fixture(scope="session")
-def subject() -> Subject:
+def subject() -> AnalysedVehicle:
     """The shipped drone."""
-    return Subject(Scenario(), {})
+    return AnalysedVehicle(Scenario(), {})
 
 
 @pytest.fixture
@@ -52,7 +52,7 @@ def work(caller) -> Work:
 def answer(subject, work):
     """What answers a question about the shipped drone, or about another subject."""
 
-    def answered(question: Question, about: Subject = subject) -> Any:
+    def answered(question: Query, about: AnalysedVehicle = subject) -> Any:
         *rests, reply = find_answerer(type(question))(about, question, work)
         assert set(rests) <= {None}
         return reply

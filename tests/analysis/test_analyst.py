@@ -12,14 +12,14 @@ from pathlib import Path
 import pytest
 
 from workbench.analysis.analyst import Analyst
-from workbench.analysis.questions import (
+from workbench.analysis.queries import (
     DrawMap,
     FindRanges,
     Judge,
     Predict,
-    Step,
+    RequestedStep,
+    Sensitivities,
     Tune,
-    Weigh,
 )
 from workbench.analysis.replies import Judged, Mapped, Predicted
 from workbench.common.errors import WorkbenchError
@@ -28,7 +28,7 @@ from workbench.scenario.scenario import Scenario, VehicleConfig
 
 ENOUGH = 300.0
 """No test waits so long unless it fails [s]."""
-STEP = Step("x", 2.0, 1.5)
+STEP = RequestedStep("x", 2.0, 1.5)
 HARD = ("x.rise_time <= 0.1", "pitch.phase_margin >= 70deg")
 
 
@@ -61,11 +61,15 @@ def margins_of(judged):
     return [(each.name, each.gain_margin, each.phase_margin) for each in judged.loops]
 
 
-def heard(told):
+def wait_until(condition):
     end = time.monotonic() + ENOUGH
-    while not told:
-        assert time.monotonic() < end, "nothing is told"
+    while not condition():
+        assert time.monotonic() < end, "nothing happens"
         time.sleep(0.01)
+
+
+def heard(told):
+    wait_until(lambda: told)
 
 
 def test_each_question_gets_its_reply(analyst):
@@ -100,8 +104,8 @@ def test_bad_questions_are_refused_with_a_sentence_and_the_next_is_answered(anal
         (Judge({"kp_roll": float("nan")}), "give it a number"),
         (Judge({"kp_rol": 1.0}), "did you mean 'kp_roll'"),
         (Judge(None), "the analyst failed: "),
-        (Predict({}, Step("x", 0.0, 1.0)), "the amplitude is 0"),
-        (Judge({"kp_roll": threading.Lock()}), "the question cannot be sent to a process"),
+        (Predict({}, RequestedStep("x", 0.0, 1.0)), "the amplitude is 0"),
+        (Judge({"kp_roll": threading.Lock()}), "the request cannot be sent to a process"),
         ("margins?", "'margins\\?' is not a question"),
     ):
         with pytest.raises(WorkbenchError, match=said):
@@ -109,9 +113,8 @@ def test_bad_questions_are_refused_with_a_sentence_and_the_next_is_answered(anal
     assert analyst.ask(Judge({})).result(ENOUGH).stable
 
 
-def test_asking_never_waits(own):
+def test_asking_never_waits(analyst):
     """Not for a process that stands still either: a wait for it would have no end."""
-    analyst, _ = own
     analyst.ask(Judge({})).result(ENOUGH)
     analyst.ask(Predict({}, STEP)).result(ENOUGH)
     stopped = [pid for pid in analyst.pids if pid is not None]
@@ -132,8 +135,7 @@ def test_asking_never_waits(own):
     assert (last[1].response == again.response).all()
 
 
-def test_a_killed_process_is_a_sentence_and_the_next_question_starts_another(own):
-    analyst, _ = own
+def test_a_killed_process_is_a_sentence_and_the_next_question_starts_another(analyst):
     analyst.ask(Judge({})).result(ENOUGH)
     first = analyst.pids[0]
     os.kill(first, signal.SIGSTOP)
@@ -169,7 +171,7 @@ def test_a_search_is_stopped_and_keeps_its_best(own):
     assert not reply.met
     assert set(reply.gains) >= {"kp_velocity_x", "kp_pitch"}
     assert 0.0 <= told[0].share <= 1.0
-    assert analyst.ask(Weigh({}, STEP)).result(ENOUGH)  # what is asked later is not stopped
+    assert analyst.ask(Sensitivities({}, STEP)).result(ENOUGH)  # what is asked later is not stopped
 
 
 @pytest.mark.slow
@@ -177,22 +179,27 @@ def test_nothing_waits_for_a_search_or_is_stopped_with_it(own):
     analyst, told = own
     tuned = analyst.ask(Tune({}, HARD))
     heard(told)
-    weighed = analyst.ask(Weigh({}, STEP))
+    weighed = analyst.ask(Sensitivities({}, STEP))
     assert weighed.result(ENOUGH)
     assert not tuned.done()
-    weighed = analyst.ask(Weigh({}, STEP))
+    weighed = analyst.ask(Sensitivities({}, STEP))
     analyst.stop()
     assert weighed.result(ENOUGH)
     assert tuned.result(ENOUGH).stopped
 
 
-def test_closing_in_the_middle_of_a_search_leaves_nothing():
+@pytest.mark.parametrize(
+    "searching",
+    [False, pytest.param(True, marks=pytest.mark.slow)],
+    ids=["before a search", "within a search"],
+)
+def test_closing_leaves_nothing(searching):
     threads, sockets = set(threading.enumerate()), open_sockets()
     told = []
     analyst = Analyst(Scenario(), {}, told.append)
     asked = [analyst.ask(Judge({})), analyst.ask(Tune({}, HARD))]
-    heard(told)
-    pids = analyst.pids
+    wait_until(lambda: told if searching else None not in (analyst.pids[0], analyst.pids[2]))
+    pids = [pid for pid in analyst.pids if pid is not None]
     analyst.close()
     assert not any(running(pid) for pid in pids)
     assert set(threading.enumerate()) <= threads
@@ -215,17 +222,23 @@ def open_sockets() -> set[str]:
     return {each for each in found if each.startswith("socket:")}
 
 
-def test_it_ends_with_its_caller():
-    """A caller that is killed leaves no process behind, even in the middle of a search."""
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "condition",
+    ["analyst.pids[2]", "told"],
+    ids=["before a search", "within a search"],
+)
+def test_it_ends_with_its_caller(condition):
+    """A caller that is killed leaves no process behind."""
     code = (
         "import time\n"
         "from workbench.analysis.analyst import Analyst\n"
-        "from workbench.analysis.questions import Tune\n"
+        "from workbench.analysis.queries import Tune\n"
         "from workbench.scenario.scenario import Scenario\n"
         "told = []\n"
         "analyst = Analyst(Scenario(), {}, told.append)\n"
         f"analyst.ask(Tune({{}}, {HARD!r}))\n"
-        "while not told: time.sleep(0.01)\n"
+        f"while not {condition}: time.sleep(0.01)\n"
         "print(analyst.pids[2], flush=True)\n"
         "time.sleep(600)\n"
     )

@@ -7,14 +7,22 @@ import numpy as np
 import pytest
 
 from workbench.analysis.judging import judge
-from workbench.analysis.questions import DrawFrequency, FindRanges, Judge, Step, Weigh
-from workbench.analysis.subject import Subject
+from workbench.analysis.queries import (
+    DrawFrequency,
+    FindRanges,
+    Judge,
+    PlanMeasurement,
+    RequestedStep,
+    Sensitivities,
+)
+from workbench.analysis.subject import AnalysedVehicle
 from workbench.common.errors import WorkbenchError
+from workbench.control.controller_file import load_controller
 from workbench.design.judge.loop_judgement import hover_margins
+from workbench.design.judge.loop_measurement import loop_injection
 from workbench.design.linear.linearize import linearize
-from workbench.design.linear.operating_point import HOLDING
+from workbench.design.linear.operating_point import HOLDING_POINT, HOVER_POINT
 from workbench.plant.variation import Variation
-from workbench.scenario.parameters import parameter_table
 from workbench.scenario.scenario import Rates, Scenario, VehicleConfig
 
 GAINS = {"kp_roll": 180.0, "kd_roll": 24.0, "kp_velocity_z": 6.0, "kp_position_xy": 1.4}
@@ -58,7 +66,7 @@ def test_margins_are_python_controls(answer, loop):
 
 def test_margins_are_those_of_the_model_that_is_linearised_each_time(subject, answer):
     judged = {each.name: each for each in answer(Judge(GAINS)).loops}
-    for loop, margins in hover_margins(subject.study.sampled(HOLDING, GAINS)).items():
+    for loop, margins in hover_margins(subject.study.sampled(HOLDING_POINT, GAINS)).items():
         for name in ("gain_margin", "phase_margin", "delay_margin", "disk_margin", "crossover"):
             expected = getattr(margins, name)
             assert getattr(judged[loop], name) == pytest.approx(expected, rel=1e-6), name
@@ -111,7 +119,7 @@ def test_only_a_held_place_may_be_unstable(answer):
 
 
 def test_settings_count_and_a_question_counts_more(answer):
-    firm = Subject(Scenario(), {"kp_roll": 180.0, "wind_x": 5.0})
+    firm = AnalysedVehicle(Scenario(), {"kp_roll": 180.0, "wind_x": 5.0})
     own, other = {}, {"kp_roll": 250.0}
     assert roll_margin(answer(Judge(own), firm)) == roll_margin(answer(Judge({"kp_roll": 180.0})))
     assert roll_margin(answer(Judge(other), firm)) == roll_margin(answer(Judge(other)))
@@ -123,7 +131,7 @@ def test_variation_and_rates_of_the_scenario_count(answer):
     slow = Rates(control_period=1 / 64, record_period=1 / 64)
     own = roll_margin(answer(Judge({})))
     for scenario in (Scenario(vehicle=late), Scenario(rates=slow)):
-        assert roll_margin(answer(Judge({}), Subject(scenario, {}))) < own - 0.05
+        assert roll_margin(answer(Judge({}), AnalysedVehicle(scenario, {}))) < own - 0.05
 
 
 @pytest.mark.parametrize(
@@ -144,10 +152,10 @@ def test_bad_gains_are_refused(answer, gains, said):
 
 def test_a_set_of_scheduled_gains_is_judged_as_the_law_that_has_them_alone(answer):
     """Whichever set flies in hover; answers name gains as the question does."""
-    subject = Subject(Scenario(controller="pd@speed=0,4"), {"payload_mass": 0.1})
+    subject = AnalysedVehicle(Scenario(controller="pd@speed=0,4"), {"payload_mass": 0.1})
     asked = {f"{name}_at_4": 0.8 * subject.own[name] for name in ("kp_roll", "kd_roll", "kp_pitch")}
     plain = {subject.flown.gain_of(name): value for name, value in asked.items()}
-    alone = Subject(Scenario(), {"payload_mass": 0.1})
+    alone = AnalysedVehicle(Scenario(), {"payload_mass": 0.1})
     found, wanted = answer(Judge(asked), subject), answer(Judge(plain), alone)
     one, other = (
         [(each.name, each.gain_margin, each.phase_margin) for each in judged.loops]
@@ -157,13 +165,13 @@ def test_a_set_of_scheduled_gains_is_judged_as_the_law_that_has_them_alone(answe
     ranges = answer(FindRanges(asked), subject)
     assert ranges["kp_roll_at_4"] == answer(FindRanges(plain), alone)["kp_roll"]
     assert "kp_roll" not in ranges
-    step = Step("x", 1.0, 1.0)
-    assert "kp_pitch_at_4" in answer(Weigh(asked, step), subject)["rise_time"]
+    step = RequestedStep("x", 1.0, 1.0)
+    assert "kp_pitch_at_4" in answer(Sensitivities(asked, step), subject)["rise_time"]
 
 
 @pytest.fixture(scope="module")
 def found(subject):
-    from workbench.analysis.judging import find_ranges
+    from workbench.analysis.gain_ranges import find_ranges
 
     class Unstopped:
         def check(self):
@@ -176,13 +184,13 @@ def found(subject):
 
 
 @pytest.mark.parametrize("which", ["own", "hard"])
-def test_a_percent_inside_is_stable_and_a_percent_outside_is_not(answer, found, which):
+def test_the_end_of_a_range_is_stable_and_a_percent_outside_is_not(answer, found, which):
     ranges, gains = found[which], {"own": {}, "hard": HARD}[which]
     ends = 0
     for name, (low, high) in ranges.items():
-        row = parameter_table().find(name)
+        row = load_controller().table.find(name)
         for value, outward in ((low, 0.99), (high, 1.01)):
-            assert answer(Judge({**gains, name: value / outward ** (value > 0)})).stable, name
+            assert answer(Judge({**gains, name: value})).stable, name
             if value in (row.minimum, row.maximum):
                 continue
             ends += 1
@@ -208,7 +216,7 @@ def test_the_answer_of_an_unstable_value_is_the_nearest_range_that_is_stable(ans
 
 def test_it_rests_often_enough_for_margins_to_come_between(subject, work):
     """Between two rests lie two eigenvalue problems, not a whole gain."""
-    from workbench.analysis.judging import find_ranges
+    from workbench.analysis.gain_ranges import find_ranges
 
     rests = list(find_ranges(subject, FindRanges({}), work))
     assert len(rests) > 200
@@ -221,7 +229,7 @@ def test_a_stop_ends_it(answer, caller):
 
 
 def test_a_filter_is_judged_as_a_gain_is_and_its_phase_is_told():
-    subject = Subject(Scenario(estimator="ekf"), {})
+    subject = AnalysedVehicle(Scenario(estimator="ekf"), {})
     found = {}
     for cutoff in (0.0, 30.0):
         (reply,) = judge(subject, Judge({"gyro_lowpass": cutoff}), None)
@@ -253,3 +261,18 @@ def test_frequency_curves_are_of_the_gains_and_carry_the_margins_of_the_table(an
 def test_a_loop_that_there_is_not_is_refused(answer):
     with pytest.raises(WorkbenchError, match="loop"):
         answer(DrawFrequency(GAINS, "roll_rate"))
+
+
+@pytest.mark.parametrize(
+    ("loop", "point"), [("velocity_x", HOVER_POINT), ("position_x", HOLDING_POINT)]
+)
+def test_a_measurement_is_planned_by_the_model_of_its_flight(subject, answer, loop, point):
+    """A loop that holds a place is measured while the place is held, others while steered."""
+    gains = {"kp_velocity_x": 2.0, "kp_position_xy": 1.4}
+    planned, held = answer(PlanMeasurement(gains, loop, "actuator"))
+    study, row = subject.study, subject.controller.loop(loop)
+    model = study.sampled(point, subject.linear_gains(gains))
+    assert planned == loop_injection(model, row, study.vehicle, "actuator")
+    assert held is (point is HOLDING_POINT)
+    own = loop_injection(study.sampled(point), row, study.vehicle, "actuator")
+    assert planned.highest != pytest.approx(own.highest, rel=1e-3)  # with the gains asked for

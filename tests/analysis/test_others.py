@@ -2,8 +2,14 @@
 
 import pytest
 
-from workbench.analysis.questions import AskOther, DrawFrequency, Judge, Predict, Step
-from workbench.analysis.subject import Subject
+from workbench.analysis.queries import (
+    DrawFrequency,
+    Judge,
+    OtherControllerQuery,
+    Predict,
+    RequestedStep,
+)
+from workbench.analysis.subject import AnalysedVehicle
 from workbench.common.errors import WorkbenchError
 from workbench.design.judge.report import judge
 from workbench.design.step_response import fly_step
@@ -14,22 +20,22 @@ LQI = Scenario(controller="lqi")
 
 @pytest.mark.slow
 def test_another_controller_has_its_own_gains_and_the_margins_of_the_judge(answer):
-    about = Subject(Scenario(), {"kp_pitch": 50.0, "max_tilt": 0.3})
-    reply = answer(AskOther("lqi", Judge({})), about)
+    about = AnalysedVehicle(Scenario(), {"kp_pitch": 50.0, "max_tilt": 0.3})
+    reply = answer(OtherControllerQuery("lqi", Judge({})), about)
     expected = {loop.loop: loop.actuator for loop in judge(LQI).loops}
     assert len(reply.loops) == len(expected) > 3
     for loop in reply.loops:
         assert loop.phase_margin == pytest.approx(expected[loop.name].phase_margin, rel=1e-3)
         assert loop.disk_margin == pytest.approx(expected[loop.name].disk_margin, rel=1e-3)
     loop = reply.loops[0]
-    curves = answer(AskOther("lqi", DrawFrequency({}, loop.name)), about)
+    curves = answer(OtherControllerQuery("lqi", DrawFrequency({}, loop.name)), about)
     assert curves.margins.phase_margin == pytest.approx(loop.phase_margin, rel=1e-6)
     assert about.gains({})["kp_pitch"] == 50.0
 
 
 def test_filters_that_fly_act_on_the_other_one_too(answer):
     plain, slow = (
-        {loop.name: loop for loop in answer(AskOther("pid", Judge(gains))).loops}
+        {loop.name: loop for loop in answer(OtherControllerQuery("pid", Judge(gains))).loops}
         for gains in ({}, {"gyro_lowpass": 20.0})
     )
     for name in ("roll_rate", "pitch_rate"):
@@ -38,11 +44,11 @@ def test_filters_that_fly_act_on_the_other_one_too(answer):
 
 @pytest.mark.slow  # its machine code may have to be made
 def test_a_step_of_another_controller_is_as_the_diagram_flies_it(answer):
-    predicted = answer(AskOther("lqi", Predict({}, Step("x", 1.0, 2.0))))
+    predicted = answer(OtherControllerQuery("lqi", Predict({}, RequestedStep("x", 1.0, 2.0))))
     flown = fly_step("x", 1.0, duration=2.0, scenario=LQI)
     assert predicted.response == pytest.approx(flown.response, abs=1e-3)
 
 
 def test_a_controller_that_is_none_is_a_sentence(answer):
     with pytest.raises(WorkbenchError, match="pqr"):
-        answer(AskOther("pqr", Judge({})))
+        answer(OtherControllerQuery("pqr", Judge({})))

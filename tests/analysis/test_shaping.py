@@ -4,10 +4,11 @@ import math
 
 import pytest
 
-from workbench.analysis.questions import Judge, ShapeLoop
-from workbench.analysis.subject import Subject
+from workbench.analysis.queries import Judge, SampleReach, ShapeLoop
+from workbench.analysis.subject import AnalysedVehicle
 from workbench.design.judge.noise import noise_effects
-from workbench.design.linear.operating_point import HOVER
+from workbench.design.linear.operating_point import HOVER_POINT
+from workbench.gui.tuning.limit_reach import held_range
 from workbench.scenario.scenario import Scenario
 
 
@@ -28,6 +29,8 @@ def test_the_loop_that_is_judged_has_what_was_asked(answer):
     assert low < 40.0 < high
     low, high = map(math.degrees, shaped.reach)
     assert low < 45.0 < high
+    unlinked = answer(ShapeLoop({}, "pitch", 40.0, math.radians(45.0)))
+    assert set(unlinked.gains) == {"kp_pitch", "kd_pitch"}  # the shaper is another one
 
 
 def test_nothing_asked_is_what_is(answer):
@@ -70,16 +73,46 @@ def test_saturation_and_noise_are_named_where_they_are_near(answer):
 
 
 def test_noise_is_named_on_an_estimate_that_has_some(answer):
-    subject = Subject(Scenario(estimator="ekf"), {})
+    subject = AnalysedVehicle(Scenario(estimator="ekf"), {})
     gains = {"kp_pitch": 1000.0, "kd_pitch": 70.0}
     said = answer(ShapeLoop(gains, "pitch", rests=True), subject).said
-    noise = max(each.worst_command for each in noise_effects(subject.study, HOVER, gains))
+    noise = max(each.worst_command for each in noise_effects(subject.study, HOVER_POINT, gains))
     assert f"Noise moves the rotors' commands by {100.0 * noise:.2g} % rms." in said
 
 
 def test_a_set_of_scheduled_gains_keeps_its_names(answer):
-    subject = Subject(Scenario(controller="pd@speed=0,4"), {})
+    subject = AnalysedVehicle(Scenario(controller="pd@speed=0,4"), {})
     asked = {f"{name}_at_4": subject.own[name] for name in ("kp_pitch", "kd_pitch")}
     linked = {"kp_pitch_at_4": "kp_roll_at_4"}
     shaped = answer(ShapeLoop(asked, "pitch", 40.0, linked=linked), subject)
     assert set(shaped.gains) >= {"kp_pitch_at_4", "kd_pitch_at_4"}
+
+
+def test_over_its_reach_the_margins_of_all_loops_are_those_that_are_judged(answer):
+    """For some bandwidths and margins, by the gains that a request for them gives."""
+    margins = math.radians(40.0), math.radians(60.0)
+    sampled = answer(SampleReach({}, "velocity_x", (3.0, 8.0), margins))
+    assert [value for value, _ in sampled.bandwidths[::16]] == pytest.approx([3.0, 8.0])
+    own = of(answer(Judge({})), "velocity_x")
+    for samples, asked in (
+        (sampled.bandwidths[4], lambda value: (value, own.phase_margin)),
+        (sampled.margins[9], lambda value: (own.bandwidth, value)),
+    ):
+        value, loops = samples
+        shaped = answer(ShapeLoop({}, "velocity_x", *asked(value)))
+        judged = answer(Judge(shaped.gains))
+        for loop, found in zip(judged.loops, loops, strict=True):
+            assert found.phase_margin == pytest.approx(loop.phase_margin, rel=1e-6, nan_ok=True)
+            assert found.disk_margin == pytest.approx(loop.disk_margin, rel=1e-6)
+    nothing = answer(SampleReach({}, "velocity_x", (math.nan, math.nan), (1.0, 1.0)))
+    assert nothing.bandwidths == nothing.margins == ()
+
+
+def test_the_range_within_limits_is_the_connected_one_nearest_to_the_present():
+    samples = [(float(value), value) for value in range(10)]
+    good = {0, 1, 4, 5, 6, 9}
+    spans = {0.5: (0.0, 1.0), 2.0: (0.0, 1.0), 3.5: (4.0, 6.0), 8.9: (9.0, 9.0)}
+    for present, span in spans.items():
+        assert held_range(samples, present, lambda value: value in good) == span
+    assert held_range(samples, 1.0, lambda value: False) is None
+    assert held_range((), 1.0, lambda value: True) is None

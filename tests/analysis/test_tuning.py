@@ -1,16 +1,15 @@
 """Searches: what is found holds in a flight of its own."""
 
 import shutil
-import subprocess
-import sys
 import threading
 from pathlib import Path
 
 import pytest
 import yaml
 
-from workbench.analysis.questions import Pin, Step, Tune
-from workbench.analysis.subject import Subject
+from workbench.analysis.queries import RegressionCase, RequestedStep, Tune
+from workbench.analysis.subject import AnalysedVehicle
+from workbench.commands.cli import main
 from workbench.common.errors import WorkbenchError
 from workbench.common.resources import models_dir
 from workbench.design.pin import pin_step
@@ -22,7 +21,7 @@ from workbench.plant.variation import Variation
 from workbench.scenario.scenario import Rates, Scenario, VehicleConfig
 
 GAINS = {"kp_pitch": 180.0, "kd_pitch": 24.0}
-STEP = Step("x", 2.0, 2.0)
+STEP = RequestedStep("x", 2.0, 2.0)
 
 
 @pytest.fixture(scope="module")
@@ -89,7 +88,6 @@ def test_it_says_what_it_does_and_is_never_full_before_the_end(found):
     _, told = found
     phases = [each.phase for each in told]
     stages = [
-        "reading",
         "flying the law's own gains",
         "linear model of vehicle 1 of 8",
         "searching",
@@ -125,13 +123,13 @@ def test_bad_wishes_and_a_varied_vehicle_are_refused(answer):
         answer(Tune({}, ("fly well",)))
     heavy = Scenario(vehicle=VehicleConfig(variation=Variation(mass=1.2)))
     with pytest.raises(WorkbenchError, match="varies the vehicle on its own"):
-        answer(Tune({}, ()), Subject(heavy, {}))
+        answer(Tune({}, ()), AnalysedVehicle(heavy, {}))
 
 
 @pytest.fixture(scope="module")
 def pinned(tmp_path_factory):
     """A pinned step, not to be changed."""
-    path = tmp_path_factory.mktemp("pinned") / "mine.spec.yaml"
+    path = tmp_path_factory.mktemp("pinned") / "mine.workbench.yaml"
     return pin_step(path, Scenario(), GAINS, "x", 2.0, duration=2.0)
 
 
@@ -139,10 +137,8 @@ def passed(path, changes=None):
     return [result.passed for result in regress([path], changes)]
 
 
-def test_it_is_green_at_once_on_the_command_line(pinned):
-    command = [sys.executable, "-m", "workbench", "regress", str(pinned.spec), "-j", "1"]
-    done = subprocess.run(command, capture_output=True, text=True)
-    assert done.returncode == 0, done.stdout + done.stderr
+def test_it_is_green_at_once_on_the_command_line(pinned, capsys):
+    assert main(["regress", str(pinned.spec), "-j", "1"]) == 0, capsys.readouterr()
 
 
 @pytest.mark.slow
@@ -177,7 +173,7 @@ def test_who_stops_it_at_the_last_moment_finds_no_file(tmp_path):
         if share == 1.0:
             raise WorkbenchError("it was stopped")
 
-    path = tmp_path / "a.spec.yaml"
+    path = tmp_path / "a.workbench.yaml"
     with pytest.raises(WorkbenchError, match="stopped"):
         pin_step(path, Scenario(), {}, "x", 1.0, duration=1.0, margins=False, progress=stop)
     assert list(tmp_path.iterdir()) == []
@@ -189,7 +185,7 @@ def test_a_gain_file_beside_the_model_may_change_later(tmp_path):
     model = tmp_path / "models" / "drone"
     shutil.copytree(models_dir() / "dh_drone", model)
     scenario = Scenario(vehicle=VehicleConfig(model=str(model / "drone.urdf.xacro")))
-    spec = pin_step(tmp_path / "specs/a.spec.yaml", scenario, {}, "z", 1.0, duration=2.0).spec
+    spec = pin_step(tmp_path / "specs/a.workbench.yaml", scenario, {}, "z", 1.0, duration=2.0).spec
     said = yaml.safe_load(spec.read_text())
     assert said["vehicle"]["model"] == "../models/drone/drone.urdf.xacro"
     own = model / "gains.yaml"
@@ -200,7 +196,7 @@ def test_a_gain_file_beside_the_model_may_change_later(tmp_path):
     assert all(passed(spec))
     moved = tmp_path.with_name("moved")
     tmp_path.rename(moved)
-    assert all(passed(moved / "specs/a.spec.yaml"))
+    assert all(passed(moved / "specs/a.workbench.yaml"))
     moved.rename(tmp_path)
 
 
@@ -211,7 +207,7 @@ def test_variation_and_rates_are_pinned_too_and_margins_may_be_left_out(tmp_path
         vehicle=VehicleConfig(variation=Variation(mass=1.1)),
         rates=Rates(control_period=1 / 64, record_period=1 / 64),
     )
-    path = tmp_path / "heavy.spec.yaml"
+    path = tmp_path / "heavy.workbench.yaml"
     found = pin_step(path, scenario, {}, "yaw", -0.2, duration=1.5, margins=False)
     said = yaml.safe_load(path.read_text())
     assert said["vehicle"]["variation"] == {"mass": 1.1}
@@ -224,14 +220,14 @@ def test_variation_and_rates_are_pinned_too_and_margins_may_be_left_out(tmp_path
 
 @pytest.mark.slow
 def test_other_parameters_than_the_controllers_are_set_in_the_case(tmp_path):
-    path = tmp_path / "windy.spec.yaml"
+    path = tmp_path / "windy.workbench.yaml"
     pin_step(path, Scenario(), {"wind_y": 4.0}, "x", 1.0, duration=1.5, margins=False)
     assert yaml.safe_load(path.read_text())["cases"][0]["set"] == {"wind_y": 4.0}
     assert not all(passed(path, Changes(settings={"wind_y": 0.0})))
 
 
 def test_files_that_are_there_stay_unless_asked_otherwise(tmp_path):
-    path = tmp_path / "a.spec.yaml"
+    path = tmp_path / "a.workbench.yaml"
     path.write_text("precious")
     with pytest.raises(WorkbenchError, match="exists already: take another name, or overwrite"):
         pin_step(path, Scenario(), {}, "x", 1.0)
@@ -244,11 +240,16 @@ def test_files_that_are_there_stay_unless_asked_otherwise(tmp_path):
 @pytest.mark.parametrize(
     ("name", "gains", "axis", "said"),
     [
-        ("a.yaml", {}, "x", "name it NAME.spec.yaml"),
-        ("a.spec.yaml", {"kp_pitch": -1.0}, "x", "kp_pitch is -1"),
-        ("a.spec.yaml", {"kp_pitch": 2500.0, "kd_pitch": 0.5}, "x", "cannot be pinned: the flight"),
-        ("a.spec.yaml", {"kp_roll": 1500.0}, "z", "cannot be pinned"),
-        ("a.spec.yaml", {}, "up", "unknown axis 'up'"),
+        ("a.yaml", {}, "x", "name it NAME.workbench.yaml"),
+        ("a.workbench.yaml", {"kp_pitch": -1.0}, "x", "kp_pitch is -1"),
+        (
+            "a.workbench.yaml",
+            {"kp_pitch": 2500.0, "kd_pitch": 0.5},
+            "x",
+            "cannot be pinned: the flight",
+        ),
+        ("a.workbench.yaml", {"kp_roll": 1500.0}, "z", "cannot be pinned"),
+        ("a.workbench.yaml", {}, "up", "unknown axis 'up'"),
     ],
 )
 def test_nothing_is_written_of_what_cannot_be_pinned(tmp_path, name, gains, axis, said):
@@ -264,7 +265,7 @@ def test_what_is_not_green_when_it_was_written_is_taken_back(tmp_path, monkeypat
         raise WorkbenchError(f"{path}: what was pinned fails")
 
     monkeypatch.setattr(pin, "_prove", fail)
-    path = tmp_path / "a.spec.yaml"
+    path = tmp_path / "a.workbench.yaml"
     with pytest.raises(WorkbenchError, match="what was pinned fails"):
         pin_step(path, Scenario(), {}, "x", 1.0, duration=1.0, margins=False)
     assert list(tmp_path.iterdir()) == []
@@ -277,13 +278,15 @@ def test_what_is_not_green_when_it_was_written_is_taken_back(tmp_path, monkeypat
 def test_a_folder_that_cannot_be_made_is_a_sentence(tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(WorkbenchError, match="cannot be made"):
-        pin_step(tmp_path / "file/a.spec.yaml", Scenario(), {}, "x", 1.0, margins=False)
+        pin_step(tmp_path / "file/a.workbench.yaml", Scenario(), {}, "x", 1.0, margins=False)
 
 
 def test_the_answer_says_what_is_held_and_settings_count(answer, tmp_path):
-    path = tmp_path / "b.spec.yaml"
-    about = Subject(Scenario(), {"kp_pitch": 200.0, "wind_x": 3.0})
-    spec, baseline, said = answer(Pin(path, {"kd_pitch": 25.0}, STEP, margins=False), about)
+    path = tmp_path / "b.workbench.yaml"
+    about = AnalysedVehicle(Scenario(), {"kp_pitch": 200.0, "wind_x": 3.0})
+    spec, baseline, said = answer(
+        RegressionCase(path, {"kd_pitch": 25.0}, STEP, margins=False), about
+    )
     assert spec == path
     assert baseline == Path(tmp_path / "b.baseline")
     assert baseline.is_dir()

@@ -2,11 +2,11 @@
 
 import pytest
 
-from workbench.analysis.questions import Step, Weigh
+from workbench.analysis.queries import RequestedStep, Sensitivities
 from workbench.common.errors import WorkbenchError
 from workbench.design.step_response import fly_step
 
-STEP = Step("x", 2.0, 1.5)
+STEP = RequestedStep("x", 2.0, 1.5)
 
 
 @pytest.fixture(scope="module")
@@ -17,7 +17,7 @@ def weighed(subject):
         def check(self, _share):
             pass
 
-    return next(weigh(subject, Weigh({}, STEP), Unstopped()))
+    return next(weigh(subject, Sensitivities({}, STEP), Unstopped()))
 
 
 def test_a_percent_more_does_what_it_says(subject, weighed):
@@ -46,4 +46,4 @@ def test_the_strongest_come_first_and_what_does_nothing_is_left_out(weighed):
 def test_a_stop_ends_it(answer, caller):
     caller.stopped = 1
     with pytest.raises(WorkbenchError, match="stopped"):
-        answer(Weigh({}, STEP))
+        answer(Sensitivities({}, STEP))

@@ -5,9 +5,9 @@ from multiprocessing import Pipe
 
 import pytest
 
-from workbench.analysis.questions import Judge, Predict, Step, Stop
+from workbench.analysis.queries import Judge, Predict, RequestedStep, StopQueries
 from workbench.analysis.work import RequestQueue
-from workbench.ipc.worker_process import Request, Superseded
+from workbench.ipc.worker_process import Superseded, WorkerRequest
 
 ENOUGH = 300.0
 
@@ -33,18 +33,19 @@ def connected():
     there.close()
 
 
-def test_of_a_kind_the_newest_is_kept_and_the_others_are_told_of(connected):
+def test_of_an_asker_and_a_kind_the_newest_is_kept_and_the_others_are_told_of(connected):
     here, requests, told = connected
-    predict = Request(4, Predict({}, Step("x", 1.0, 1.0)))
-    judge = [Request(number, Judge({"kp_roll": number})) for number in (1, 2, 3)]
-    for request in (*judge, predict):
+    judge = [WorkerRequest(number, Judge({"kp_roll": number})) for number in (1, 2, 3)]
+    other = WorkerRequest(4, Judge({"kp_roll": 0.0}, asker=1))
+    predict = WorkerRequest(5, Predict({}, RequestedStep("x", 1.0, 1.0)))
+    for request in (judge[0], other, *judge[1:], predict):
         here.send(request)
     found = []
-    while len(found) < 2:
+    while len(found) < 3:
         found += requests.take({Judge}, wait=not found)
         if found:  # all that came before it was heard
             found += requests.take(set(), wait=False)
-    assert found == [predict, judge[-1]]
+    assert found == [predict, other, judge[-1]]  # of a kind the one that waits longest
     assert told.posted == [Superseded(1), Superseded(2)]
 
 
@@ -52,8 +53,8 @@ def test_a_stop_is_heard_while_nobody_takes(connected):
     here, requests, _ = connected
     first, second = threading.Event(), threading.Event()
     requests.on_stop(3, first.set)
-    here.send(Stop(2))
-    here.send(Stop(3))
+    here.send(StopQueries(2))
+    here.send(StopQueries(3))
     assert first.wait(ENOUGH)
     assert requests.stopped == 3
     requests.on_stop(3, second.set)  # it came before it was asked to be told

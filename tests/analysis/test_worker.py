@@ -5,12 +5,12 @@ from collections import deque
 
 import pytest
 
-from workbench.analysis.questions import DrawMap, FindRanges, Judge, Predict, Step
+from workbench.analysis.queries import DrawMap, FindRanges, Judge, Predict, RequestedStep
 from workbench.analysis.worker import Scheduler
 from workbench.common.errors import WorkbenchError
-from workbench.ipc.worker_process import Answer, Refusal, Request
+from workbench.ipc.worker_process import WorkerRefusal, WorkerRequest, WorkerResult
 
-STEP = Step("x", 1.0, 1.0)
+STEP = RequestedStep("x", 1.0, 1.0)
 
 
 class Queues:
@@ -52,8 +52,8 @@ def slowly(_subject, question, _work):
 
 
 def test_margins_come_between_the_slices_of_a_map(queues):
-    judge = [Request(number, Judge({})) for number in range(2, 6)]
-    queues.asked.extend([Request(1, DrawMap({}, "a", "b", "c", STEP)), judge[0]])
+    judge = [WorkerRequest(number, Judge({})) for number in range(2, 6)]
+    queues.asked.extend([WorkerRequest(1, DrawMap({}, "a", "b", "c", STEP)), judge[0]])
     worked = scheduler(queues, {DrawMap: slowly, Judge: at_once})
     for request in judge[1:]:
         worked.turn()
@@ -65,17 +65,17 @@ def test_margins_come_between_the_slices_of_a_map(queues):
 
 
 def test_a_map_is_drawn_although_margins_are_asked_for_all_the_time(queues):
-    queues.asked.append(Request(0, DrawMap({}, "a", "b", "c", STEP)))
+    queues.asked.append(WorkerRequest(0, DrawMap({}, "a", "b", "c", STEP)))
     worked = scheduler(queues, {DrawMap: slowly, Judge: at_once})
     for number in range(1, 30):
-        queues.asked.append(Request(number, Judge({})))
+        queues.asked.append(WorkerRequest(number, Judge({})))
         worked.turn()
     assert 0 in [answer.number for answer in queues.posted]
 
 
 def test_the_urgent_ones_come_first(queues):
     asked = [FindRanges({}), DrawMap({}, "a", "b", "c", STEP), Predict({}, STEP), Judge({})]
-    queues.asked.extend(Request(number, question) for number, question in enumerate(asked))
+    queues.asked.extend(WorkerRequest(number, question) for number, question in enumerate(asked))
     scheduler(queues, dict.fromkeys(map(type, asked), at_once)).turn()
     assert [answer.number for answer in queues.posted] == [3, 2, 1, 0]
 
@@ -90,19 +90,23 @@ def test_whatever_fails_is_a_sentence_and_the_next_is_answered(queues):
         raise SystemExit("abort: failure at x.cc:1\n in Linearize()")
 
     queues.asked.extend(
-        [Request(1, Judge({})), Request(2, Predict({}, STEP)), Request(3, FindRanges({}))]
+        [
+            WorkerRequest(1, Judge({})),
+            WorkerRequest(2, Predict({}, STEP)),
+            WorkerRequest(3, FindRanges({})),
+        ]
     )
     scheduler(queues, {Judge: refuse, Predict: fail, FindRanges: at_once}).turn()
     failed = "the analyst failed: SystemExit: abort: failure at x.cc:1 in Linearize()"
     assert queues.posted == [
-        Refusal(1, "no such gain"),
-        Refusal(2, failed),
-        Answer(3, ("done", FindRanges({}))),
+        WorkerRefusal(1, "no such gain"),
+        WorkerRefusal(2, failed),
+        WorkerResult(3, ("done", FindRanges({}))),
     ]
 
 
 def test_what_was_stopped_before_it_was_begun_is_not_begun(queues):
     queues.stopped = 7
-    queues.asked.extend([Request(7, Judge({}))])
+    queues.asked.extend([WorkerRequest(7, Judge({}))])
     scheduler(queues, {}).turn()
-    assert queues.posted == [Refusal(7, "it was stopped before it was done")]
+    assert queues.posted == [WorkerRefusal(7, "it was stopped before it was done")]

@@ -47,9 +47,14 @@ def _run(*command) -> Said:
 
 
 @pytest.fixture(autouse=True)
+def _logs_here(unheld):
+    """Commands read logs in this process."""
+
+
+@pytest.fixture(autouse=True)
 def _no_progress(monkeypatch):
     """A slow machine says how far it is: here only where a test asks for it."""
-    monkeypatch.setattr(progress, "SOON", 3600.0)
+    monkeypatch.setattr(progress, "FIRST_DELAY_S", 3600.0)
 
 
 @pytest.fixture(scope="session")

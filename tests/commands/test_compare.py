@@ -2,7 +2,7 @@
 
 import pytest
 
-from workbench.design.compare import PARTS, ROWS
+from workbench.design.comparison import COMPARISON_PARTS, COMPARISON_ROWS
 from workbench.design.judge.margins import all_margins
 from workbench.design.linear.study import LinearStudy
 from workbench.design.step_response import fly_step
@@ -28,7 +28,7 @@ def test_margins_of_two_are_a_table_and_a_page(run, out):
     assert lines[0] == "dh_drone, each controller with its gains for it, or of its file"
     assert lines[2].split() == ["unit", "pd", "pid"]
     rows = {line.split()[0]: line.split() for line in lines[3:6]}
-    assert list(rows) == [row.name for row in ROWS if row.part == "margins"]
+    assert list(rows) == [row.name for row in COMPARISON_ROWS if row.part == "margins"]
     least = min(m.disk_margin for m in all_margins(LinearStudy().sampled(), ["roll_acceleration"]))
     assert float(rows["own_disk_margin"][1]) == pytest.approx(least, abs=0.005)
     assert "pd, own_disk_margin: " in said.out
@@ -131,9 +131,9 @@ def test_all_shipped_ones_have_all_numbers_or_say_why(run, out):
     assert said.code == 0, said.err
     found = {each["name"]: each for each in said.json["controllers"]}
     assert list(found) == names
-    assert {row["part"] for row in said.json["rows"]} == set(PARTS)
+    assert {row["part"] for row in said.json["rows"]} == set(COMPARISON_PARTS)
     for name, each in found.items():
-        for row in ROWS:
+        for row in COMPARISON_ROWS:
             value = each["numbers"][row.name]
             assert value is not None or each["remarks"][row.name], (name, row.name)
     numbers = {name: each["numbers"] for name, each in found.items()}

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from workbench.control.controller import load_controller
+from workbench.control.controller_file import load_controller
 from workbench.gains.gains import load_gains
 
 PAGE = Path(__file__).parents[2] / "docs" / "controllers.md"
@@ -14,9 +14,9 @@ PAGE = Path(__file__).parents[2] / "docs" / "controllers.md"
 
 @pytest.fixture
 def mine(write):
-    """Return the complete controller that docs/controllers.md shows."""
-    _, complete = PAGE.read_text(encoding="utf-8").split("## A complete example")
-    return write("mine.py", re.search(r"```python mine.py\n(.*?)```", complete, re.DOTALL)[1])
+    """Return the controller that docs/controllers.md shows."""
+    text = PAGE.read_text(encoding="utf-8")
+    return write("mine.py", re.search(r"```python mine.py\n(.*?)```", text, re.DOTALL)[1])
 
 
 def test_its_module_is_found_by_name_as_machine_code_that_is_loaded_again_needs_it(mine):
@@ -27,19 +27,19 @@ def test_its_module_is_found_by_name_as_machine_code_that_is_loaded_again_needs_
 
 
 def test_its_parameters_are_listed(run, mine):
-    rows = run("params", "--controller", mine, "--set", "p_rate=25", "--json").json["parameters"]
+    rows = run("params", "--controller", mine, "--set", "d_tilt=25", "--json").json["parameters"]
     values = {row["name"]: row["value"] for row in rows}
-    assert values["p_rate"] == 25.0 and values["d_filter"] == 0.01
+    assert values["d_tilt"] == 25.0 and values["p_tilt"] == 150.0
     assert not {"kp_roll", "kd_roll"} & set(values)
 
 
 def test_its_gains_are_saved_shown_compared_and_restored(run, refused, mine, tmp_path):
     own, file = ("--controller", mine), tmp_path / "g.yaml"
-    assert run("gains", "save", file, *own, "--set", "p_rate=25").code == 0
-    assert run("gains", "save", file, *own, "--set", "p_rate=30").code == 0
+    assert run("gains", "save", file, *own, "--set", "d_tilt=25").code == 0
+    assert run("gains", "save", file, *own, "--set", "d_tilt=30").code == 0
     assert load_gains_of(run, file, own) == 30.0
     rows = run("gains", "diff", file, "rule", *own, "--json").json["rows"]
-    assert {row["name"]: (row["a"], row["b"]) for row in rows}["p_rate"] == (30.0, 20.0)
+    assert {row["name"]: (row["a"], row["b"]) for row in rows}["d_tilt"] == (30.0, 20.0)
     assert len(run("gains", "history", file, *own, "--json").json["states"]) == 2
     assert run("gains", "restore", file, "0", *own).code == 0
     assert load_gains_of(run, file, own) == 25.0
@@ -49,10 +49,10 @@ def test_its_gains_are_saved_shown_compared_and_restored(run, refused, mine, tmp
 
 
 def load_gains_of(run, file, own) -> float:
-    """Return p_rate, as `gains show` prints it."""
+    """Return d_tilt, as `gains show` prints it."""
     shown = run("gains", "show", file, *own, "--json").json
     assert shown["controller"] == "mine"
-    return next(row["value"] for row in shown["gains"] if row["name"] == "p_rate")
+    return next(row["value"] for row in shown["gains"] if row["name"] == "d_tilt")
 
 
 def test_gains_of_a_shipped_controller_need_no_option(run, tmp_path):
@@ -69,7 +69,7 @@ def test_a_scenarios_own_controller_runs_only_when_it_is_named(refused, mine, wr
         ("fly", scenario),
         ("serve", "--scenario", scenario),
         ("lidar-trial", "--scenario", scenario),
-        ("frames", "--scenario", scenario, "--at", "1"),
+        ("frames", "--scenario", scenario, "--at-time", "1"),
     ):
         with case(words):
             assert f"as --controller {mine}" in refused(*words)
@@ -79,7 +79,7 @@ def test_a_scenarios_own_controller_runs_only_when_it_is_named(refused, mine, wr
 
 def test_a_spec_names_one_and_regress_takes_it(refused, mine, write):
     spec = write(
-        "s.spec.yaml",
+        "s.workbench.yaml",
         "controller: mine.py\ncases:\n  - {name: up, axis: z, amplitude: 1, baseline: {v_z: {}}}\n",
     )
     assert f"as --controller {mine}" in refused("regress", spec)
@@ -92,9 +92,9 @@ def test_a_spec_names_one_and_regress_takes_it(refused, mine, write):
 
 @pytest.mark.slow
 def test_hover_prints_its_gains(run, mine, tmp_path):
-    said = run("hover", "--controller", mine, "--output", tmp_path, "--set", "p_rate=21")
+    said = run("hover", "--controller", mine, "--output", tmp_path, "--set", "d_tilt=21")
     assert said.code == 0
-    assert re.search(r"p_rate +21 +1/s", said.out) and "kp_roll" not in said.out
+    assert re.search(r"d_tilt +21 +1/s", said.out) and "kp_roll" not in said.out
 
 
 @pytest.mark.slow
@@ -127,6 +127,6 @@ def test_python_that_only_a_script_names_does_not_run(refused, mine, write):
     write("other.py", "raise SystemExit('it ran')")
     flight = write("theirs.yaml", f"script: [{script}]\n")
     case = f"name: a, duration: 1, signal: v_x, limits: {{maximum: {{max: 1}}}}, script: [{script}]"
-    spec = write("theirs.spec.yaml", f"cases: [{{{case}}}]\n")
+    spec = write("theirs.workbench.yaml", f"cases: [{{{case}}}]\n")
     for words in (("fly", flight), ("fly", flight, "--controller", mine), ("regress", spec)):
         assert "other.py is Python code that would run here" in refused(*words)

@@ -4,7 +4,9 @@ import importlib
 
 import pytest
 
-from workbench.control.controller import COMMON, PROGRAMS, SHIPPED, load_controller
+from workbench.control.controller import COMMON_PARAMETERS
+from workbench.control.controller_file import load_controller
+from workbench.control.installed_laws import installed_laws, known_laws
 
 LAW = '''"""Speed alone: nothing turns."""
 
@@ -25,10 +27,10 @@ def test_all_shipped_ones_are_listed_with_what_they_are(run):
     assert said.code == 0, said.err
     head, *rows = said.out.splitlines()
     assert head.split()[:4] == ["name", "parameters", "memory", "loops"]
-    assert [row.split()[0] for row in rows] == [*SHIPPED, *PROGRAMS]
+    assert [row.split()[0] for row in rows] == [*known_laws()]
     assert "PD cascade" in rows[0]
     stated = run("controllers", "--json").json["controllers"]
-    for name, found in zip(SHIPPED, stated[: len(SHIPPED)], strict=True):
+    for name, found in zip(installed_laws(), stated[: len(installed_laws())], strict=True):
         law = load_controller(name)
         assert found["name"] == name
         assert [row["name"] for row in found["parameters"]] == [p.name for p in law.parameters]
@@ -50,7 +52,7 @@ def test_a_file_of_ones_own_is_shown(run, write):
     assert "no rule" in said.out
     found = run("controllers", path, "--json").json
     assert found["what"] == "Speed alone: nothing turns."
-    assert len(found["parameters"]) == 1 + len(COMMON)
+    assert len(found["parameters"]) == 1 + len(COMMON_PARAMETERS)
     assert found["memory"] == [{"name": "before", "unit": "m/s", "initial": 0.5}]
 
 
@@ -66,7 +68,7 @@ def test_a_file_that_does_not_load_is_a_sentence(refused, write, case):
     assert "did you mean 'pid'" in refused("controllers", "pidd")
 
 
-@pytest.mark.parametrize("name", SHIPPED)
+@pytest.mark.parametrize("name", installed_laws())
 def test_every_table_of_a_shipped_one_prints(run, name):
     said = run("controllers", name)
     assert said.code == 0, said.err
@@ -80,10 +82,3 @@ def test_kept_machine_code_of_a_file_finds_its_module_by_name(write):
     assert len(names) == 2
     for law in laws:
         assert importlib.import_module(law.update.__module__).update is law.update
-
-
-def test_a_law_tells_from_which_attitudes_it_recovers(run):
-    said = run("controllers", "mellinger")
-    assert "attitudes: as in the firmware, it recovers only where" in said.out
-    assert "tilt of 90°" in run("controllers", "mellinger", "--json").json["attitudes"]
-    assert "attitudes:" not in run("controllers", "pd").out

@@ -5,8 +5,9 @@ from pathlib import Path
 
 import pytest
 
+from workbench.commands.chosen_vehicle import chosen_scenario
 from workbench.commands.cli import _parser
-from workbench.commands.options import add_vehicle_options, with_vehicle
+from workbench.commands.options import add_vehicle_options
 from workbench.live.choice import Choice
 from workbench.scenario.scenario import Scenario
 
@@ -18,7 +19,7 @@ def test_the_command_line_chooses_and_else_the_scenario_does():
     add_vehicle_options(parser)
 
     def flown(*words):
-        return with_vehicle(Scenario(estimator="ekf"), parser.parse_args(words)).estimator
+        return chosen_scenario(parser.parse_args(words), Scenario(estimator="ekf")).estimator
 
     assert flown() == "ekf"
     assert [flown("--estimator", name) for name in ("truth", "complementary")] == [

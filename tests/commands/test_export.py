@@ -45,7 +45,7 @@ def test_numbers_are_read_back_exactly(run, log, out):
     table = np.array(rows(out / "exact_state.csv")[1:], dtype=float)
     assert table[:, 1:].tobytes() == record.states.tobytes()
     read = np.array(rows(out / "velocity_data.csv")[1:], dtype=np.float32)
-    assert read[:, 1].tobytes() == record.series("velocity_data.v_x").values.tobytes()
+    assert read[:, 1].tobytes() == record.flight["velocity_data.v_x"].values.tobytes()
 
 
 def test_the_default_folder_is_named_as_the_log(run, log, tmp_path, monkeypatch):
@@ -67,7 +67,7 @@ def test_parquet_has_units_in_its_metadata(run, log, out):
     assert run("export", log, "--format", "parquet", "--output", out).code == 0
     table = parquet.read_table(out / "velocity_data.parquet")
     assert table.schema.field("v_x").metadata == {b"unit": b"m/s"}
-    found = read_log(log).series("velocity_data.v_x").values
+    found = read_log(log).flight["velocity_data.v_x"].values
     assert table["v_x"].to_numpy().tobytes() == found.tobytes()
 
 

@@ -1,19 +1,22 @@
 """`workbench fly`."""
 
 import csv
+import math
 
 import numpy as np
 import pytest
 
+from workbench.commands.cli import main
 from workbench.common.errors import FlightBrokenError
 from workbench.common.resources import find_scenario, list_scenarios, list_worlds
-from workbench.scenario.scenario import load_scenario
+from workbench.logs.flight_reader import read_flight
+from workbench.scenario.scenario_file import load_scenario
 from workbench.session.session import Session
 
 SHIPPED = [
     *("all-sensors", "estimate-complementary", "estimate-ekf", "figure-eight", "full-speed"),
-    *("hover", "lidar-trial", "network", "paper-steps", "square", "take-off-and-land"),
-    *("to-the-wall", "windy"),
+    *("hover", "lidar-trial", "network", "paper-steps", "square", "take-crate"),
+    *("take-off-and-land", "to-the-wall", "touch-down", "windy"),
 ]
 SUMMARY = [
     "duration",
@@ -53,7 +56,15 @@ def test_the_shipped_scenarios_are_listed_with_their_titles(run):
 def test_json_sums_the_flight_up(run, out):
     said = run("fly", "hover", "--duration", "0.5", "--output", out, "--json")
     assert said.code == 0
-    assert list(said.json) == ["title", *SUMMARY, "failsafes", "sensors", "estimate", "files"]
+    assert list(said.json) == [
+        "title",
+        *SUMMARY,
+        "failsafes",
+        "slack_time",
+        "sensors",
+        "estimate",
+        "files",
+    ]
     assert said.json["duration"] == 0.5
     assert said.json["max_height"] == pytest.approx(1.5, abs=1e-3)
     assert said.json["min_height"] == pytest.approx(1.5, abs=1e-3)
@@ -88,6 +99,20 @@ def test_a_take_off_and_landing_is_summed_up_as_one(run, out):
     assert lines["max yaw rate"] == ["0.0", "deg/s"]
     assert "turned over" not in said.err
     assert 0.3 < float(lines["touch-down speed"][0]) <= 0.5
+
+
+def test_people_get_degrees_of_tilt_and_turn(run, write, out):
+    """It begins with 0.5 rad of roll and 2 rad/s about the vertical."""
+    start = (
+        "start: {position: [0, 0, 20], roll_pitch_yaw: [0.5, 0, 0], angular_velocity: [0, 0, 2]}"
+    )
+    said = run(
+        "fly", write("turn.yaml", f"duration: 0.25\n{start}\n"), "--output", out, "--no-plots"
+    )
+    lines = {line[:16].strip(): line[16:].split() for line in said.out.splitlines()[1:]}
+    assert lines["max tilt"] == ["28.6", "deg"]
+    rate, unit = lines["max yaw rate"]
+    assert float(rate) == pytest.approx(math.degrees(2.0), rel=0.02) and unit == "deg/s"
 
 
 def test_who_turns_over_is_told_so(run, write, out):
@@ -218,3 +243,17 @@ def test_a_log_in_a_folder_that_cannot_be_is_refused(refused, tmp_path, out):
     assert f"{blocker}/states.csv" in refused("fly", "hover", "--csv", blocker / "states.csv")
     assert f"{tmp_path}: is a folder" in refused("fly", "hover", "--csv", tmp_path, "--output", out)
     assert list(tmp_path.iterdir()) == [blocker]
+
+
+def test_an_interrupted_flight_says_that_its_log_is_there(tmp_path, out, monkeypatch, capsys):
+    def run_until_interrupted(session, progress):
+        session.tick(0.25)
+        progress(0.01)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(Session, "run", run_until_interrupted)
+    log = tmp_path / "flight.mcap"
+    assert main(["fly", "hover", "--no-plots", "--output", str(out), "--log", str(log)]) == 130
+    last = capsys.readouterr().err.splitlines()[-1]
+    assert last == f"workbench: interrupted; {log} has the flight until then"
+    assert "velocity_data.v_x" in read_flight(log)

@@ -37,7 +37,7 @@ def fly(run, table, out, *options):
 
 
 def test_hover_thrust_hovers(run, table, out):
-    summary, log = fly(run, table((0.0, 1.0)), out, "--duration", "2")
+    summary, log = fly(run, table((0.0, 1.0)), out, "--duration", "0.5")
     assert log["p_W.z [m]"] == pytest.approx(1.5, abs=1e-6)
     assert summary["final_mode"] == "open loop"
     assert summary["battery_used"] is None
@@ -104,7 +104,7 @@ def test_it_flies_in_its_world(run, table, out, write, vehicle):
     """Without thrust it falls on a table of 1 m, and rests there."""
     box = "{name: table, shape: {box: [4, 4, 1]}, position: [0, 0, 0.5]}"
     world = write("world.yaml", f"obstacles: [{box}]")
-    _, log = fly(run, table((0.0, 0.0)), out, "--duration", "2", "--world", world)
+    _, log = fly(run, table((0.0, 0.0)), out, "--duration", "1", "--world", world)
     assert log["p_W.z [m]"][-1] == pytest.approx(1.0 + vehicle.ground_clearance, abs=2e-3)
 
 

@@ -4,8 +4,9 @@ import csv
 
 import pytest
 
+from workbench.commands.chosen_vehicle import with_sensors
 from workbench.commands.cli import Parser
-from workbench.commands.options import add_sensor_options, with_sensors
+from workbench.commands.options import add_sensor_options
 from workbench.scenario.scenario import Scenario, SensorsConfig
 
 NAMES = ["lidar", "gps", "camera", "imu", "barometer", "range_finder", "magnetometer"]

@@ -2,6 +2,7 @@
 
 import csv
 import math
+import re
 
 import numpy as np
 import pytest
@@ -34,10 +35,19 @@ def test_json_and_table_have_flight_and_model(run, tmp_path):
 def test_the_table_ends_with_how_far_flight_and_model_differ(run, out):
     said = run("frequency-response", "roll", *QUICK, "--no-plots", "--output", out)
     assert said.code == 0, said.err
-    last = said.out.splitlines()[-1]
+    *lines, last = said.out.splitlines()
     assert "flight and model differ by" in last
-    assert float(last.split(" dB")[0].split()[-1]) < 1.0
-    assert math.isclose(float(said.out.splitlines()[3].split()[0]), 3.0, rel_tol=0.01)
+    rows = np.array([line.split() for line in lines[3:] if "-" not in line.split()], dtype=float)
+    frequency, coherence, *_, model_size, model_phase, size, phase = rows.T
+    assert math.isclose(frequency[0], 3.0, rel_tol=0.01)
+    modelled = loop_responses(LinearStudy().sampled(), ["roll_acceleration"]).at(frequency)[0]
+    assert model_size == pytest.approx(20.0 * np.log10(np.abs(modelled)), abs=0.15)
+    off = np.angle(modelled * np.exp(-1j * np.radians(model_phase)), deg=True)
+    assert np.abs(off).max() < 1.0
+    told = {unit: float(number) for number, unit in re.findall(r"([\d.]+) (rad/s|dB|deg)", last)}
+    judged = (frequency <= told["rad/s"]) & (coherence >= 0.9)
+    assert told["dB"] == pytest.approx(np.abs(size[judged]).max(), abs=0.011) and told["dB"] < 1.0
+    assert told["deg"] == pytest.approx(np.abs(phase[judged]).max(), abs=0.11)
 
 
 def test_wrong_inputs_are_a_sentence(run, out, case):

@@ -5,6 +5,7 @@ import resource
 import subprocess
 import sys
 from contextlib import contextmanager
+from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
@@ -14,23 +15,23 @@ from workbench.commands.cli import main
 NEW = "--mass 1kg --diagonal 450mm --propeller 10x4.5 --max-thrust 850g"
 QUAD = f"--model {Path(__file__).parents[1] / 'drones' / 'crazyflie.urdf'}"
 """No xacro file, for which a process is started through a file."""
+WITH_GATEWAYS = pytest.mark.skipif(
+    find_spec("workbench.extras") is None, reason="the gateways are an extra"
+)
 WRITERS = (
     f"new quad {NEW}",
     f"inspect {QUAD.removeprefix('--model ')} --write there",
     "tokens new.tokens",
     f"gains save new.yaml --set kp_roll=200 {QUAD}",
-    f"excite --duration 20 {QUAD}",
-    f"graph --output graph.dot {QUAD}",
     "export flight.mcap --output there",
-    "import table.csv --output table.mcap",
-    f"pin new.spec.yaml --axis z --duration 0.5 --no-margins {QUAD}",
+    f"pin new.workbench.yaml --axis z --duration 0.5 --no-margins {QUAD}",
     f"step --axis z --duration 0.2 {QUAD}",
     f"fly hover --duration 0.1 --no-plots {QUAD}",
     f"fly hover --duration 0.1 --log flown.mcap --no-plots {QUAD}",
     f"fly hover --duration 0.1 --html flown.html --no-plots {QUAD}",
     f"sweep kp_roll=100..110:2 --duration 0.1 --no-plots {QUAD}",
     "plot flight.mcap exact_state.p_wb.0",
-    "gateway ros2 --write-messages there",
+    pytest.param("gateway ros2 --write-messages there", marks=WITH_GATEWAYS),
 )
 """Commands that write files."""
 PRINTERS = (
@@ -42,7 +43,6 @@ PRINTERS = (
     "inspect dh_drone --json",
     "fly --list",
     "controllers",
-    "completion bash",
     "step --axis z --duration 0.2 --no-plots --json",
     pytest.param("hover --no-plots", marks=pytest.mark.slow),
     "gains show",
@@ -53,25 +53,32 @@ FULL = "workbench: standard output cannot be written: No space left on device: r
 FEW_BYTES = 20
 
 
+@pytest.fixture
+def unheld():
+    """Logs are read in a held process here: it has a limit of its own for the size of files."""
+
+
 @contextmanager
 def files_of_at_most(size):
-    """Let writing more to a file fail, as on a full device."""
+    """Let writing more to a file fail, as on a full device.
+
+    Python itself would leave the beginning of a compiled module, which no later process can load.
+    """
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
-    try:
-        yield
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(sys, "dont_write_bytecode", True)
+        patch.setenv("PYTHONDONTWRITEBYTECODE", "1")
+        resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
+        try:
+            yield
+        finally:
+            resource.setrlimit(resource.RLIMIT_FSIZE, before)
 
 
 @pytest.mark.parametrize("command", WRITERS)
 def test_a_full_device(command, run, tmp_path, monkeypatch, log, pictures_here):
     monkeypatch.chdir(tmp_path)
     Path("flight.mcap").symlink_to(log)
-    Path("table.csv").write_text("t,x\n0,0\n1,0\n2,0\n3,0\n")
-    Path("table.mapping.yaml").write_text(
-        "time: {column: t, unit: s}\ncolumns:\n  x: {signal: imu.angular_velocity.x, unit: deg/s}\n"
-    )
     before = sorted(tmp_path.iterdir())
     with files_of_at_most(FEW_BYTES):
         said = run(*command.split())
@@ -104,9 +111,9 @@ def test_closed_streams(case):
     closed = "workbench: standard output cannot be written: it is closed: redirect it"
     for line, code, out, err in (
         ("workbench controllers >&-", 2, "", closed),
-        ("workbench --version 2>&-", 0, "workbench 0", ""),
+        ("workbench --version 2>&-", 0, "workbench ", ""),
         ("workbench nothing 2>&-", 2, "", ""),
-        ("workbench --version 2> /dev/full", 0, "workbench 0", ""),
+        ("workbench --version 2> /dev/full", 0, "workbench ", ""),
         ("workbench new quad --mass 1kg <&-", 2, "", "workbench: --diagonal is missing"),
         ("PYTHONUNBUFFERED=1 workbench --version > /dev/full", 2, "", FULL),
     ):

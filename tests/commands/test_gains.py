@@ -3,7 +3,8 @@
 import pytest
 
 from workbench.common.resources import find_model
-from workbench.gains.gains import flight_gains, load_gains, rule_gains
+from workbench.gains.gain_choice import flight_gains, rule_gains
+from workbench.gains.gains import load_gains
 from workbench.plant.loading import load_vehicle
 
 DRONE = load_vehicle(find_model("dh_drone"))

@@ -9,7 +9,7 @@ from concurrent.futures import ThreadPoolExecutor
 import pytest
 
 from workbench.commands.cli import main
-from workbench.commands.gui import answers, check_display, check_libraries
+from workbench.commands.gui import check_display, check_libraries, x_server_listens
 from workbench.common import system_libraries
 from workbench.common.errors import WorkbenchError
 
@@ -120,9 +120,9 @@ def test_an_unknown_platform_is_a_sentence(refused, monkeypatch):
 def test_an_x_server_on_the_network_is_reached():
     with socket.create_server(("127.0.0.1", 0)) as server:
         number = server.getsockname()[1] - 6000
-        assert answers(f"127.0.0.1:{number}.0") == (number >= 0)
-    assert not answers("nonsense")
-    assert not answers(":")
+        assert x_server_listens(f"127.0.0.1:{number}.0") == (number >= 0)
+    assert not x_server_listens("nonsense")
+    assert not x_server_listens(":")
 
 
 def test_help_has_an_example(capsys):

@@ -1,11 +1,18 @@
 """`workbench hover`."""
 
 import csv
+import math
+from functools import partial
 from pathlib import Path
 
 import pytest
 
+from workbench.design import hover_check
+from workbench.design.hover_check import check_hover
+from workbench.design.step_response import fly_step
+
 DRONES = Path(__file__).parent.parent / "drones"
+QUAD = ("--model", DRONES / "palm_quad.urdf.xacro")
 PNG = b"\x89PNG"
 
 
@@ -15,18 +22,30 @@ def folder(tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def said(run, folder):
-    return run("hover", "--model", DRONES / "palm_quad.urdf.xacro", "--output", folder, "--json")
+def reports():
+    """What was measured of `said`."""
+    return []
 
 
 @pytest.fixture(scope="module")
-def bad(run, tmp_path_factory):
-    """A quadrotor spoiled by a setting, with one gain from a file."""
-    folder = tmp_path_factory.mktemp("bad")
-    gains = folder / "mine.yaml"
+def said(run, folder, reports):
+    def check_and_keep(*arguments, **named):
+        reports.append(check_hover(*arguments, **named))
+        return reports[-1]
+
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(hover_check, "HOVER_DURATION_S", 2.0)
+        patched.setattr(hover_check, "fly_step", partial(fly_step, duration=2.2))
+        patched.setattr(hover_check, "check_hover", check_and_keep)
+        return run("hover", *QUAD, "--output", folder, "--json")
+
+
+@pytest.fixture
+def with_gains(tmp_path):
+    """Options with one gain from a file, and one that spoils a quadrotor."""
+    gains = tmp_path / "mine.yaml"
     gains.write_text("gains: {kp_yaw_rate: 2.5}\n")
-    options = ("--gains", gains, "--set", "kd_roll=1", "--no-plots", "--output", folder)
-    return run("hover", "--model", DRONES / "palm_quad.urdf.xacro", *options)
+    return ("--gains", gains, "--set", "kd_roll=1", "--no-plots", "--output", tmp_path)
 
 
 def test_it_hovers_and_answers_as_demanded(said):
@@ -35,7 +54,7 @@ def test_it_hovers_and_answers_as_demanded(said):
     assert found["met"] is True
     assert (found["vehicle"], found["mass"]) == ("palm_quad", 0.03)
     assert found["source"].endswith("palm_quad.urdf.xacro")
-    assert found["hover"]["duration"] == 10.0
+    assert found["hover"]["duration"] == 2.0
     assert 0.0 < found["hover"]["drift"] <= 0.05
     assert 0.0 < found["hover"]["tilt"] <= 0.0087
     assert [(step["axis"], step["amplitude"]) for step in found["steps"]] == [
@@ -44,7 +63,7 @@ def test_it_hovers_and_answers_as_demanded(said):
         ("z", 1.0),
         ("yaw", 0.2),
     ]
-    assert all(step["overshoot"] <= 15.0 for step in found["steps"])
+    assert all(step["Overshoot"] <= 15.0 for step in found["steps"])
     assert {demand["met"] for demand in found["demands"]} == {True}
 
 
@@ -61,11 +80,12 @@ def test_plot_and_log_are_written_and_nothing_else(said, folder):
     assert (folder / "hover-check.png").read_bytes()[:4] == PNG
     rows = list(csv.reader((folder / "hover-check.csv").read_text().splitlines()))
     assert rows[0][0] == "t [s]"
-    assert float(rows[-1][0]) == pytest.approx(10.0)
+    assert float(rows[-1][0]) == pytest.approx(2.0)
 
 
 @pytest.mark.slow
-def test_what_is_not_as_demanded_is_named_and_returns_1(bad):
+def test_what_is_not_as_demanded_is_named_and_returns_1(run, with_gains):
+    bad = run("hover", *QUAD, *with_gains)
     assert bad.code == 1
     assert "requirements not met: drift of the hover is " in bad.err
     assert "m (at most 0.05 m)" in bad.err
@@ -76,8 +96,9 @@ def test_what_is_not_as_demanded_is_named_and_returns_1(bad):
     assert "0.5  deg" in lines["hover: tilt"]
 
 
-def test_the_table_says_which_vehicle_and_whose_gains(bad):
-    first, *lines = bad.out.splitlines()
+def test_the_table_says_which_vehicle_and_whose_gains(run, said, reports, with_gains, monkeypatch):
+    monkeypatch.setattr(hover_check, "check_hover", lambda *_, **_more: reports[0])
+    first, *lines = run("hover", *QUAD, *with_gains).out.splitlines()
     assert first.startswith("palm_quad, 0.03 kg, 4 rotors: ")
     heads = [index for index, line in enumerate(lines) if line.startswith("gains from ")]
     below = {lines[index].split("/")[-1]: lines[index + 1].split() for index in heads}
@@ -89,6 +110,9 @@ def test_the_table_says_which_vehicle_and_whose_gains(bad):
     assert below["mine.yaml:"] == ["kp_yaw_rate", "2.5", "1/s"]
     assert below["gains from --set:"] == ["kd_roll", "1", "1/s"]
     assert any("largest rotor speed" in line for line in lines)
+    (tilt,) = (line for line in lines if line.startswith("hover: tilt"))
+    degrees = math.degrees(said.json["hover"]["tilt"])
+    assert tilt.split()[2:] == [f"{degrees:.3f}", "0.5", "deg", "ok"]
 
 
 @pytest.mark.parametrize(

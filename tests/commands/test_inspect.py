@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from workbench.commands.cli import main
+from workbench.control.controller_file import load_controller
 from workbench.dynamics.air.settings import calm_air
-from workbench.ipc import sandbox
+from workbench.ipc import call_filter, sandbox
 from workbench.plant.gravity import GRAVITY
 from workbench.plant.loading import load_vehicle
-from workbench.scenario.parameters import parameter_table
 
 URDF = """<robot name="plate"><link name="base">
   <inertial><mass value="1"/><inertia ixx="0.01" iyy="0.01" izz="0.05"/></inertial>
@@ -45,7 +45,8 @@ def test_a_kernel_without_limits_for_processes_is_named(capsys, plate, monkeypat
     said = "limits of the kernel: this kernel has no seccomp filters and no Landlock"
     assert main(["inspect", str(plate)]) == 0
     assert said not in capsys.readouterr().out
-    monkeypatch.setattr(sandbox, "_call", lambda *_: -1)
+    for module in (sandbox, call_filter):
+        monkeypatch.setattr(module, "system_call", lambda *_: -1)
     assert main(["inspect", str(plate)]) == 0
     assert said in capsys.readouterr().out.partition("\nmissing\n")[2]
     assert any(said in text for text in read_json(capsys, str(plate))["warnings"])
@@ -119,7 +120,7 @@ def test_json_has_all_that_the_plant_flies_with(tmp_path, capsys):
         "sag_compensation": None,
     }
     assert data["not_flown"] == []
-    assert data["battery_duration"] == parameter_table().find("battery_duration").default
+    assert data["battery_duration"] == load_controller().table.find("battery_duration").default
     assert main(["inspect", str(path)]) == 0
     said = capsys.readouterr().out
     for words in ("1e-06 N per rad/s", "11 (r/4h)²", "0.0001 N s", "12 V full"):

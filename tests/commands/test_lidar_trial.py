@@ -7,7 +7,7 @@ import pytest
 PNG = b"\x89PNG"
 SHORT = """\
 title: a short trial
-duration: 3.0
+duration: 2.0
 world: {world}
 script: [{{at: 0.0, set: {{max_speed: 2.0}}}}, {{at: 0.25, go_to: [4.0, 0.0, 1.5]}}]
 """
@@ -77,6 +77,7 @@ def test_log_picture_and_page_are_written_and_nothing_else(said, folder):
     assert float(rows[2][0]) == 1 / 1024  # between which scans are interpolated
 
 
+@pytest.mark.slow
 def test_a_seed_changes_the_noise_and_nothing_else(run, scenario, said, out):
     options = ("--output", out, "--no-plots", "--json", "--seed", "5")
     other = run("lidar-trial", "--scenario", scenario, *options).json
@@ -86,7 +87,7 @@ def test_a_seed_changes_the_noise_and_nothing_else(run, scenario, said, out):
     assert {path.name for path in out.iterdir()} == {"lidar-trial.csv"}
 
 
-def test_what_is_not_as_demanded_is_named_and_returns_1(run, scenario, write, out):
+def test_the_table_names_what_is_not_as_demanded_and_returns_1(run, scenario, write, out):
     """A frozen lidar says where things were."""
     text = scenario.read_text().replace("set: {", "set: {lidar_fault: 1, ")
     options = ("--output", out, "--no-plots")
@@ -98,18 +99,13 @@ def test_what_is_not_as_demanded_is_named_and_returns_1(run, scenario, write, ou
     lines = {line.partition("  ")[0]: line for line in said.out.splitlines()}
     assert lines["accuracy: error without noise"].endswith(" not ok")
     assert lines["response: late scans"].endswith(" ok")
-
-
-def test_the_table_has_all_three_criteria(run, scenario, out):
-    said = run("lidar-trial", "--scenario", scenario, "--output", out, "--no-plots")
-    assert said.code == 0, said.err
     first, *lines = said.out.splitlines()
     assert first.startswith("dh_drone, sensor 'lidar': 16 layers of 360 rays, 0.1 .. 30 m")
     for head in ("accuracy: ", "speed of detection: ", "responsiveness: ", "demanded"):
         assert any(line.startswith(head) for line in lines)
     assert any(line.split()[:2] == ["star", "never"] for line in lines)
     assert any(line.startswith("bound: ") and line.endswith(" 107.8 ms") for line in lines)
-    assert any("within 2." in line and "of crate" in line for line in lines)
+    assert any("within 3." in line and "of crate" in line for line in lines)
 
 
 @pytest.mark.parametrize(
@@ -145,7 +141,7 @@ def test_a_flight_without_scans_is_a_sentence(refused, write, out, more, options
 def test_a_wall_that_is_hit_is_touched(run, write, out):
     script = "script: [{at: 0, velocity: [2, 0, 0]}]"
     start = "start: {position: [4, 0, 1.5]}"
-    path = write("wall.yaml", f"duration: 1.5\nworld: room\n{start}\n{script}\n")
+    path = write("wall.yaml", f"duration: 1.0\nworld: room\n{start}\n{script}\n")
     said = run("lidar-trial", "--scenario", path, "--output", out, "--no-plots")
     assert said.code == 1
     assert "the flight touched wall_east: it came within" in said.out

@@ -4,6 +4,8 @@ import re
 
 import pytest
 
+from tests.jointed import drone, joint, link
+
 
 @pytest.mark.parametrize(
     "options",
@@ -44,3 +46,22 @@ def test_what_only_adds_up_and_what_dies_out_is_counted(run):
 )
 def test_what_makes_no_sense_is_refused(refused, options, word):
     assert word in refused("linearize", *options)
+
+
+@pytest.mark.parametrize("command", [("linearize",), ("frames",)])
+def test_a_command_that_does_not_fly_says_which_joints_are_held(run, tmp_path, command):
+    crate = link("crate", 0.1) + joint("free", "floating", "base", "crate", (0, 0, -0.3))
+    said = run(*command, "--model", drone(tmp_path, crate))
+    assert said.code == 0
+    held = "joint 'free': a joint of the kind 'floating' is not flown; held at zero"
+    assert said.err.count(held) == 1
+
+
+def test_a_setpoint_of_a_servo_that_is_not_there_is_refused_in_a_sentence(run):
+    none = "servo_x cannot be set: this drone has no servos, or its control law commands them all\n"
+    for command in (("linearize", "--set", "servo_x=1"), ("sweep", "servo_x=0..1:2")):
+        said = run(*command)
+        assert (said.code, said.err.endswith(none)) == (2, True)
+    said = run("linearize", "--model", "gimbal", "--set", "servo_gimbal_pich=1")
+    assert said.code == 2
+    assert "unknown servo 'servo_gimbal_pich': did you mean 'servo_gimbal_pitch'?" in said.err

@@ -1,122 +1,27 @@
-"""`workbench log` and `workbench import`."""
-
-import json
-from pathlib import Path
-
-import numpy as np
-import pytest
-
-from tests.logs.test_flight_reader import MAPPING, usd_log
-from tests.logs.test_step_response import fly
+"""`workbench log` of our own logs."""
 
 
-@pytest.fixture
-def usd(tmp_path):
-    """Return a Crazyflie's log with a gap."""
-    rows = [(1000 * i, float(i % 7), 1.0) for i in range(400) if not 100 < i < 150]
-    path = tmp_path / "log03"
-    path.write_bytes(usd_log(rows))
-    return path
-
-
-def test_log_says_what_is_in_it(run, usd):
-    said = run("log", usd)
+def test_log_says_what_is_in_it(run, log):
+    said = run("log", log)
     assert said.code == 0
-    assert "log03: Crazyflie usd log, Crazyflie" in said.out
-    row = next(line for line in said.out.splitlines() if line.startswith("imu"))
-    assert row.split() == [
-        "imu",
-        "angular_velocity.y",
-        "rad/s",
-        "1000.0",
-        "0.00",
-        "0.40",
-        "1",
-        "0.05",
-    ]
-    assert "rotor lag" in said.out and "the log has no commands" in said.out
+    assert "flight: workbench log, workbench" in said.out
+    assert any(line.split()[0] == "position_data" for line in said.out.splitlines() if line)
+    found = run("log", log, "--json").json
+    assert found["parameters"]["vehicle"] == "dh_drone" and found["end"] > 0.25
+    assert not found["remarks"]
 
 
-def test_log_as_json(run, usd):
-    found = json.loads(run("log", usd, "--json").out)
-    gyro = next(each for each in found["signals"] if each["name"] == "imu.angular_velocity.y")
-    assert gyro["gaps"] == [[pytest.approx(0.1), pytest.approx(0.15)]]
-    assert gyro["samples"] == 351 and found["parameters"]["usd_version"] == 2
-    assert not any(each["can"] for each in found["findable"])
-
-
-def test_remarks_have_number_and_place(run, tmp_path):
-    """In the text, in the JSON of each command, and in an imported log."""
-    path = tmp_path / "own.csv"
-    rows = [f"{10 * i},{i}" for i in (*range(100, 200), *range(80))]
-    path.write_text("\n".join(["t,g", *rows]))
-    (tmp_path / "own.mapping.yaml").write_text(
-        "time: {column: t, unit: ms}\ncolumns: {g: {signal: imu.angular_velocity.x, unit: dps}}"
-    )
-    place = "line 102, at 1.990 s"
-    said = run("log", path)
-    assert f"goes back by 1.990 s: {place}: the 80 lines" in said.out
-    copy = tmp_path / "own.mcap"
-    for words in (["log", path], ["import", path, "--output", copy], ["log", copy]):
-        found = json.loads(run(*words, "--json").out)
-        (detail,) = found["remark_details"]
-        assert (detail["count"], detail["place"]) == (80, place)
-        assert found["remarks"] == [detail["text"]] and place in detail["text"]
-    pictured = run("plot", path, "imu.angular_velocity.x", "--output", tmp_path / "a.png", "--json")
-    assert place in json.loads(pictured.out)["remark"] and place in pictured.err
-
-
-def test_import_stores_what_log_says(run, usd, tmp_path):
-    output = tmp_path / "new" / "log03.mcap"
-    assert run("import", usd, "--output", output).code == 0
-    before, after = (json.loads(run("log", path, "--json").out) for path in (usd, output))
-    for key in ("format", "remarks", "remark_details", "parameters", "firmware"):
-        assert before[key] == after[key]
-    for old, new in zip(before["signals"], after["signals"], strict=True):
-        assert old.pop("end") == pytest.approx(new.pop("end"), abs=1e-9)
-        assert old == new
-
-
-def test_a_step_response_is_drawn_and_told_as_json(run, tmp_path):
-    table, mapping = tmp_path / "flight.csv", tmp_path / "flight.mapping.yaml"
-    np.savetxt(table, np.column_stack(fly(duration=20.0)), delimiter=",", header="t,want,got")
-    mapping.write_text(
-        "time: {column: '# t', unit: s}\ncolumns:\n"
-        "  want: {signal: rate_setpoint.w_x, unit: rad/s}\n"
-        "  got: {signal: imu.angular_velocity.x, unit: rad/s}\n"
-    )
-    output = tmp_path / "step.png"
-    said = run("plot", table, "--step-response", "roll_rate", "--output", output, "--json")
-    found = said.json
-    assert said.code == (0 if found["trusted"] else 1)
-    assert len(found["time"]) == len(found["values"]) == len(found["low"]) > 10
-    assert found["files"] == [str(output)] and output.exists()
-
-
-def test_what_cannot_be_done_is_a_sentence(run, refused, usd, tmp_path, case):
-    table = tmp_path / "own.csv"
-    table.write_text("t;gx;m1;v\n1;2;3;4\n2;2;3;4\n")
-    mapping = tmp_path / "map.yaml"
-    mapping.write_text(MAPPING)
-    assert run("log", table, "--mapping", mapping).code == 0
+def test_what_cannot_be_done_is_a_sentence(run, refused, log, tmp_path, case):
+    strange = tmp_path / "strange.log"
+    strange.write_bytes(b"strange")
     for command, said in (
-        (("log", table), "--mapping"),
         (("log", tmp_path / "gone"), "no such file"),
-        (("log", usd, "--html", tmp_path / "a.html"), "has no attitude"),
-        (("import", usd, "--output", tmp_path / "a.csv"), "end in .mcap"),
-        (("plot", usd, "imu", "--span", "3", "1"), "let it end after it begins"),
-        (("plot", usd, "imu", "--span", "30", "31"), "nothing between"),
-        (("plot", usd, "--over", usd), "name some"),
-        (("plot", usd, "--step-response", "roll_rate"), "has no rate_setpoint.w_x"),
-        (("replay", _imported(run, usd)), "nothing to fly again"),
-        (("estimate", _imported(run, usd)), "comes from another program"),
+        (("log", strange), "is not a known kind of log: name a log of the workbench (.mcap)"),
+        (("log", log, "--log-number", "2"), "has one log"),
+        (("plot", log, "imu", "--span", "3", "1"), "let it end after it begins"),
+        (("plot", log, "position_data", "--span", "30", "31"), "nothing between"),
+        (("plot", log, "--over", log), "name some"),
+        (("plot", log, "--step-response", "roll_rate"), "has no rate_setpoint.w_x"),
     ):
         with case(command):
             assert said in refused(*command)
-    assert not (tmp_path / "a.html").exists()
-
-
-def _imported(run, usd: Path) -> Path:
-    path = usd.with_name("x.mcap")
-    assert run("import", usd, "--output", path).code == 0
-    return path

@@ -39,7 +39,7 @@ def test_a_data_sheet_becomes_a_description(run, tmp_path):
     assert first.inertia == pytest.approx(0.012 * 0.254**2 / 12.0, rel=0.05)  # a rod of 12 g
     assert told["thrust_to_weight"] == pytest.approx(vehicle.thrust_to_weight)
     assert 600.0 < told["hover_time"] < 2400.0
-    assert told["next"] == f"workbench hover --model {target}"
+    assert told["next"] == f"workbench check --model {target}"
 
 
 def test_a_battery_of_the_data_sheet_is_described(run, tmp_path):
@@ -111,7 +111,7 @@ def test_every_layout_can_be_controlled(run, tmp_path, layout, rotors):
     """`load_vehicle` refuses what its rotors cannot control; each pair has opposite turns."""
     words = ("--mass", "4kg", "--arm", "0.4m", "--propeller", "12x4", "--max-thrust", "2kg")
     target = tmp_path / "mine.xacro"
-    assert run("new", target, *words, "--rotors", rotors, "--layout", layout).code == 0
+    assert run("new", target, *words, "--rotor-count", rotors, "--layout", layout).code == 0
     vehicle = load_vehicle(target)
     front = [rotor for rotor in vehicle.rotors if abs(rotor.p_BR[1]) < 1e-9 < rotor.p_BR[0]]
     assert len(vehicle.rotors) == rotors
@@ -156,7 +156,10 @@ def test_what_cannot_be_is_a_sentence(case, refused, tmp_path):
         ((*F450, "--motor-kv", "920KV"), "nothing says how strong the motors are"),
         ((*F450, *STRONG, "--propeller", "15x5"), "propellers of 0.381 m touch each other"),
         ((*F450, *STRONG, "--propeller", "4.5x10"), "is not a propeller: write diameter x pitch"),
-        ((*F450, *STRONG, "--rotors", "5"), "5 rotors cannot be laid out as x: it is for 4, 6"),
+        (
+            (*F450, *STRONG, "--rotor-count", "5"),
+            "5 rotors cannot be laid out as x: it is for 4, 6",
+        ),
         ((*F450, *STRONG, "--motor-mass", "400g"), "leave too little of a mass of 1.4 kg"),
         ((*F450, *STRONG, "--battery", "four"), "write it as 4S or 14.8V"),
         ((*F450, "--max-thrust", "300g"), "it cannot fly: 4 rotors of at most 2.94 N lift less"),

@@ -1,11 +1,12 @@
 """`workbench params`."""
 
 from workbench.common.resources import find_model
-from workbench.gains.gains import flight_gains
+from workbench.control.controller_file import load_controller
+from workbench.gains.gain_choice import flight_gains
+from workbench.parameters.parameter_table import vehicle_parameters
 from workbench.plant.loading import load_vehicle
-from workbench.scenario.parameters import vehicle_parameters
 
-ROWS = vehicle_parameters(load_vehicle(find_model("dh_drone")))
+ROWS = vehicle_parameters(load_vehicle(find_model("dh_drone")), load_controller().table)
 
 
 def test_the_table_has_a_line_for_every_parameter_of_the_vehicle(run):

@@ -34,10 +34,12 @@ def test_what_is_unknown_is_named_with_what_is_near(refused, case):
             "--vrsion",
             "unknown option '--vrsion': did you mean '--version'? (see `workbench --help`)",
         ),
-        ("stpe", "unknown command 'stpe': did you mean 'step'? known are compare, completion,"),
+        ("stpe", "unknown command 'stpe': did you mean 'step'? known are check, compare,"),
         ("gains shw", "unknown command 'shw': did you mean 'show'? known are diff, export,"),
-        ("sitl px5", "unknown autopilot 'px5': did you mean 'px4'? known are ardupilot, px4"),
-        ("step --axis w", "unknown --axis 'w': known are x, y, yaw, z"),
+        (
+            "step --axis w",
+            "unknown --axis 'w': known are pitch, pitch_rate, roll, roll_rate, x, y, yaw, z",
+        ),
         ("fly hover twice", "'twice' is one argument too many (see `workbench fly --help`)"),
         (f"step --{'x' * 5000}", f"unknown option '--{'x' * 58}' (see `workbench step --help`)"),
     ):

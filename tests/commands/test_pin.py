@@ -2,6 +2,8 @@
 
 import pytest
 
+from workbench.common.errors import WorkbenchError
+from workbench.design import pin
 from workbench.design.pin import pin_step
 from workbench.design.regress.flight import Changes
 from workbench.design.regress.loading import load_spec
@@ -12,11 +14,11 @@ from workbench.scenario.scenario import Scenario, SensorsConfig
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["mine.yaml"], "is not a name for a spec: name it NAME.spec.yaml"),
-        (["mine.spec.yaml", "--amplitude", "0"], "the amplitude is 0"),
-        (["mine.spec.yaml", "--model", "nowhere"], "unknown model 'nowhere'"),
-        (["mine.spec.yaml", "--load", "gust_x", "--acts", "9"], "cannot act for 9 s in 5 s"),
-        (["mine.spec.yaml", "--load", "gust_x", "--axis", "x"], "not allowed with argument"),
+        (["mine.yaml"], "is not a name for a spec: name it NAME.workbench.yaml"),
+        (["mine.workbench.yaml", "--amplitude", "0"], "the amplitude is 0"),
+        (["mine.workbench.yaml", "--model", "nowhere"], "unknown model 'nowhere'"),
+        (["mine.workbench.yaml", "--load", "gust_x", "--acts", "9"], "cannot act for 9 s in 5 s"),
+        (["mine.workbench.yaml", "--load", "gust_x", "--axis", "x"], "not allowed with argument"),
     ],
 )
 def test_what_cannot_be_pinned_is_refused(refused, tmp_path, monkeypatch, words, said):
@@ -26,24 +28,38 @@ def test_what_cannot_be_pinned_is_refused(refused, tmp_path, monkeypatch, words,
 
 
 def test_a_spec_is_not_written_over(refused, tmp_path):
-    spec = tmp_path / "mine.spec.yaml"
+    spec = tmp_path / "mine.workbench.yaml"
     spec.write_text("mine")
     assert "exists already" in refused("pin", spec)
     assert spec.read_text() == "mine"
+
+
+def test_a_pin_that_cannot_be_proved_leaves_files_as_they_were(tmp_path, monkeypatch):
+    def refuse(path, controller):
+        assert path.is_file()
+        raise WorkbenchError("not repeatable")
+
+    monkeypatch.setattr(pin, "_prove", refuse)
+    (tmp_path / "turn.gains.yaml").write_text("gains: {}\n")
+    step = {"duration": 1.0, "margins": False, "overwrite": True}
+    with pytest.raises(WorkbenchError, match="not repeatable"):
+        pin_step(tmp_path / "turn.workbench.yaml", Scenario(), {}, "yaw", 0.2, **step)
+    assert [path.name for path in tmp_path.iterdir()] == ["turn.gains.yaml"]
+    assert (tmp_path / "turn.gains.yaml").read_text() == "gains: {}\n"
 
 
 @pytest.mark.slow
 def test_a_flight_on_an_estimate_behind_a_filter_is_held_so(tmp_path):
     """Noise is that of the spec's seed: another flies beside the curves."""
     scenario = Scenario(estimator="ekf", sensors=SensorsConfig(seed=3))
-    path = tmp_path / "mine.spec.yaml"
+    path = tmp_path / "mine.workbench.yaml"
     pinned = pin_step(path, scenario, {"gyro_lowpass": 60.0}, "y", 1.0, duration=1.0)
     assert pinned.loops == 9
     content = load_spec(path).content
     assert (content.estimator, content.sensors.seed) == ("ekf", 3)
-    plain = pin_step(tmp_path / "plain.spec.yaml", Scenario(), {}, "y", 1.0, duration=1.0)
-    before = load_spec(plain.spec).content.margins["pitch"]["phase_margin"]
-    assert content.margins["pitch"]["phase_margin"].min < before.min - 0.05
+    plain = pin_step(tmp_path / "plain.workbench.yaml", Scenario(), {}, "y", 1.0, duration=1.0)
+    before = load_spec(plain.spec).content.margins["pitch"]["phase_margin_deg"]
+    assert content.margins["pitch"]["phase_margin_deg"].min < before.min - 3.0
     assert all(each.passed for each in regress([path]))
     found = regress([path], Changes(seed=4))
     assert [each.passed for each in found] == [False, True]
@@ -59,7 +75,7 @@ def test_a_flight_on_an_estimate_behind_a_filter_is_held_so(tmp_path):
 )
 def test_a_load_is_pinned_and_a_weaker_gain_noticed(run, tmp_path, load, gain):
     """Half and twice the integrator's step stay within what is held; 0.7 of a gain does not."""
-    path = tmp_path / "loaded.spec.yaml"
+    path = tmp_path / "loaded.workbench.yaml"
     said = run("pin", path, *load, "--no-margins")
     assert said.code == 0
     assert f"4 numbers and 1 curves of a step {load[1]}" in said.out

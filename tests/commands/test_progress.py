@@ -6,8 +6,8 @@ import sys
 import time
 
 from workbench.commands import progress
-from workbench.commands.cli import _is_new
 from workbench.commands.progress import above_bars, progress_bar
+from workbench.commands.remark_sentences import _is_new
 from workbench.common.cache import PROGRESS_LOGGER
 
 
@@ -22,7 +22,8 @@ def test_a_terminal_sees_a_bar(monkeypatch, capsys):
     with progress_bar("flying") as show:
         for share in (0.25, 0.5, 1.0):
             show(share)
-    assert "flying" in terminal.getvalue()
+        show(1.0, "landed")
+    assert "flying" in terminal.getvalue() and "left, landed" in terminal.getvalue()
     assert capsys.readouterr().out == ""
 
 
@@ -33,16 +34,16 @@ def test_a_file_or_a_pipe_sees_nothing(capsys):
 
 
 def test_what_takes_long_is_said_in_lines(capsys, monkeypatch):
-    monkeypatch.setattr(progress, "SOON", 0.3)
+    monkeypatch.setattr(progress, "FIRST_DELAY_S", 0.3)
     with progress_bar("flying") as show:
-        show(0.25)
+        show(0.25, "climbing")
         time.sleep(0.5)
         show(1.0)
-    assert capsys.readouterr().err == "workbench: flying: 25 %\n"
+    assert capsys.readouterr().err == "workbench: flying: 25 %, climbing\n"
 
 
 def test_what_takes_long_is_said_though_no_share_is_known(capsys, monkeypatch):
-    monkeypatch.setattr(progress, "SOON", 0.3)
+    monkeypatch.setattr(progress, "FIRST_DELAY_S", 0.3)
     with progress_bar("reading"):
         time.sleep(0.5)
     assert capsys.readouterr().err == "workbench: reading: 0 %\n"
@@ -66,10 +67,10 @@ def test_long_work_in_a_pipe_is_said_ever_less_often():
     at, pause, lines = 1.0, 1.0, 0
     while at < 300.0:
         lines += 1
-        pause = progress.longer(pause)
+        pause = progress.next_delay(pause)
         at += pause
     assert 8 <= lines <= 14
-    assert progress.longer(1e9) == progress.SELDOM
+    assert progress.next_delay(1e9) == progress.MAX_REPEAT_DELAY_S
 
 
 def logged(messages, terminal):

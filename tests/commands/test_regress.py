@@ -14,13 +14,13 @@ cases:
 
 @pytest.fixture
 def spec(write):
-    return write("one.spec.yaml", SPEC)
+    return write("one.workbench.yaml", SPEC)
 
 
 def test_recorded_judged_changed(run, spec, tmp_path):
     new = run("regress", spec, "-j", 1)
     assert new.code == 1
-    assert new.out.startswith("one.spec.yaml: hop: v_z has no baseline yet")
+    assert new.out.startswith("one.workbench.yaml: hop: v_z has no baseline yet")
     assert "1 of 2 cases failed" in new.out
     updated = run("regress", spec, "-j", 1, "--update")
     assert updated.code == 0, updated.out
@@ -31,8 +31,8 @@ def test_recorded_judged_changed(run, spec, tmp_path):
     options = ("--set", "kp_velocity_z=3", "--junit", junit, "--html", html)
     bad = run("regress", spec, "-j", 1, *options)
     assert bad.code == 1
-    assert "one.spec.yaml: hop: v_z leaves its band" in bad.out
-    assert "one.spec.yaml: since the baseline: kp_velocity_z 4.4 -> 3" in bad.out
+    assert "one.workbench.yaml: hop: v_z leaves its band" in bad.out
+    assert "one.workbench.yaml: since the baseline: kp_velocity_z 4.4 -> 3" in bad.out
     top = ElementTree.parse(junit).getroot()
     assert (top.get("tests"), top.get("failures")) == ("2", "1")
     page = html.read_text()
@@ -45,6 +45,7 @@ def test_recorded_judged_changed(run, spec, tmp_path):
     assert "<script" not in page and "src=" not in page
 
 
+@pytest.mark.slow
 def test_processes_find_what_one_finds_and_json_tells_all(run, spec):
     run("regress", spec, "-j", 1, "--update")
     one, two = (run("regress", spec, "-j", n, "--json") for n in (1, 2))
@@ -64,7 +65,7 @@ def test_one_case_is_no_crowd_and_a_difference_of_all_specs_stands_once(run, wri
     """As with a gain file that all specs fly with."""
     hop = "cases:\n  - {name: hop, axis: z, amplitude: 0.5, duration: 0.3,\n"
     specs = [
-        write(f"{name}.spec.yaml", hop + "     baseline: {v_z: {absolute: 0.001}}}\n")
+        write(f"{name}.workbench.yaml", hop + "     baseline: {v_z: {absolute: 0.001}}}\n")
         for name in ("one", "two")
     ]
     assert run("regress", specs[0], "-j", 1, "--update").out == "the case passed\n"
@@ -91,7 +92,7 @@ def test_a_folder_means_its_specs(run, spec):
         (["--update", "--set", "kp_roll=1"], "leave out --update"),
         (["-j", "0"], "--jobs is 0"),
         (["--physics-step", "1"], "physics_step"),
-        (["gone.spec.yaml"], "gone.spec.yaml"),
+        (["gone.workbench.yaml"], "gone.workbench.yaml"),
     ],
 )
 def test_bad_input_is_a_sentence_and_leaves_nothing(refused, spec, options, word, out):
@@ -101,5 +102,5 @@ def test_bad_input_is_a_sentence_and_leaves_nothing(refused, spec, options, word
 
 
 def test_a_broken_spec_is_named_with_its_line(refused, write):
-    path = write("two.spec.yaml", "cases:\n  - {name: a, axis: q, amplitude: 1}\n")
+    path = write("two.workbench.yaml", "cases:\n  - {name: a, axis: q, amplitude: 1}\n")
     assert f"{path}:2: unknown axis 'q'" in refused("regress", path)

@@ -3,7 +3,7 @@
 import pytest
 from mcap.reader import make_reader
 
-from workbench.gains.gains import flight_gains
+from workbench.gains.gain_choice import flight_gains
 from workbench.logs.flight_log import FlightLog
 from workbench.logs.record import read_log
 from workbench.scenario.scenario import Action, Scenario

@@ -3,13 +3,15 @@
 import csv
 import dataclasses
 
+import control
 import pytest
 
 from workbench.commands import step
+from workbench.design.load_metrics import LOAD_NUMBERS
 from workbench.design.load_step import fly_load_step
-from workbench.design.response_metrics import LOAD_NUMBERS, NUMBERS
+from workbench.design.step_metrics import STEP_NUMBERS
 from workbench.design.step_response import fly_step
-from workbench.scenario.loads import LOADS
+from workbench.scenario.loads import LOAD_NAMES
 
 pytestmark = pytest.mark.usefixtures("pictures_here")
 PNG = b"\x89PNG"
@@ -22,8 +24,10 @@ def test_json_is_the_response_of_the_python_call(run, out):
     assert said.code == 0
     found = said.json
     response = fly_step("x", 1.0, duration=3.0)
-    metrics = {name: found[name] for name in (*NUMBERS, "withheld")}
-    assert metrics == dataclasses.asdict(response.metrics)
+    metrics = response.metrics.to_json()
+    assert {name: found[name] for name in metrics} == metrics
+    theirs = control.step_info([0.0, 0.5, 1.0], [0.0, 1.0, 2.0]).keys()
+    assert metrics.keys() - theirs == {"SteadyStateError", "withheld"}
     assert found["coupling"] == dataclasses.asdict(response.coupling)
     assert found["peak_rotor_use"] == response.peak_rotor_use
     assert (found["axis"], found["amplitude"]) == ("x", 1.0)
@@ -54,7 +58,7 @@ def test_plot_and_log_are_written_and_nothing_else(run, out, monkeypatch):
 def test_the_table_speaks_python_controls_words(run, out):
     said = run("step", "--duration", "0.5", "--output", out, "--no-plots")
     words = [line.split()[0] for line in said.out.splitlines()[1:]]
-    assert words[:8] == list(NUMBERS)
+    assert words[:8] == list(STEP_NUMBERS)
     assert words[8:] == ["peak_rotor_use", "coupling", "coupling", "coupling"]
     assert not list(out.glob("*.png"))
 
@@ -68,7 +72,7 @@ def test_what_has_not_settled_has_no_numbers_and_says_why(run, out):
     assert float(lines["peak"]) > 0.0
     assert "was flown for 0.594 s; fly it for 5 s" in said.err
     found = run(*words, "--json").json
-    assert found["rise_time"] is None
+    assert found["RiseTime"] is None
     assert found["withheld"].startswith("by the linear model, the step needs")
 
 
@@ -76,12 +80,12 @@ def test_what_has_not_settled_has_no_numbers_and_says_why(run, out):
 def test_settings_gains_and_xacro_arguments_reach_the_flight(run, out, write):
     gains = write("slow.yaml", "gains: {kp_velocity_z: 1.0}\n")
     short = ("step", "--duration", "1", "--output", out, "--no-plots", "--json")
-    usual = run(*short).json["peak"]
-    slow = run(*short, "--gains", gains).json["peak"]
+    usual = run(*short).json["Peak"]
+    slow = run(*short, "--gains", gains).json["Peak"]
     back = run(*short, "--gains", gains, "--set", "kp_velocity_z=4.4").json
     light = run(*short, "--arg", "mass:=1.6").json
     assert slow < 0.8 * usual
-    assert back["peak"] == pytest.approx(usual, abs=0.05)
+    assert back["Peak"] == pytest.approx(usual, abs=0.05)
     assert light["peak_rotor_use"] < run(*short).json["peak_rotor_use"]
 
 
@@ -99,7 +103,7 @@ def test_a_response_that_says_nothing_is_null_in_json(run, out):
         "--json",
     )
     assert said.code == 0
-    assert said.json["settling_time"] is None
+    assert said.json["SettlingTime"] is None
 
 
 @pytest.mark.slow
@@ -116,7 +120,7 @@ def test_a_lost_flight_is_measured_and_said(run, out):
     assert again.code == 1
     assert f"t = {1.0 + again.json['diverged_at']:.3f} s" in line
     assert again.json["trouble"] == line
-    assert "overshoot" in again.json
+    assert "Overshoot" in again.json
     good = run("step", "--duration", "0.5", "--output", out, "--json").json
     assert (good["diverged_at"], good["trouble"]) == (None, "")
 
@@ -164,7 +168,8 @@ def test_a_load_is_that_of_the_python_call_with_log_and_picture(run, out):
     words = ("step", "--load", "torque_yaw", "--amplitude", "0.02", "--duration", "2")
     found = run(*words, "--output", out, "--json").json
     flown = fly_load_step("torque_yaw", 0.02, duration=2.0)
-    assert {name: found[name] for name in LOAD_NUMBERS} == flown.metrics.numbers
+    assert found["PeakTime"] == flown.metrics.peak_time
+    assert found["SettlingTime"] == flown.metrics.settling_time
     assert found["peak_rotor_use"] == flown.peak_rotor_use
     assert (found["load"], found["amplitude"]) == ("torque_yaw", 0.02)
     assert {path.name for path in out.iterdir()} == {"step-torque_yaw.csv", "step-torque_yaw.png"}
@@ -188,4 +193,4 @@ def test_a_load_acts_in_hover_alone(run, out):
 
 
 def test_the_loads_of_the_command_are_those_of_the_table():
-    assert step.LOADS == LOADS
+    assert step.LOAD_CHOICES == LOAD_NAMES

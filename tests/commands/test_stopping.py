@@ -6,7 +6,7 @@ import threading
 
 import pytest
 
-from workbench.commands.stopping import ENDING, stop_on_interrupt
+from workbench.commands.stopping import STOP_SIGNALS, stop_on_interrupt
 
 
 def press_ctrl_c():
@@ -28,7 +28,7 @@ def test_the_first_asks_to_stop_and_the_second_interrupts(capsys):
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])
 def test_a_system_that_ends_the_program_is_heard_as_ctrl_c(number, capsys):
-    before = [signal.getsignal(each) for each in ENDING]
+    before = [signal.getsignal(each) for each in STOP_SIGNALS]
     signal.signal(signal.SIGHUP, signal.SIG_IGN)  # as under nohup
     with stop_on_interrupt() as stopped:
         assert signal.getsignal(signal.SIGHUP) is signal.SIG_IGN
@@ -37,7 +37,7 @@ def test_a_system_that_ends_the_program_is_heard_as_ctrl_c(number, capsys):
         os.kill(os.getpid(), number)
         assert stopped()
         assert stopped.exit_code == 128 + number
-    assert [signal.getsignal(each) for each in ENDING] == before
+    assert [signal.getsignal(each) for each in STOP_SIGNALS] == before
     assert "send the signal again to quit" in capsys.readouterr().err
 
 

@@ -47,21 +47,21 @@ def test_table_and_picture_are_written_and_nothing_else(run, out):
     assert any(line.startswith("settling_time *") for line in lines)
 
 
-def test_the_table_may_stand_elsewhere(run, out, tmp_path):
+def test_settings_and_variations_hold_for_all_and_the_table_may_stand_elsewhere(run, out, tmp_path):
     table = tmp_path / "there" / "climb.csv"
-    said = run(*SHORT, "--output", out, "--no-plots", "--table", table)
-    assert said.code == 0
-    assert table.is_file()
-    assert not out.exists()
-
-
-def test_settings_and_variations_hold_for_all(run, out):
-    words = (*SHORT, "--output", out, "--no-plots", "--json")
+    words = (*SHORT, "--output", out, "--no-plots", "--json", "--table", table)
     said = run(*words, "--set", "kd_velocity_z=0.3", "--vary", "mass=1.2").json
-    plain = run(*words).json
+    plain = run(*words, "--margins").json
+    best, rows = plain["best"], plain["candidates"]
+    margin = best["phase_margin_deg"]
+    assert plain["columns"]["phase_margin_deg"] == "deg" and 60.0 < margin < 120.0
+    assert rows[best["row"]]["phase_margin_deg"] == margin
+    assert plain["present"]["phase_margin_deg"] == pytest.approx(margin, abs=30.0)
     assert said["set"] == {"kd_velocity_z": 0.3}
     assert said["variation"]["mass"] == 1.2
     assert said["present"]["peak_rotor_use"] > plain["present"]["peak_rotor_use"]
+    assert table.is_file()
+    assert not out.exists()
 
 
 @pytest.mark.slow
@@ -123,16 +123,23 @@ def test_no_drone_is_chosen_as_the_best(run, out, ranges):
     assert gains.json["no_best"] == ""
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+@pytest.mark.parametrize(
+    "number",
+    [
+        signal.SIGINT,
+        pytest.param(signal.SIGTERM, marks=pytest.mark.slow),
+        pytest.param(signal.SIGHUP, marks=pytest.mark.slow),
+    ],
+)
 def test_a_sweep_that_is_ended_goes_on_from_there(run, out, tmp_path, monkeypatch, number):
-    monkeypatch.setattr(kept_flights, "SOON", 0.0)
-    monkeypatch.setattr(compiled_flights, "CHUNK", 4)
+    monkeypatch.setattr(kept_flights, "FIRST_WRITE_DELAY_S", 0.0)
+    monkeypatch.setattr(compiled_flights, "CANDIDATES_PER_CHUNK", 4)
     keep, kept = KeptFlights.keep, []
 
-    def keep_and_end(self, *flight):
-        keep(self, *flight)
-        kept.append(flight)
-        if len(kept) == 6:
+    def keep_and_end(self, *flights):
+        keep(self, *flights)
+        kept.append(flights)
+        if len(kept) == 2:
             os.kill(os.getpid(), number)
 
     words = ("sweep", "kp_velocity_z=2..6:20", "--duration", "0.3", "--output")

@@ -3,18 +3,18 @@
 import argparse
 import os
 import re
-from pathlib import Path
 
 import pytest
 
-from workbench.commands.cli import _parser
+from workbench.commands.cli import OTHER_NAMES, _parser
+from workbench.gains.formats import gain_format_names
 
 NEEDED = {
     "new": "drone --mass 1kg --diagonal 450mm --propeller 10x4.5 --max-thrust 850g",
     "inspect": "dh_drone",
     "frequency-response": "roll",
     "compare": "pd pid",
-    "pin": "new.spec.yaml",
+    "record": "new.workbench.yaml",
     "sweep": "kp_roll=10..20:2",
     "fly": "hover",
     "tokens": "new.tokens",
@@ -34,10 +34,9 @@ NEEDED = {
     "gains restore": "flown.yaml 1",
     "gains import": "vehicle.params",
     "gains export": "vehicle.params --for px4",
-    "gains translate": "flown.yaml --to pid",
     "controllers": "pd",
-    "frames --scenario": "--at 0",
-    "pin --mapping": "--log table.csv",
+    "frames --scenario": "--at-time 0",
+    "record --mapping": "--from-log table.csv",
     "serve --tls-cert": "--tls-key flown.yaml",
     "serve --tls-key": "--tls-cert flown.yaml",
     "serve --model": "--sensors imu",
@@ -49,7 +48,6 @@ ENDINGS = {
     "controllers": [".py"],
     "estimator": [".py"],
     "flown": [".py"],
-    "to": [".py"],
     "model": [".urdf", ".xacro"],
     "log": [".mcap", ".ulg", ".bin", ".bbl", ".csv"],
     "logs": [".mcap", ".ulg", ".bin", ".bbl", ".csv"],
@@ -59,12 +57,14 @@ ENDINGS = {
 """Endings that decide how the file of an argument is read."""
 WRITTEN = frozenset(
     ["output", "write", "html", "junit", "table", "save", "sidecar", "csv", "write_messages"]
-    + ["new file", "tokens file", "gains save file", "gains export file", "pin spec"]
+    + ["new file", "tokens file", "gains save file", "gains export file", "record spec"]
     + ["fly --log", "serve --log"]
 )
 """Arguments whose file is written, by their name, or that and the command's."""
-UNNAMED = {"sitl", "completion"}
-"""Commands that take no file, or wait for a program."""
+UNNAMED = {"sitl"}
+"""Commands that wait for a program."""
+NO_FORMATS = set() if gain_format_names() else {("gains", "import"), ("gains", "export")}
+"""Commands that have nothing to read with, without a package of formats."""
 UNREAD = {"gains show --model", "gains show --rotors"}
 """Options without effect where the file of the command is named."""
 OPENED = {("gui --model", "folder")}
@@ -73,19 +73,18 @@ OTHERWISE = {
     "identify --sidecar": "has no motor commands",
     "identify --output": "has no motor commands",
     "predict --controller": "has no setpoint of the position",
-    "gains translate --controller": "leave --controller out",
-    "gains translate --gains": "leave --gains out",
 }
 """What is said of another argument, as it is read first, or does not go with this one."""
 
 
 def commands(parser, words=()):
-    """Yield the words and the parser of each command."""
+    """Yield the words and the parser of each command, by its first name."""
     inner = [each for each in parser._actions if isinstance(each, argparse._SubParsersAction)]
     for each in inner:
         for name, below in each.choices.items():
-            yield from commands(below, (*words, name))
-    if words and not inner and words[0] not in UNNAMED:
+            if name not in OTHER_NAMES:
+                yield from commands(below, (*words, name))
+    if words and not inner and words[0] not in UNNAMED and words not in NO_FORMATS:
         yield words, parser
 
 
@@ -93,8 +92,8 @@ def names_a_file(action):
     """Return whether an argument's metavar says that it is a file."""
     shown = re.split(r"[^A-Za-z]+", str(action.metavar))
     return action.nargs != 0 and bool(
-        {*shown} & {"FILE", "PATH", "LOG", "SPEC", "SCENARIO", "MAPPING", "GAINS", "LAW"}
-        or action.metavar in ("A", "B", "FROM")
+        {*shown} & {"FILE", "PATH", "LOG", "SPEC", "SCENARIO", "MAPPING", "GAINS"}
+        or action.metavar in ("A", "B")
         or action.dest in WRITTEN
     )
 
@@ -130,31 +129,36 @@ FILES = [
 def test_the_options_that_name_files_are_found():
     """A file whose metavar hides it would be left out of all that follows."""
     known = {each.id for each in FILES}
-    assert len(known) > 240
+    assert len(known) > 200
     assert {
         "new --thrust-curve",
         "step --controller",
         "step --estimator",
         "compare --tune",
-        "gateway ros2 --config",
         "serve --tls-key",
-        "gains translate source",
+        "gains import file",
         "regress specs",
     } <= known
 
 
-@pytest.fixture
-def fifos(tmp_path, monkeypatch, log):
+@pytest.fixture(scope="module")
+def folder(log, tmp_path_factory):
     """A folder with what is no plain file under every ending, and with good files besides."""
-    monkeypatch.chdir(tmp_path)
+    made = tmp_path_factory.mktemp("files")
     for ending in ("", *sorted({each for endings in ENDINGS.values() for each in endings})):
-        os.mkfifo(f"pipe{ending}")
-        Path(f"zero{ending}").symlink_to("/dev/zero")
-        Path(f"folder{ending}").mkdir()
-    Path("flight.mcap").symlink_to(log)
+        os.mkfifo(made / f"pipe{ending}")
+        (made / f"zero{ending}").symlink_to("/dev/zero")
+        (made / f"folder{ending}").mkdir()
+    (made / "flight.mcap").symlink_to(log)
     for name, text in GOOD.items():
-        Path(name).write_text(text, encoding="utf-8")
-    return tmp_path
+        (made / name).write_text(text, encoding="utf-8")
+    return made
+
+
+@pytest.fixture
+def fifos(folder, monkeypatch):
+    monkeypatch.chdir(folder)
+    return folder
 
 
 GOOD = {

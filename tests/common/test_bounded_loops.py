@@ -6,9 +6,9 @@ from pathlib import Path
 import numba
 import pytest
 
-from workbench.common.bounded_loops import NAMES, bounded_code
+from workbench.common.bounded_loops import LOOP_CHECK_NAMES, bounded_code
 from workbench.common.errors import WorkbenchError
-from workbench.common.own_file import at_most_seconds, non_finite_named
+from workbench.common.own_file import limit_call_time, locate_non_finite
 
 FILE = Path("/somewhere/mine.py")
 
@@ -16,7 +16,7 @@ FILE = Path("/somewhere/mine.py")
 def function(body: str, before: str = ""):
     """Return the function of a file, which begins in line 2, and its argument is x."""
     text = f"{before}\ndef function(x):\n" + "".join(f"    {line}\n" for line in body.splitlines())
-    names = {"__name__": "mine", **NAMES}
+    names = {"__name__": "mine", **LOOP_CHECK_NAMES}
     exec(bounded_code(text, FILE), names)
     return names["function"]
 
@@ -85,14 +85,14 @@ def test_the_line_that_first_makes_a_number_not_finite_is_named(case):
         with (
             case(body),
             pytest.raises(WorkbenchError) as caught,
-            non_finite_named(FILE, "update"),
+            locate_non_finite(FILE, "update"),
         ):
             run(1.0)
         assert str(caught.value).startswith(f"{FILE}:{line}: update makes {name}: let it be")
 
 
 def test_what_is_finite_is_not_named():
-    with non_finite_named(FILE, "update"):
+    with locate_non_finite(FILE, "update"):
         assert function("return x * 1e300")(1.0) == 1e300
 
 
@@ -100,8 +100,8 @@ def test_what_waits_for_ever_is_named():
     run = function("time.sleep(x)\nreturn x", "import time")
     began = time.monotonic()
     said = "^/somewhere/mine.py:3: update has not returned for 0.01 s: let it end"
-    with pytest.raises(WorkbenchError, match=said), at_most_seconds(FILE, "update", 0.01):
+    with pytest.raises(WorkbenchError, match=said), limit_call_time(FILE, "update", 0.01):
         run(3600.0)
     assert time.monotonic() - began < 600.0
-    with at_most_seconds(FILE, "update", 3600.0):
+    with limit_call_time(FILE, "update", 3600.0):
         assert run(0.0) == 0.0

@@ -15,6 +15,7 @@ import sys
 import textwrap
 import threading
 import time
+import types
 from pathlib import Path
 from typing import NamedTuple
 
@@ -24,12 +25,10 @@ import pytest
 from numba.core.caching import IndexDataCacheFile
 from numba.core.codegen import JITCPUCodegen
 
-from workbench.common import compiled
+from workbench.common import compiled, jitable
 from workbench.control import flight_law
-from workbench.design.identify import fit
-from workbench.design.predict import flown
-from workbench.design.rollout import engine
-from workbench.systems.casting import solids, surfaces
+from workbench.design.rollout import compiled_flights
+from workbench.systems.casting import solids
 
 SOURCE = """
 from numba.extending import register_jitable
@@ -174,7 +173,7 @@ def test_code_compiled_otherwise_is_not_used(double_up, cache):
 
 def test_code_of_other_sources_is_not_used(cache, monkeypatch, tmp_path, case):
     """The law stands in several files, and numba itself looks at one."""
-    monkeypatch.setattr(compiled, "_PACKAGE", tmp_path)
+    monkeypatch.setattr(compiled, "PACKAGE_FOLDER", tmp_path)
     one, other = tmp_path / "one.py", tmp_path / "folder" / "other.py"
     other.parent.mkdir()
     for count, file in enumerate((one, other, one, other)):
@@ -221,7 +220,7 @@ def test_what_is_compiled_is_said(double_up, cache, caplog):
 
 def test_how_far_it_is_is_said_by_the_clock(double_up, cache, caplog, monkeypatch):
     """A first message, others while one function compiles, and a last one."""
-    monkeypatch.setattr(compiled, "PERIOD", 0.001)
+    monkeypatch.setattr(compiled, "WAIT_MESSAGE_PERIOD_S", 0.001)
     caplog.set_level(logging.INFO)
     compiled.compile_cached(double_up, SOURCES, WHAT, parts=2)(1.0)
     first, *middle, last = (record.getMessage() for record in caplog.records)
@@ -238,8 +237,8 @@ def test_one_process_compiles_and_another_waits_for_it(double_up, cache, caplog,
     compiled.compile_cached(double_up, SOURCES, WHAT)(1.0)
     (folder,) = cache.rglob("double_up")
     caplog.clear()
-    monkeypatch.setattr(compiled, "PATIENCE", 0.0)
-    monkeypatch.setattr(compiled, "PERIOD", 0.0)
+    monkeypatch.setattr(compiled, "MAX_SILENT_WAIT_S", 0.0)
+    monkeypatch.setattr(compiled, "WAIT_MESSAGE_PERIOD_S", 0.0)
     found = []
 
     def begin():
@@ -338,27 +337,45 @@ def test_processes_that_begin_at_once_with_an_empty_cache_agree(cache, tmp_path)
 def test_every_file_of_what_is_compiled_is_watched(case):
     """What compiled code calls of ours, found by following the imports of files that it is in."""
     table = [
-        ("workbench.control.flight_law", flight_law.SOURCES),
-        ("workbench.systems.casting.solids", solids.SOURCES),
-        ("workbench.systems.casting.surfaces", surfaces.SOURCES),
-        ("workbench.design.rollout.flights", engine.SOURCES),
-        ("workbench.design.predict.driven", flown.SOURCES),
-        ("workbench.design.identify.fit", fit.SOURCES),
+        ("workbench.control.flight_law", flight_law.LAW_SOURCES),
+        ("workbench.systems.casting.solids", solids.CASTING_SOURCES),
+        ("workbench.systems.casting.surfaces", solids.CASTING_SOURCES),
+        ("workbench.design.rollout.flights", compiled_flights.ENGINE_SOURCES),
     ]
-    package = Path(compiled.__file__).parent.parent
     for start, sources in table:
-        watched = [package / name for name in sources]
-        found, todo = set(), [start]
-        while todo:
-            name = todo.pop()
-            found.add(name)
-            file = Path(importlib.import_module(name).__file__)
-            inside = any(file == one or one in file.parents for one in watched)
-            with case(start, name):
-                compiles = name == start or "register_jitable" in file.read_text()
-                assert inside or name == MARKER or not compiles
-            if inside:
-                tree = ast.parse(file.read_text())
-                names = {n.module for n in ast.walk(tree) if isinstance(n, ast.ImportFrom)}
-                todo += [one for one in names - found if one.startswith("workbench.")]
-        assert len(found) > 1
+        with case(start):
+            check_watched(start, sources)
+
+
+def check_watched(start, sources):
+    """Check that all that the compiled code of a module calls of ours is in some files."""
+    package = Path(compiled.__file__).parent.parent
+    watched = [package / name for name in sources]
+    found, todo = set(), [start]
+    while todo:
+        name = todo.pop()
+        found.add(name)
+        file = Path(importlib.import_module(name).__file__)
+        inside = any(file == one or one in file.parents for one in watched)
+        compiles = name == start or "register_jitable" in file.read_text()
+        assert inside or name == MARKER or not compiles, name
+        if inside:
+            tree = ast.parse(file.read_text())
+            names = {n.module for n in ast.walk(tree) if isinstance(n, ast.ImportFrom)}
+            todo += [one for one in names - found if one.startswith("workbench.")]
+    assert len(found) > 1
+
+
+def test_code_that_makes_no_arrays_counts_no_references():
+    """numba then has no counting at all: it refuses an array."""
+
+    def first_of_three(x):
+        return np.full(3, x)[0]
+
+    with_arrays, without = types.FunctionType(first_of_three.__code__, globals()), first_of_three
+    jitable.register_jitable(with_arrays)
+    jitable.register_jitable(allocates=False)(without)
+    jitable.register_with_numba()
+    assert numba.njit(lambda x: with_arrays(x))(2.0) == 2.0
+    with pytest.raises(numba.core.errors.NumbaError, match="NRT required"):
+        numba.njit(lambda x: without(x))(2.0)

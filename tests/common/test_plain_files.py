@@ -1,11 +1,11 @@
-"""Reading takes the memory that the file needs, whatever limit was set for it."""
+"""Files of limited size: reading takes the memory that the file needs, whatever limit was set."""
 
 import os
 
 import pytest
 
 from workbench.common.errors import WorkbenchError
-from workbench.common.plain_files import open_plain, read_plain
+from workbench.common.plain_files import open_plain, read_plain, write_in_folder
 
 
 def test_a_limit_beyond_all_memory_is_no_request_for_it(tmp_path):
@@ -30,3 +30,10 @@ def test_what_is_no_plain_file_of_that_size_is_a_sentence(tmp_path, case):
     ):
         with case(said), pytest.raises(WorkbenchError, match=said), open_plain(file, most):
             pass
+
+
+def test_a_file_is_written_into_new_folders_or_a_sentence_names_the_one_that_cannot_be(tmp_path):
+    path = write_in_folder(tmp_path / "a" / "b" / "c.txt", "text")
+    assert path.read_text(encoding="utf-8") == "text"
+    with pytest.raises(WorkbenchError, match=r"c\.txt: cannot be made: "):
+        write_in_folder(path / "d.txt", "text")

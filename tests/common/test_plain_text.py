@@ -4,9 +4,9 @@ import json
 import sys
 import unicodedata
 
-from workbench.common.errors import LONGEST_MESSAGE, WorkbenchError
+from workbench.common.errors import MAX_ERROR_CHARS, WorkbenchError
 from workbench.common.plain_text import (
-    LONGEST_NAME,
+    MAX_SHOWN_NAME_CHARS,
     escaped_json,
     file_stem,
     html_text,
@@ -53,9 +53,9 @@ def test_the_rows(case):
 def test_a_text_is_cut_and_says_how_long_it_is():
     assert plain_text("a" * 2000) == "a" * 2000
     assert plain_text("a" * 2001) == "a" * 2000 + "… (2,001 characters)"
-    assert plain_name("x" * 1_000_000) == "x" * LONGEST_NAME + "… (1,000,000 characters)"
+    assert plain_name("x" * 1_000_000) == "x" * MAX_SHOWN_NAME_CHARS + "… (1,000,000 characters)"
     # escapes are longer than what they stand for
-    assert plain_name("\x1b" * 79) == r"\x1b" * (LONGEST_NAME // 4) + "… (79 characters)"
+    assert plain_name("\x1b" * 79) == r"\x1b" * (MAX_SHOWN_NAME_CHARS // 4) + "… (79 characters)"
 
 
 def test_a_file_s_name_names_no_other_folder(case):
@@ -92,4 +92,4 @@ def test_html_has_no_tags_and_nothing_that_acts():
 def test_a_message_has_an_end_however_long_what_it_echoes_is():
     said = str(WorkbenchError(f"a.yaml:1: '{'x' * 1_000_000}' is not a number: write one"))
     assert said.startswith("a.yaml:1: 'xxx") and said.endswith("is not a number: write one")
-    assert len(said) <= LONGEST_MESSAGE
+    assert len(said) <= MAX_ERROR_CHARS

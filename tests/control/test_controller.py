@@ -6,14 +6,14 @@ from pathlib import Path
 import pytest
 
 from workbench.common.errors import WorkbenchError
-from workbench.control.controller import SHIPPED, load_controller
+from workbench.control.controller_file import load_controller
 from workbench.control.flight_law import flight_law
+from workbench.control.installed_laws import installed_laws
 from workbench.design.linear.study import LinearStudy
 from workbench.design.rollout.batch import Batch
-from workbench.design.rollout.flights import make_fly
-from workbench.design.rollout.gyro import KNOW_TRUTH
-from workbench.scenario.parameters import parameter_table
-from workbench.scenario.scenario import Scenario, Start
+from workbench.design.rollout.flights import make_fly_block
+from workbench.design.rollout.gyro import TRUE_STATE
+from workbench.scenario.scenario import Scenario, ScenarioStart
 from workbench.session.session import Session
 
 OWN = Path(__file__).parents[1] / "controllers/cascade.py"
@@ -196,7 +196,7 @@ def test_a_name_of_every_flight_is_refused(tmp_path):
     path = written(tmp_path, ('"k_turn", "1/s"', '"wind_x", "1/s"'))
     text = path.read_text().replace("g.k_turn", "g.wind_x").replace('"k_turn")', '"wind_x")')
     path.write_text(text)
-    said = complaint(path, lambda file: parameter_table(load_controller(file)))
+    said = complaint(path, lambda file: load_controller(file).table)
     assert "the parameter wind_x is one of every flight: give it another name" in said
 
 
@@ -211,7 +211,7 @@ def test_what_knows_no_derivative_flies_and_says_so_to_linear_models(tmp_path):
 def test_what_cannot_be_compiled_flies_and_its_line_is_in_the_message(tmp_path):
     """Python flies it; the sentence comes where machine code is made."""
     path = written(tmp_path, (BEGIN, BEGIN + '    e_x = float(f"{e_x:.6f}")\n'))
-    session = Session(Scenario(controller=str(path), start=Start(position=[0.0, 0.0, 9.0])))
+    session = Session(Scenario(controller=str(path), start=ScenarioStart(position=[0.0, 0.0, 9.0])))
     session.tick(0.1)
     said = complaint(path, lambda file: Batch(1, controller=str(file)).step())
     assert "cannot be compiled" in said and "write it with numbers" in said
@@ -219,7 +219,7 @@ def test_what_cannot_be_compiled_flies_and_its_line_is_in_the_message(tmp_path):
 
 
 def test_every_shipped_law_passes_the_trial_of_a_file(tmp_path, case):
-    for name in SHIPPED:
+    for name in installed_laws():
         with case(name):
             shipped = load_controller(name)
             path = tmp_path / f"my_{name}.py"
@@ -235,10 +235,10 @@ def test_functions_of_two_laws_have_names_of_their_own(tmp_path):
     path = written(tmp_path)
     before = load_controller(path)
     path.write_text(TEXT + "# edited\n")
-    laws = [before, load_controller(path), *map(load_controller, SHIPPED)]
+    laws = [before, load_controller(path), *map(load_controller, installed_laws())]
     made = [
         (function.__module__, function.__qualname__)
         for law in laws
-        for function in (law.update, *flight_law(law)[2:], make_fly(law, KNOW_TRUTH))
+        for function in (law.update, *flight_law(law)[2:], make_fly_block(law, TRUE_STATE))
     ]
     assert len(set(made)) == len(made)

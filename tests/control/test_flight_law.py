@@ -10,45 +10,47 @@ from pydrake.common.eigen_geometry import Quaternion
 from pydrake.math import RotationMatrix
 
 from tests.dynamics.wrench import wrench_on
-from workbench.control.controller import load_controller
+from workbench.control.controller_file import load_controller
 from workbench.control.flight_law import (
-    FILTERED,
-    PLAIN,
+    UNFILTERED_COMPUTER,
     allocate,
     commanded_wrench,
     flight_law,
     full_speed,
-    known_body,
-    law_constants,
-    resolved,
-    smoothed_setpoint,
 )
 from workbench.control.flight_state import mass_velocity, still_air_drag, thrust_attitude
-from workbench.control.guidance import LIFT, MOTORS, Guidance, Measured, Setpoint
+from workbench.control.guidance import (
+    LIFT_FIELD,
+    MOTORS_FIELD,
+    Guidance,
+    LawSetpoint,
+    MeasuredMotion,
+)
+from workbench.control.law_constants import known_body, law_constants
+from workbench.control.law_signals import FILTER_STATE_COUNT, quantized_speed, smoothed_setpoint
 from workbench.control.mixer import mix
-from workbench.control.stopped_rotors import mix_without
 from workbench.estimation.filters import lowpass
-from workbench.plant.drag import AIR_DENSITY, drag_area, drag_rates
+from workbench.plant.drag import drag_area, drag_rates
+from workbench.plant.gravity import AIR_DENSITY
 from workbench.plant.rotors import wrench_matrix
 from workbench.systems.acceleration_estimate import sampled_estimate
 
 LAW = load_controller()
 PERIOD = 1 / 128
 STRAIGHT, NO_WRENCH = [0.0] * 3, [0.0] * 4
-WHOLE = [1.0] * 4
 
 
-def commands(signals, gains, constants, shares=WHOLE) -> list[float]:
+def commands(signals, gains, constants) -> list[float]:
     found = [0.0] * 4
     state, acceleration, reference, guide = signals
     wrench = (0.0, 0.0, 0.0, 0.0)
-    if guide[LIFT] > 0.0:
-        setpoint, memory = Setpoint(reference, guide, STRAIGHT), LAW.initial_memory
+    if guide[LIFT_FIELD] > 0.0:
+        setpoint, memory = LawSetpoint(reference, guide, STRAIGHT), LAW.initial_memory
         law = flight_law(LAW).wrench
         wrench, _ = law(
             state, acceleration, 1.0, setpoint, gains, memory, NO_WRENCH, PERIOD, constants, None
         )
-    allocate(wrench, guide[LIFT], guide[MOTORS], shares, constants, found)
+    allocate(wrench, guide[LIFT_FIELD], guide[MOTORS_FIELD], constants, found)
     return found
 
 
@@ -56,10 +58,10 @@ def commands_in_a_row(vehicle, signals, gains) -> list[float]:
     state, acceleration, reference, guide = signals
     rates = drag_rates(vehicle)
     drag = still_air_drag(state[:4], state[10:13], rates)
-    measured = Measured(
+    measured = MeasuredMotion(
         state[4:7], state[10:13], acceleration, state[:4], state[7:10], drag, NO_WRENCH
     )
-    setpoint = Setpoint(reference, guide, STRAIGHT)
+    setpoint = LawSetpoint(reference, guide, STRAIGHT)
     six = vehicle.inertia[np.triu_indices(3)].tolist()
     known = known_body(law_constants(vehicle))
     body = known._replace(mass=vehicle.mass, inertia=six, yaw_drag=rates.yaw)
@@ -127,20 +129,19 @@ def test_without_motors_rotors_stop_and_without_lift_they_idle(
     assert found == pytest.approx([share * rotor.max_rot_velocity for rotor in vehicle.rotors])
 
 
-def updated(signals, gains, constants, filtered, shares=WHOLE) -> tuple[np.ndarray, np.ndarray]:
+def updated(signals, gains, constants, filtered) -> tuple[np.ndarray, np.ndarray]:
     """Return commands, and what the stages before the law then remember."""
     state, _, reference, guide = signals
     found = np.zeros(4)
     after, _ = flight_law(LAW).update(
         state,
         1.0,
-        Setpoint(reference, guide, STRAIGHT),
+        LawSetpoint(reference, guide, STRAIGHT),
         gains,
-        shares,
         constants,
         None,
         sampled_estimate(PERIOD),
-        PLAIN,
+        UNFILTERED_COMPUTER,
         filtered,
         LAW.initial_memory,
         found,
@@ -154,7 +155,7 @@ def test_an_update_estimates_and_commands(vehicle, gains, random_signals):
     share, rate = sampled_estimate(PERIOD)
     for _ in range(200):
         state, _, reference, guide = random_signals(rng)
-        v_WB, remembered = np.array(state[10:13]), rng.normal(size=FILTERED)
+        v_WB, remembered = np.array(state[10:13]), rng.normal(size=FILTER_STATE_COUNT)
         filtered = remembered[:3]
         acceleration = rate * (v_WB - filtered)
         signals = (state, acceleration, reference, guide)
@@ -172,8 +173,10 @@ def test_commands_of_a_resolution_are_the_nearest_ones(vehicle, gains, random_si
     assert most == pytest.approx([rotor.max_rot_velocity for rotor in vehicle.rotors])
     step = vehicle.rotors[0].max_rot_velocity / 50.0
     for _ in range(50):
-        exact, _ = updated(random_signals(rng), gains, constants, rng.normal(size=FILTERED))
-        found = [resolved(*each, 50.0) for each in zip(exact, most, strict=True)]
+        exact, _ = updated(
+            random_signals(rng), gains, constants, rng.normal(size=FILTER_STATE_COUNT)
+        )
+        found = [quantized_speed(*each, 50.0) for each in zip(exact, most, strict=True)]
         assert found == pytest.approx(step * np.round(exact / step), abs=1e-9)
 
 
@@ -182,7 +185,7 @@ def test_a_setpoints_lowpass_is_butterworths_on_each_of_its_four_numbers():
     asked, states = rng.normal(size=(60, 4)), (0.0, 0.0, 0.0, 0.0)
     found = []
     for numbers in asked:
-        setpoint = Setpoint((*numbers, 7.0, 8.0, 9.0, 1.0), NO_WRENCH, STRAIGHT)
+        setpoint = LawSetpoint((*numbers, 7.0, 8.0, 9.0, 1.0), NO_WRENCH, STRAIGHT)
         smooth, states = smoothed_setpoint(lowpass(5.0, 1.0, PERIOD), states, setpoint)
         found.append(smooth.reference[:4])
         assert smooth.reference[4:] == (7.0, 8.0, 9.0, 1.0)
@@ -264,40 +267,3 @@ def test_the_yaw_drag_that_the_law_expects_is_the_one_that_acts(vehicle):
     wrench = drag_wrench(state, vehicle.hover_speeds, 0.0, vehicle.rotors)
     expected = drag_rates(vehicle).yaw * 0.4
     assert wrench[5] / vehicle.inertia[2, 2] == pytest.approx(-expected, rel=1e-3)
-
-
-def test_of_a_weak_rotor_the_law_knows_nothing(vehicle, gains, random_signals):
-    rng = np.random.default_rng(21)
-    constants = law_constants(vehicle)
-    for _ in range(50):
-        signals = random_signals(rng)
-        whole = commands(signals, gains, constants)
-        assert commands(signals, gains, constants, [1.0, 0.9, 0.25, 1e-3]) == whole
-
-
-def test_a_stopped_rotor_runs_down_and_the_others_are_mixed_without_it(vehicle, gains):
-    rng = np.random.default_rng(22)
-    constants = law_constants(vehicle)
-    effects = wrench_matrix(vehicle.rotors, vehicle.p_BoBcm_B)[2:].T
-    assert np.array(constants.effects) == pytest.approx(effects)
-    most = [rotor.max_thrust for rotor in vehicle.rotors]
-    most[1] = 0.0
-    for _ in range(50):
-        state = [1.0, *rng.uniform(-0.03, 0.03, 3), 0, 0, 10.0, *rng.uniform(-0.1, 0.1, 6)]
-        signals = (state, [0.0] * 3, [0.0] * 8, Guidance(1.0, 1.0, *[0.0] * 7))
-        filtered = np.array([*state[10:13], *[0.0] * 7])
-        with_all, _ = updated(signals, gains, constants, filtered)
-        found, _ = updated(signals, gains, constants, filtered, [1.0, 0.0, 1.0, 1.0])
-        asked = constants.motor_constants * with_all**2  # of all, within their limits
-        wanted = [0.0] * 4
-        mix_without(*(effects.T @ asked).tolist(), effects.tolist(), most, wanted)
-        assert constants.motor_constants * found**2 == pytest.approx(wanted, abs=1e-4)
-        assert found[1] == 0.0
-
-
-def test_a_stopped_rotor_does_not_idle_either(vehicle, gains, random_signals):
-    state, acceleration, reference, guide = random_signals(np.random.default_rng(23))
-    signals = (state, acceleration, reference, [1.0, 0.0, *guide[2:]])
-    constants = law_constants(vehicle)
-    idle = commands(signals, gains, constants)
-    assert commands(signals, gains, constants, [1.0, 1.0, 0.0, 1.0]) == [*idle[:2], 0.0, idle[3]]

@@ -5,29 +5,29 @@ import math
 import pytest
 
 from workbench.control.flight_mode import (
-    SLOW,
-    SPOOL_UP_TIME,
-    STOPPING_TIME,
-    TOUCH_DOWN_SPEED,
-    TOUCH_DOWN_TIME,
-    Health,
+    MAX_HOVERING_SPEED,
+    MAX_TOUCH_DOWN_SPEED,
+    MIN_TOUCH_DOWN_TIME_S,
+    SPOOL_UP_TIME_S,
+    STOPPING_TIME_S,
+    EstimateHealth,
+    FlightModeInputs,
+    FlightModeSettings,
     ModeState,
-    Settings,
-    Situation,
     guidance,
     initial_state,
     next_state,
     with_walls,
 )
 from workbench.control.guidance import Guidance, Reference
-from workbench.control.mode import FlightMode, Reason, Request
+from workbench.control.mode import FlightMode, ModeRequest, Reason
 
 OFF, ARMED, TAKING_OFF, HOVERING, ASCENDING, DESCENDING, CRUISING, LANDING = FlightMode
 FLYING = (HOVERING, ASCENDING, DESCENDING, CRUISING)
-SETTINGS = Settings(take_off_speed=1.0, landing_speed=0.4, battery_reserve=0.2)
+SETTINGS = FlightModeSettings(take_off_speed=1.0, landing_speed=0.4, battery_reserve=0.2)
 NOTHING = Reference(0, 0, 0, 0, 0, 0, 0, 0)
 P = [1.0, 2.0, 3.0]
-WELL = Health(deviation=0.5, gps_age=0.2, imu_age=0.0, heading_age=0.1)
+WELL = EstimateHealth(deviation=0.5, gps_age=0.2, imu_age=0.0, heading_age=0.1)
 NO_DEVIATION = WELL._replace(deviation=math.nan)
 
 
@@ -37,27 +37,29 @@ def in_mode(mode: FlightMode, **changes) -> ModeState:
     return state._replace(**changes)
 
 
-def seen(**changes) -> Situation:
+def seen(**changes) -> FlightModeInputs:
     """At 20 s, at P and at rest, with nothing new."""
-    calm = Situation(20.0, P, [0.0, 0.0, 0.0], NOTHING, 0, 1.0, 1.5, 1.0, standing_height=P[2])
+    calm = FlightModeInputs(
+        20.0, P, [0.0, 0.0, 0.0], NOTHING, 0, 1.0, 1.5, 1.0, standing_height=P[2]
+    )
     return calm._replace(**changes)
 
 
-def asked(request: Request, **changes) -> Situation:
+def asked(request: ModeRequest, **changes) -> FlightModeInputs:
     return seen(request=int(request), serial=2.0, **changes)
 
 
-def after(state: ModeState, now: Situation) -> ModeState:
+def after(state: ModeState, now: FlightModeInputs) -> ModeState:
     return next_state(state, now, SETTINGS)
 
 
-def mode_after(state: ModeState, now: Situation) -> FlightMode:
+def mode_after(state: ModeState, now: FlightModeInputs) -> FlightMode:
     return FlightMode(int(after(state, now).mode))
 
 
 @pytest.mark.parametrize("mode", FlightMode)
 def test_stop_always_stops(mode):
-    assert mode_after(in_mode(mode), asked(Request.STOP)) is OFF
+    assert mode_after(in_mode(mode), asked(ModeRequest.STOP)) is OFF
 
 
 @pytest.mark.parametrize("mode", FlightMode)
@@ -65,7 +67,7 @@ def test_an_empty_battery_always_stops(mode):
     assert mode_after(in_mode(mode), seen(charge=0.0)) is OFF
 
 
-@pytest.mark.parametrize("request_", [Request.ARM, Request.TAKE_OFF])
+@pytest.mark.parametrize("request_", [ModeRequest.ARM, ModeRequest.TAKE_OFF])
 @pytest.mark.parametrize(
     ("mode", "expected"),
     [
@@ -85,7 +87,7 @@ def test_arm_and_take_off(request_, mode, expected):
     [(OFF, OFF), (ARMED, OFF), (TAKING_OFF, LANDING), *[(m, LANDING) for m in FLYING]],
 )
 def test_land(mode, expected):
-    assert mode_after(in_mode(mode), asked(Request.LAND)) is expected
+    assert mode_after(in_mode(mode), asked(ModeRequest.LAND)) is expected
 
 
 @pytest.mark.parametrize(
@@ -93,12 +95,12 @@ def test_land(mode, expected):
     [(OFF, OFF), (ARMED, ARMED), (TAKING_OFF, HOVERING), (HOVERING, HOVERING), (LANDING, LANDING)],
 )
 def test_hold(mode, expected):
-    assert mode_after(in_mode(mode), asked(Request.HOLD)) is expected
+    assert mode_after(in_mode(mode), asked(ModeRequest.HOLD)) is expected
 
 
 def test_a_hold_ends_a_take_off_before_it_leaves_the_ground():
     spooling = in_mode(ARMED, target=2.0)
-    held = after(spooling, asked(Request.HOLD))
+    held = after(spooling, asked(ModeRequest.HOLD))
     assert (FlightMode(int(held.mode)), held.target) == (ARMED, 0.0)
     assert mode_after(held, seen(time=100.0, serial=2.0)) is ARMED
 
@@ -114,7 +116,9 @@ def test_a_battery_at_its_reserve_stays_on_the_ground(mode):
     assert mode_after(in_mode(mode), seen(charge=0.1)) is mode
 
 
-@pytest.mark.parametrize("request_", [Request.ARM, Request.TAKE_OFF, Request.LAND, Request.STOP])
+@pytest.mark.parametrize(
+    "request_", [ModeRequest.ARM, ModeRequest.TAKE_OFF, ModeRequest.LAND, ModeRequest.STOP]
+)
 def test_a_request_counts_once(request_):
     """Its serial number has been seen, so it is an old one."""
     assert mode_after(in_mode(OFF), seen(request=int(request_))) is OFF
@@ -123,11 +127,11 @@ def test_a_request_counts_once(request_):
 
 
 def test_a_take_off_spools_up_on_the_ground_first():
-    armed = after(in_mode(OFF), asked(Request.TAKE_OFF, height=2.5))
+    armed = after(in_mode(OFF), asked(ModeRequest.TAKE_OFF, height=2.5))
     assert (armed.mode, armed.since, armed.target) == (ARMED, 20.0, 2.5)
-    soon = seen(serial=2.0, time=20.0 + SPOOL_UP_TIME - 0.01)
+    soon = seen(serial=2.0, time=20.0 + SPOOL_UP_TIME_S - 0.01)
     assert mode_after(armed, soon) is ARMED
-    up = after(armed, seen(serial=2.0, time=20.0 + SPOOL_UP_TIME))
+    up = after(armed, seen(serial=2.0, time=20.0 + SPOOL_UP_TIME_S))
     assert (up.mode, up.target, up.x, up.y) == (TAKING_OFF, 2.5, P[0], P[1])
 
 
@@ -136,7 +140,7 @@ def test_armed_without_a_take_off_it_waits():
 
 
 def test_a_drone_armed_for_long_takes_off_at_the_next_update():
-    ready = after(in_mode(ARMED), asked(Request.TAKE_OFF, height=2.0))
+    ready = after(in_mode(ARMED), asked(ModeRequest.TAKE_OFF, height=2.0))
     assert mode_after(ready, seen(serial=2.0, time=20.1)) is TAKING_OFF
 
 
@@ -147,7 +151,7 @@ def test_a_drone_armed_for_long_takes_off_at_the_next_update():
         (1.96, 0.19, HOVERING),
         (2.04, -0.19, HOVERING),
         (1.94, 0.0, TAKING_OFF),
-        (2.0, SLOW, TAKING_OFF),
+        (2.0, MAX_HOVERING_SPEED, TAKING_OFF),
         (0.0, 0.0, TAKING_OFF),
     ],
 )
@@ -194,7 +198,7 @@ def test_who_is_asked_to_go_somewhere_holds_nothing(field):
 
 def test_left_alone_it_holds_the_point_where_it_will_stop():
     state = after(in_mode(HOVERING), seen(v_WB=[0.1, -0.1, 0.05]))
-    stop = [p + STOPPING_TIME * v for p, v in zip(P, [0.1, -0.1, 0.05], strict=True)]
+    stop = [p + STOPPING_TIME_S * v for p, v in zip(P, [0.1, -0.1, 0.05], strict=True)]
     assert state.holding == 1.0
     assert [state.x, state.y, state.z] == pytest.approx(stop)
 
@@ -213,8 +217,8 @@ def test_fast_and_left_alone_it_brakes_before_it_holds():
 
 def test_a_landing_ends_when_it_has_stood_still_long_enough():
     state = in_mode(LANDING, since=15.0, still_since=20.0, holding=1.0)
-    assert mode_after(state, seen(time=20.0 + TOUCH_DOWN_TIME - 0.01)) is LANDING
-    assert mode_after(state, seen(time=20.0 + TOUCH_DOWN_TIME)) is OFF
+    assert mode_after(state, seen(time=20.0 + MIN_TOUCH_DOWN_TIME_S - 0.01)) is LANDING
+    assert mode_after(state, seen(time=20.0 + MIN_TOUCH_DOWN_TIME_S)) is OFF
 
 
 def test_a_landing_that_stands_still_in_the_air_goes_on():
@@ -224,7 +228,7 @@ def test_a_landing_that_stands_still_in_the_air_goes_on():
 
 
 def test_a_landing_at_speed_brakes_before_it_sinks():
-    state = after(in_mode(CRUISING), asked(Request.LAND, v_WB=[8.0, 0.0, 0.0]))
+    state = after(in_mode(CRUISING), asked(ModeRequest.LAND, v_WB=[8.0, 0.0, 0.0]))
     assert guidance(state, P, SETTINGS).climb == 0.0
     braked = after(state, seen(serial=2.0, time=22.0, v_WB=[0.1, 0.0, 0.0]))
     assert (braked.holding, braked.x) == (1.0, pytest.approx(P[0] + 0.025))
@@ -239,31 +243,31 @@ def test_a_take_off_that_no_longer_climbs_becomes_a_hover_where_it_is():
 
 
 def test_a_take_off_takes_a_new_height():
-    assert after(in_mode(TAKING_OFF, target=9.0), asked(Request.TAKE_OFF)).target == 1.5
+    assert after(in_mode(TAKING_OFF, target=9.0), asked(ModeRequest.TAKE_OFF)).target == 1.5
 
 
 def test_a_landing_that_moves_goes_on():
     state = in_mode(LANDING, still_since=10.0, holding=1.0)
-    moving = seen(v_WB=[0.0, 0.0, -2.0 * TOUCH_DOWN_SPEED])
+    moving = seen(v_WB=[0.0, 0.0, -2.0 * MAX_TOUCH_DOWN_SPEED])
     assert after(state, moving) == state._replace(still_since=20.0)
 
 
 def test_a_landing_from_hover_is_not_over_before_it_sinks():
     """At its beginning it stands still in the air."""
-    state = after(in_mode(HOVERING), asked(Request.LAND))
+    state = after(in_mode(HOVERING), asked(ModeRequest.LAND))
     assert (state.mode, state.since, state.still_since) == (LANDING, 20.0, 20.0)
-    now = seen(serial=2.0, time=20.0 + TOUCH_DOWN_TIME)
+    now = seen(serial=2.0, time=20.0 + MIN_TOUCH_DOWN_TIME_S)
     assert mode_after(after(state, now), seen(serial=2.0, time=20.6)) is LANDING
 
 
 def test_nothing_is_changed_in_place():
-    state, now = in_mode(HOVERING), asked(Request.LAND)
+    state, now = in_mode(HOVERING), asked(ModeRequest.LAND)
     before = (tuple(state), repr(now))
     assert after(state, now) == after(state, now)
     assert (tuple(state), repr(now)) == before
 
 
-def outcome(state: ModeState, now: Situation) -> tuple[FlightMode, Reason]:
+def outcome(state: ModeState, now: FlightModeInputs) -> tuple[FlightMode, Reason]:
     found = after(state, now)
     return FlightMode(int(found.mode)), Reason(int(found.reason))
 
@@ -311,8 +315,8 @@ def test_the_known_charge_lands_and_the_true_one_stops_the_rotors(case):
 def test_a_program_that_has_ended_holds_the_mode_until_it_is_stopped():
     ended = (HOVERING, Reason.AUTOPILOT_ENDED)
     assert outcome(in_mode(HOVERING), seen(ended=True, charge=0.0)) == ended
-    assert outcome(in_mode(HOVERING), asked(Request.LAND, ended=True)) == ended
-    assert mode_after(in_mode(HOVERING), asked(Request.STOP, ended=True)) is OFF
+    assert outcome(in_mode(HOVERING), asked(ModeRequest.LAND, ended=True)) == ended
+    assert mode_after(in_mode(HOVERING), asked(ModeRequest.STOP, ended=True)) is OFF
 
 
 def test_a_landing_that_loses_its_position_sinks_at_once_and_holds_no_point():
@@ -373,7 +377,7 @@ def test_a_landing_is_aborted_in_the_air_alone(case):
         (5.0, 0.05, LANDING),
     ):
         with case(height, above):
-            now = asked(Request.ABORT_LANDING, height=height, standing_height=P[2] - above)
+            now = asked(ModeRequest.ABORT_LANDING, height=height, standing_height=P[2] - above)
             state = after(in_mode(LANDING), now)
             assert FlightMode(int(state.mode)) is mode
             assert state.target == (height if mode is TAKING_OFF else 0.0)

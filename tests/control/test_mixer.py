@@ -8,6 +8,7 @@ from scipy.sparse import block_diag, coo_array
 
 from workbench.control.mixer import mix
 from workbench.plant.rotors import Rotor, allocation_matrix, wrench_matrix
+from workbench.plant.tilt import Tilt, TiltedRotor
 
 
 def rotor(x, y, direction, axis_B=(0.0, 0.0, 1.0), largest=10.0) -> Rotor:
@@ -199,3 +200,29 @@ def test_derivatives_unsaturated_are_the_allocation():
     mix(*[AutoDiffXd(v, np.eye(4)[i]) for i, v in enumerate(wrench)], rows, low, high, thrusts)
     jacobian = np.array([thrust.derivatives() for thrust in thrusts])
     assert jacobian == pytest.approx(quad.allocation, abs=1e-12)
+
+
+def test_tilts_stay_within_their_limits_whatever_is_asked():
+    """A tricopter with a tail that tilts, and one whose tail turns back as the force grows."""
+    arm = 0.25
+    places = [(arm / 2.0, 0.2, 1), (arm / 2.0, -0.2, -1), (-arm, 0.0, 1)]
+    rotors = [rotor(*each) for each in places]
+    tilt = Tilt("tail", -0.5, 0.4, (TiltedRotor(2, (-arm, 0.0, 0.0), (1.0, 0.0, 0.0)),))
+    allocation = allocation_matrix(rotors, (0.0, 0.0, 0.0), (tilt,))
+    rows = np.column_stack([wrench_matrix(rotors, (0.0, 0.0, 0.0)), tilt.column(rotors, (0, 0, 0))])
+    assert np.abs(rows[2:] @ allocation - np.eye(4)).max() < 1e-12
+    assert abs(allocation[3, 0]) > 0.01  # drag torque of the odd rotor
+    least, most = [0.1] * 3 + [-2.0], [10.0] * 3 + [1.6]
+    generator = np.random.default_rng(3)
+    full = 0
+    for _ in range(3000):
+        asked = generator.uniform(-1.0, 1.0, 4) * [20.0, 2.0, 2.0, 1.0] + [12.0, 0.0, 0.0, 0.0]
+        found = [0.0] * 4
+        mix(*asked.tolist(), allocation.tolist(), least, most, found)
+        assert np.all(np.array(found) >= np.array(least) - 1e-12)
+        assert np.all(np.array(found) <= np.array(most) + 1e-12)
+        exact = allocation @ asked
+        if np.all(exact >= least) and np.all(exact <= most):
+            assert found == pytest.approx(exact.tolist(), abs=1e-12)
+            full += 1
+    assert full > 100

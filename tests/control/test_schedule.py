@@ -9,25 +9,25 @@ import numpy as np
 import pytest
 
 from workbench.common.errors import WorkbenchError
-from workbench.control.controller import load_controller
-from workbench.control.flight_law import known_body, law_constants
-from workbench.control.schedule import QUANTITIES, parse_schedule
+from workbench.control.controller_file import load_controller
+from workbench.control.law_constants import known_body, law_constants
+from workbench.control.schedule import SCHEDULE_QUANTITIES, parse_schedule
 from workbench.design.judge.loop_judgement import judge_loops
 from workbench.design.linear.operating_point import OperatingPoint
 from workbench.design.linear.study import LinearStudy
 from workbench.design.linear.trim import filtered_of
-from workbench.design.rollout.agreement import Trial, agreement
+from workbench.design.rollout.agreement import AgreementTrial, agreement
 from workbench.design.rollout.candidates import start_state
 from workbench.design.rollout.engine import RolloutEngine
 from workbench.design.step_response import fly_step
 from workbench.design.tune.case import Robustness
 from workbench.design.tune.tuner import tune
 from workbench.design.tune.wish import wishes_for
-from workbench.gains.gains import flight_gains
+from workbench.gains.gain_choice import flight_gains
 from workbench.logs.flight_log import LoggedFlight
 from workbench.logs.record import read_log
 from workbench.logs.replay import replay
-from workbench.scenario.scenario import Action, Scenario, Start, VehicleConfig
+from workbench.scenario.scenario import Action, Scenario, ScenarioStart, VehicleConfig
 from workbench.session.session import Session
 
 ORACLES = Path(__file__).resolve().parents[1] / "oracles"
@@ -115,7 +115,7 @@ def listed(law):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("quantity", [each.name for each in QUANTITIES])
+@pytest.mark.parametrize("quantity", [each.name for each in SCHEDULE_QUANTITIES])
 def test_equal_sets_fly_as_the_law_without_a_schedule_to_the_bit(quantity):
     flown = []
     for name in ("pid", f"pid@{quantity}=0,0.9,2"):
@@ -139,31 +139,17 @@ SCHEDULED = (
 @pytest.mark.slow
 @pytest.mark.parametrize(("name", "vehicle"), SCHEDULED, ids=[name for name, _ in SCHEDULED])
 def test_compiled_flights_agree_with_the_diagram(name, vehicle):
-    assert_agrees(name, vehicle, 2.0, 1e-3)
-
-
-@pytest.mark.parametrize(
-    "rows",
-    [SCHEDULED[::3], pytest.param(SCHEDULED[1:3], marks=pytest.mark.slow)],
-    ids=["first and last", "others"],
-)
-def test_a_tenth_of_a_second_of_the_same_agrees_as_python(rows, case):
-    for name, vehicle in rows:
-        with case(name):
-            assert_agrees(name, vehicle, 0.1, 1e-6)
-
-
-def assert_agrees(name, vehicle, duration, least) -> None:
-    """Compare flights with those of the diagram; the sets of gains move them by so much [m/s]."""
+    """The sets of gains move them by more than 1 mm/s."""
+    duration = 2.0
     scenario = Scenario(vehicle=vehicle, controller=name)
     law = load_controller(name)
     session = Session(scenario)
     own = session.parameters()
     gains = uneven(law, own, (1.0, 0.6))
     trials = [
-        Trial(
+        AgreementTrial(
             {**gains, "known_payload_mass": 0.1 * k, "payload_mass": 0.1 * k},
-            Start(position=[0.0, 0.0, 10.0]),
+            ScenarioStart(position=[0.0, 0.0, 10.0]),
             (1.5 * k, 0.5, 0.2 * k, 0.1),
         )
         for k in range(4)
@@ -171,9 +157,12 @@ def assert_agrees(name, vehicle, duration, least) -> None:
     found = agreement(scenario, trials, duration=duration)
     assert not found.lost.any()
     assert found.velocity.max() < 5e-4 and found.angular_velocity.max() < 3e-3  # two integrators
-    same = [Trial({**each.gains, **equal(law, own)}, each.start, each.command) for each in trials]
+    same = [
+        AgreementTrial({**each.gains, **equal(law, own)}, each.start, each.command)
+        for each in trials
+    ]
     moved = agreement_difference(scenario, trials, same, duration)
-    assert moved > least, "the sets that differ make no difference"
+    assert moved > 1e-3, "the sets that differ make no difference"
 
 
 def equal(law, own):
@@ -307,7 +296,7 @@ def test_a_step_from_a_steady_flight_is_the_same_compiled_and_on_the_diagram():
     assert_steps_agree(1.5)
 
 
-def test_the_begin_of_such_a_step_is_the_same_as_python():
+def test_the_begin_of_such_a_step_is_the_same_compiled():
     assert_steps_agree(0.25)
 
 

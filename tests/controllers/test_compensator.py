@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 from workbench.common.errors import WorkbenchError
-from workbench.common.jitable import tell_numba
+from workbench.common.jitable import register_with_numba
 from workbench.common.resources import controllers_dir
 from workbench.control.compensator import compensator
-from workbench.control.controller import load_controller, record
+from workbench.control.controller import user_record_type
+from workbench.control.controller_file import load_controller
 from workbench.design.linear.study import LinearStudy
 from workbench.design.rollout.agreement import agreement, random_trials
 from workbench.scenario.scenario import Scenario
@@ -38,10 +39,10 @@ def law_with(folder, name, system):
     text = (controllers_dir() / "pd.py").read_text(encoding="utf-8")
     head, update = text.split("def update(", 1)
     update = update.replace(
-        "    alpha = probe3(attitude_pd(e, w, w_sp, vehicle, g), ANGULAR",
+        "    alpha = probe3(attitude_pd(e, w, w_sp, vehicle, g), TURN_POINT",
         "    a_x, a_y, a_z = attitude_pd(e, w, w_sp, vehicle, g)\n"
         "    a_x, memory = notch(a_x, g, memory)\n"
-        "    alpha = probe3((a_x, a_y, a_z), ANGULAR",
+        "    alpha = probe3((a_x, a_y, a_z), TURN_POINT",
     )
     path = folder / f"{name}.py"
     path.write_text(f"{head}{NOTCH.format(system=system)}\ndef update({update}", encoding="utf-8")
@@ -50,8 +51,8 @@ def law_with(folder, name, system):
 
 def run(part, inputs, dt):
     """Return what a compensator makes of inputs, as a law runs it."""
-    g = record("G", part.designed)(*part.design(dt))
-    memory_of = record("M", [state.name for state in part.memory])
+    g = user_record_type("G", part.designed)(*part.design(dt))
+    memory_of = user_record_type("M", [state.name for state in part.memory])
     memory, outputs = tuple(state.initial for state in part.memory), []
     for u in inputs:
         y, memory = part.run(float(u), g, memory_of(*memory) if memory else ())
@@ -81,9 +82,9 @@ def test_it_answers_as_python_control_says(system, method):
 
 def test_compiled_code_runs_it():
     part = compensator("c", LEAD)
-    g = record("G", part.designed)(*part.design(DT))
-    memory = record("M", ["c_1"])(0.5)
-    tell_numba()
+    g = user_record_type("G", part.designed)(*part.design(DT))
+    memory = user_record_type("M", ["c_1"])(0.5)
+    register_with_numba()
     assert numba.njit(part.run)(0.25, g, memory) == part.run(0.25, g, memory)
 
 

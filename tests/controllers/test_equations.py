@@ -19,9 +19,16 @@ import pytest
 from scipy.linalg import expm, solve_discrete_are
 from scipy.spatial.transform import Rotation
 
-from workbench.control.controller import load_controller
+from workbench.control.controller_file import load_controller
 from workbench.control.flight_law import flight_law
-from workbench.control.guidance import Body, Guidance, KnownVehicle, Measured, Reference, Setpoint
+from workbench.control.guidance import (
+    Guidance,
+    KnownBody,
+    KnownVehicle,
+    LawSetpoint,
+    MeasuredMotion,
+    Reference,
+)
 
 MASS, GRAVITY, DT = 1.3, 9.81, 1 / 128
 INERTIA = np.array([[0.02, 0.001, -0.002], [0.001, 0.03, 0.0015], [-0.002, 0.0015, 0.04]])
@@ -226,10 +233,10 @@ def test_wrench_and_memory_are_those_of_the_equations(equations):
         for _ in range(UPDATES):
             s = random_situation(rng)
             wrench, memory = law.update(
-                Measured(s.p, s.v, s.a, s.q, s.w_W, s.drag, s.wrench),
-                Setpoint(Reference(*s.v_ref, s.yaw_rate, *s.p_sp, 1.0), FREE, s.a_path),
+                MeasuredMotion(s.p, s.v, s.a, s.q, s.w_W, s.drag, s.wrench),
+                LawSetpoint(Reference(*s.v_ref, s.yaw_rate, *s.p_sp, 1.0), FREE, s.a_path),
                 gains,
-                Body(*NUMBERS),
+                KnownBody(*NUMBERS),
                 flown.memory(list(memory)),
                 DT,
                 None,

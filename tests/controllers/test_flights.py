@@ -8,38 +8,30 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from workbench.control.controller import load_controller
+from workbench.control.controller_file import load_controller
 from workbench.design.judge.margins import loop_margins
 from workbench.design.linear.study import LinearStudy
 from workbench.design.rollout.agreement import agreement, random_trials
-from workbench.gains.gains import flight_gains
+from workbench.gains.gain_choice import flight_gains
 from workbench.plant.variation import Variation
-from workbench.scenario.scenario import Scenario, Start, VehicleConfig
+from workbench.scenario.scenario import Scenario, ScenarioStart, VehicleConfig
 from workbench.session.session import Session
 
 OWN = str(Path(__file__).with_name("cascade.py"))
-LAWS = ("pid", "lqi", "geometric", "indi")
-AUTOPILOTS = ("crazyflie", "mellinger", "px4")
-"""Those that are not the slowest to fly."""
 TAKE_OFF, WAIT = 2.0, 4.0
 """Height [m], and time before it [s]."""
 
 
 def in_the_air(controller: str, variation: Variation | None = None) -> Session:
     config = VehicleConfig(variation=variation or Variation())
-    start = Start(position=[0.0, 0.0, 40.0])
+    start = ScenarioStart(position=[0.0, 0.0, 40.0])
     return Session(Scenario(controller=controller, vehicle=config, start=start, duration=1000.0))
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("law", "within", "duration"),
-    [
-        ("pid", 0.06, 10.0),
-        pytest.param("pid", 1e-3, 30.0, marks=pytest.mark.slow),
-        pytest.param("lqi", 1e-3, 30.0, marks=pytest.mark.slow),
-        ("indi", 1e-3, 8.0),
-    ],
+    [("pid", 1e-3, 30.0), ("lqi", 1e-3, 30.0), ("indi", 1e-3, 8.0)],
 )
 def test_a_place_is_held_in_8_m_s_of_wind(law, within, duration):
     """The wind begins while a hover holds its position, and keeps on."""
@@ -56,7 +48,7 @@ def test_a_place_is_held_in_8_m_s_of_wind(law, within, duration):
 
 def take_off(law: str, wait: float, wish: float) -> np.ndarray:
     """Return height and climb rate (N, 2) from a take-off on, after a wait with a command."""
-    session = Session(Scenario(controller=law, start=Start(mode="off"), duration=1000.0))
+    session = Session(Scenario(controller=law, start=ScenarioStart(mode="off"), duration=1000.0))
     session.request("arm")
     session.command([0.0, 0.0, wish])
     session.tick(wait)
@@ -69,7 +61,7 @@ def take_off(law: str, wait: float, wish: float) -> np.ndarray:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("law", ["pid", pytest.param("lqi", marks=pytest.mark.slow)])
+@pytest.mark.parametrize("law", ["pid", "lqi"])
 def test_nothing_winds_up_on_the_ground(law):
     """Armed for 4 s with a command up: the take-off is the one without that."""
     flown = take_off(law, WAIT, 1.0)
@@ -82,7 +74,7 @@ def test_nothing_winds_up_on_the_ground(law):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("law", [pytest.param("pid", marks=pytest.mark.slow), "lqi"])
+@pytest.mark.parametrize("law", ["pid", "lqi"])
 def test_rotors_that_do_all_they_can_stop_the_integral_in_climb(law):
     """A payload too heavy to lift holds it down: after 6 s it is let go as after 3 s.
 
@@ -90,7 +82,9 @@ def test_rotors_that_do_all_they_can_stop_the_integral_in_climb(law):
     """
     peaks = []
     for held in (3.0, 6.0):
-        session = Session(Scenario(controller=law, start=Start(mode="off"), duration=1000.0))
+        session = Session(
+            Scenario(controller=law, start=ScenarioStart(mode="off"), duration=1000.0)
+        )
         session.set("payload_mass", 4.0)
         session.request("take_off", TAKE_OFF)
         session.tick(4.0)
@@ -104,16 +98,9 @@ def test_rotors_that_do_all_they_can_stop_the_integral_in_climb(law):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "steps",
-    [
-        {"x": 1.0},
-        pytest.param({"y": 1.0, "z": 1.0, "yaw": 0.3}, marks=pytest.mark.slow),
-    ],
-    ids=" ".join,
-)
-def test_indi_steps_alike_with_another_inertia_and_weak_rotors(case, steps):
+def test_indi_steps_alike_with_another_inertia_and_weak_rotors(case):
     """Within 5 % of the step at any time, inertia ± 30 % and thrust - 20 %, unknown to the law."""
+    steps = {"x": 1.0, "z": 1.0, "yaw": 0.3}
     others = {
         "inertia 0.7": (Variation(inertia=0.7), 1.0),
         "inertia 1.3": (Variation(inertia=1.3), 1.0),
@@ -145,7 +132,7 @@ def stepped(variation: Variation, thrust: float, axis: str, size: float) -> np.n
 def test_a_law_of_ones_own_flies_and_has_margins():
     session = in_the_air(OWN)
     session.command([1.0, 0.0, 0.0])
-    session.tick(6.0)
+    session.tick(4.0)
     assert session.recording().v_WB[-1] == pytest.approx([1.0, 0.0, 0.0], abs=0.1)
     study = LinearStudy(Scenario(controller=OWN))
     margins = loop_margins(study.sampled(), "pitch")
@@ -154,25 +141,11 @@ def test_a_law_of_ones_own_flies_and_has_margins():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("controller", [*LAWS, OWN])
-def test_compiled_flights_are_those_of_the_diagram(controller, vehicle):
-    """With random gains, saturated, thrown and lost."""
-    law = load_controller(controller)
+def test_compiled_flights_of_a_law_of_ones_own_are_those_of_the_diagram(vehicle):
+    """With random gains, saturated, thrown and lost; of ours see `design/rollout`."""
+    law = load_controller(OWN)
     trials = random_trials(vehicle, flight_gains(vehicle, controller=law), 5, 5, law)
-    found = agreement(Scenario(controller=controller), trials)
+    found = agreement(Scenario(controller=OWN), trials)
     assert found.saturated.any()
     assert np.median(found.velocity) < 2e-3  # two integrators
     assert found.velocity.max() < 0.05 and found.angular_velocity.max() < 0.5
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("controller", AUTOPILOTS)
-def test_so_are_those_of_autopilots_that_are_not_lost(controller, vehicle):
-    """What is thrown upside down may fall 50 m, onto the ground that the diagram alone has."""
-    law = load_controller(controller)
-    trials = random_trials(vehicle, flight_gains(vehicle, controller=law), 5, 5, law)
-    found = agreement(Scenario(controller=controller), trials)
-    kept = ~found.lost
-    assert kept.sum() > 2
-    assert np.median(found.velocity[kept]) < 2e-3
-    assert found.velocity[kept].max() < 0.1 and found.angular_velocity[kept].max() < 0.5

@@ -8,17 +8,17 @@ import numpy as np
 import pytest
 from pydrake.math import RollPitchYaw
 
-from workbench.control.controller import load_controller
+from workbench.control.controller_file import load_controller
 from workbench.control.flight_law import flight_law
-from workbench.control.guidance import Body, Guidance, Measured, Reference, Setpoint
-from workbench.scenario.scenario import FigureEight, Scenario, Start
+from workbench.control.guidance import Guidance, KnownBody, LawSetpoint, MeasuredMotion, Reference
+from workbench.scenario.scenario import FigureEight, Scenario, ScenarioStart
 from workbench.session.session import Session
 from workbench.systems.reference import figure_eight
 
 LAW = load_controller("geometric")
 MASS, GRAVITY, PERIOD = 1.3, 9.81, 1 / 128
 INERTIA = np.array([[0.02, 0.001, -0.002], [0.001, 0.03, 0.0015], [-0.002, 0.0015, 0.04]])
-BODY = Body(MASS, INERTIA[np.triu_indices(3)].tolist(), 0.0, 0.02, 0.0)
+BODY = KnownBody(MASS, INERTIA[np.triu_indices(3)].tolist(), 0.0, 0.02, 0.0)
 FREE = Guidance(1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
@@ -69,8 +69,8 @@ def test_its_wrench_is_the_published_one_at_1000_random_states():
         reference = Reference(*v_ref, yaw_rate, *p_ref, 1.0)
         law = flight_law(LAW)
         wrench, after = LAW.update(
-            Measured(p, v, np.zeros(3), q, w_W, np.zeros(3), [MASS * GRAVITY, 0.0, 0.0, 0.0]),
-            Setpoint(reference, FREE, a_ref),
+            MeasuredMotion(p, v, np.zeros(3), q, w_W, np.zeros(3), [MASS * GRAVITY, 0.0, 0.0, 0.0]),
+            LawSetpoint(reference, FREE, a_ref),
             law.gains([g[row.name] for row in LAW.parameters]),
             BODY,
             law.memory(remembered),
@@ -100,8 +100,10 @@ def test_its_first_heading_is_the_vehicles():
         quaternion = RollPitchYaw(0.3, -0.0, yaw).ToQuaternion().wxyz()
         zero = np.zeros(3)
         _, after = LAW.update(
-            Measured(zero, zero, zero, quaternion, zero, zero, [MASS * GRAVITY, 0.0, 0.0, 0.0]),
-            Setpoint(Reference(*[0.0] * 8), FREE, zero),
+            MeasuredMotion(
+                zero, zero, zero, quaternion, zero, zero, [MASS * GRAVITY, 0.0, 0.0, 0.0]
+            ),
+            LawSetpoint(Reference(*[0.0] * 8), FREE, zero),
             g,
             BODY,
             law.memory(LAW.initial_memory),
@@ -117,7 +119,7 @@ def farthest(controller: str, duration: float) -> tuple[float, float]:
     session = Session(
         Scenario(
             controller=controller,
-            start=Start(position=[0.0, 0.0, 3.0]),
+            start=ScenarioStart(position=[0.0, 0.0, 3.0]),
             figure_eight=eight,
             duration=duration,
         )

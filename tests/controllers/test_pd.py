@@ -8,17 +8,18 @@ from pydrake.autodiffutils import InitializeAutoDiff
 from pydrake.common.eigen_geometry import AngleAxis, Quaternion
 from pydrake.math import RollPitchYaw, RotationMatrix
 
-from workbench.control.controller import load_controller
-from workbench.control.flight_law import Body, flight_law
+from workbench.control.controller_file import load_controller
+from workbench.control.flight_law import flight_law
 from workbench.control.guidance import (
     CEILING_RATE,
     Guidance,
-    Measured,
+    KnownBody,
+    LawSetpoint,
+    MeasuredMotion,
     Reference,
-    Setpoint,
     tangent,
 )
-from workbench.control.law_parts import LEAST_LIFT
+from workbench.control.law_parts import MIN_LIFT_ACCELERATION
 from workbench.control.obstacle_brake import braked
 from workbench.plant.gravity import GRAVITY
 
@@ -77,7 +78,7 @@ def velocity_by_vectors(p_WB, ref: Reference, guide: Guidance, gains) -> np.ndar
 
 def force_by_vectors(v_WB, a_WB, wanted, gains) -> np.ndarray:
     f = np.array(gains[2:5]) * (np.array(wanted[:3]) - v_WB) - np.array(gains[5:8]) * a_WB
-    f[2] = max(f[2] + GRAVITY, LEAST_LIFT)
+    f[2] = max(f[2] + GRAVITY, MIN_LIFT_ACCELERATION)
     f[:2] = cut(f[:2], math.tan(gains.max_tilt) * f[2])
     return f
 
@@ -110,10 +111,10 @@ def update(
     guide=FREE,
 ):
     """Return the wrench (4), and what comes to the loop points by name; at rest by default."""
-    measured = Measured(p_WB, v_WB, a_WB, q, w_WB, drag, (0.0, 0.0, 0.0, 0.0))
-    asked = Setpoint(ref or reference(), guide, (0.0, 0.0, 0.0))
+    measured = MeasuredMotion(p_WB, v_WB, a_WB, q, w_WB, drag, (0.0, 0.0, 0.0, 0.0))
+    asked = LawSetpoint(ref or reference(), guide, (0.0, 0.0, 0.0))
     loops = [*LAW.closed, *[0.0] * len(LAW.points)]
-    body = Body(MASS, SIX, yaw_drag, rotor_lag=0.02, spin_up_time=0.0)
+    body = KnownBody(MASS, SIX, yaw_drag, rotor_lag=0.02, spin_up_time=0.0)
     found, memory = LAW.update(measured, asked, GAINS, body, (), 1 / 128, loops)
     assert memory == ()
     return found, dict(zip(LAW.points, loops[len(LAW.closed) :], strict=True))
@@ -237,9 +238,9 @@ def test_specific_force_is_velocity_pd_plus_gravity_within_tilt():
         assert found == pytest.approx(force_by_vectors(v_WB, a_WB, wanted, GAINS), abs=1e-7)
         tilt = math.atan2(math.hypot(found[0], found[1]), found[2])
         assert tilt <= GAINS.max_tilt + 1e-7
-        least += found[2] == pytest.approx(LEAST_LIFT)
+        least += found[2] == pytest.approx(MIN_LIFT_ACCELERATION)
         tilted += tilt > GAINS.max_tilt - 1e-6
-        free += tilt < GAINS.max_tilt - 1e-6 and found[2] > LEAST_LIFT + 1e-6
+        free += tilt < GAINS.max_tilt - 1e-6 and found[2] > MIN_LIFT_ACCELERATION + 1e-6
     assert min(least, tilted, free) > 100
 
 

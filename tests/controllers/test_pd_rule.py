@@ -7,16 +7,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from workbench.control.controller_file import load_controller
 from workbench.controllers.pd_rule import (
     CONTROL_DELAY,
     spare_angular_acceleration,
     thrust_to_weight,
 )
-from workbench.gains.gains import rule_gains
+from workbench.gains.gain_choice import rule_gains
 from workbench.plant.rotors import Rotor
 from workbench.plant.thrust_frame import thrust_frame
 from workbench.plant.vehicle import Vehicle
-from workbench.scenario.parameters import parameter_table
 from workbench.scenario.scenario import Rates
 
 ARM = 0.2
@@ -204,6 +204,6 @@ def test_the_strangest_vehicle_has_gains_within_the_tables_limits(case):
                 scale=10.0 ** rng.uniform(-9, 9),
             )
             for name, value in rule_gains(vehicle).items():
-                row = parameter_table().find(name)
+                row = load_controller().table.find(name)
                 assert row.minimum <= value <= row.maximum, name
-            assert rule_gains(vehicle).keys() <= parameter_table().defaults().keys()
+            assert rule_gains(vehicle).keys() <= load_controller().table.defaults().keys()

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from workbench.common.errors import WorkbenchError
-from workbench.control.controller import load_controller
+from workbench.control.controller_file import load_controller
 from workbench.design.judge.multiloop import multiloop_margin
 from workbench.design.linear.study import LinearStudy
 from workbench.design.sweep.sweep import sweep
@@ -196,7 +196,7 @@ def test_a_sweep_of_it_flies_on_the_diagram(tmp_path):
 
 def test_what_a_system_has_not_is_refused_with_what_to_do(tmp_path, case):
     for before, after, said in (
-        ('"position_error"', '"place"', "has an input port place .3.: name its ports after"),
+        ('"position_error"', '"place"', "has an input port place .3.: rename it to one of"),
         ('"wrench", 4', '"thrust", 4', "has no output port wrench"),
         ("(dt, 0.0, self.step)", "(3 * dt, 0.0, self.step)", "let all have one period of 0.0078"),
         ("self.DeclareDiscreteState(3)", "self.Declare(3)", "system fails: AttributeError"),

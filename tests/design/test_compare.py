@@ -7,10 +7,11 @@ import numpy as np
 import pytest
 
 from workbench.control.mode import FlightMode
-from workbench.design import compare as compared
-from workbench.design.compare import VEHICLES, compare
-from workbench.scenario.scenario import Scenario
+from workbench.design import comparison_bench
+from workbench.design.compare import compare_controllers
+from workbench.design.comparison_bench import COMPARED_VEHICLES
 from workbench.session.recording import Recording
+from workbench.setup import Setup
 
 MOTIONS = ("p_WB", "v_WB", "w_WB", "vdot_WB", "wdot_WB", "wind_W")
 STEP = 1 / 128
@@ -81,8 +82,8 @@ def test_numbers_of_push_fall_and_wind_are_those_by_hand(monkeypatch, vehicle):
     class Flown:
         """Stands for what flies."""
 
-        def __init__(self, scenario: Scenario) -> None:
-            self._scenario = scenario
+        def __init__(self, setup: Setup) -> None:
+            self._scenario = setup.scenario
 
         def fly(self, progress, programs) -> "Flown":
             return self
@@ -95,8 +96,8 @@ def test_numbers_of_push_fall_and_wind_are_those_by_hand(monkeypatch, vehicle):
                 forces.append(script[0].push.force)
             return fly(vehicle, self._scenario.duration)
 
-    monkeypatch.setattr(compared, "Flier", Flown)
-    (found,) = compare(["pd"], parts=("push", "upside_down", "wind")).controllers
+    monkeypatch.setattr(comparison_bench, "Flier", Flown)
+    (found,) = compare_controllers(["pd"], parts=("push", "upside_down", "wind")).controllers
     assert found.remarks == {}
     numbers = found.numbers
     assert numbers["push_distance"] == pytest.approx(0.3)
@@ -126,7 +127,7 @@ def test_the_worst_overshoot_is_that_of_the_vehicles_that_are_not_lost(monkeypat
             pass
 
         def fly(self, gains, axis, amplitude, *, duration, variations) -> SimpleNamespace:
-            assert len(gains) == 8 and tuple(variations) == VEHICLES
+            assert len(gains) == 8 and tuple(variations) == COMPARED_VEHICLES
             dampings = [0.7] * 7 + [0.4 if axis == "z" else 0.7]
             steps = np.array([second_order(time, amplitude, each) for each in dampings])
             lost = np.full(8, math.nan)
@@ -135,9 +136,9 @@ def test_the_worst_overshoot_is_that_of_the_vehicles_that_are_not_lost(monkeypat
             return SimpleNamespace(time=time, response=steps - 0.1, diverged_at=lost)
 
     decay = SimpleNamespace(of=lambda *of: 0.5)
-    monkeypatch.setattr(compared, "RolloutEngine", Engine)
-    monkeypatch.setattr(compared, "DecayTimes", lambda *of: decay)
-    (found,) = compare(["pd"], parts=("vehicles",)).controllers
+    monkeypatch.setattr(comparison_bench, "RolloutEngine", Engine)
+    monkeypatch.setattr(comparison_bench, "DecayTimes", lambda *of: decay)
+    (found,) = compare_controllers(["pd"], parts=("vehicles",)).controllers
     worst = 100.0 * math.exp(-math.pi * 0.4 / math.sqrt(1.0 - 0.16))
     assert found.numbers["worst_overshoot"] == pytest.approx(worst, rel=0.01)
     assert found.numbers["lost"] == 1.0

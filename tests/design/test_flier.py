@@ -6,7 +6,16 @@ import numpy as np
 import pytest
 
 from workbench.common.errors import WorkbenchError
-from workbench.design.flier import AUTO, COMPILED, DIAGRAM, FEW, MANY, VARIABLE, Flier, choose
+from workbench.design.flier import (
+    AUTO,
+    COMPILED,
+    DIAGRAM,
+    FLY_ON_VARIABLE,
+    MAX_UPDATES_COMPILING,
+    MAX_UPDATES_LOADING,
+    Flier,
+    choose_engine,
+)
 from workbench.design.scripted_flight import ScriptedFlight
 from workbench.design.step_response import fly_step, step_scenario
 from workbench.scenario.scenario import Scenario
@@ -16,19 +25,19 @@ from workbench.session.session import Session
 @pytest.mark.parametrize(
     ("wish", "why_not", "updates", "kept", "flies"),
     [
-        (AUTO, "", FEW, True, DIAGRAM),
-        (AUTO, "", FEW + 1, True, COMPILED),
-        (AUTO, "", FEW + 1, False, DIAGRAM),
-        (AUTO, "", MANY, False, DIAGRAM),
-        (AUTO, "", MANY + 1, False, COMPILED),
-        (AUTO, "it stands", MANY + 1, True, DIAGRAM),
-        (DIAGRAM, "", MANY + 1, True, DIAGRAM),
+        (AUTO, "", MAX_UPDATES_LOADING, True, DIAGRAM),
+        (AUTO, "", MAX_UPDATES_LOADING + 1, True, COMPILED),
+        (AUTO, "", MAX_UPDATES_LOADING + 1, False, DIAGRAM),
+        (AUTO, "", MAX_UPDATES_COMPILING, False, DIAGRAM),
+        (AUTO, "", MAX_UPDATES_COMPILING + 1, False, COMPILED),
+        (AUTO, "it stands", MAX_UPDATES_COMPILING + 1, True, DIAGRAM),
+        (DIAGRAM, "", MAX_UPDATES_COMPILING + 1, True, DIAGRAM),
         (COMPILED, "", 1, False, COMPILED),
         (COMPILED, "it stands", 1, True, DIAGRAM),
     ],
 )
 def test_the_quicker_one_flies(wish, why_not, updates, kept, flies):
-    found, why = choose(wish, lambda: why_not, updates, lambda: kept)
+    found, why = choose_engine(wish, lambda: why_not, updates, lambda: kept)
     assert found == flies
     assert why
 
@@ -37,7 +46,7 @@ def test_a_short_flight_asks_nothing():
     def refuse():
         raise AssertionError
 
-    assert choose(AUTO, refuse, FEW, refuse)[0] == DIAGRAM
+    assert choose_engine(AUTO, refuse, MAX_UPDATES_LOADING, refuse)[0] == DIAGRAM
 
 
 @pytest.fixture
@@ -54,7 +63,7 @@ def test_who_flies_can_be_set(monkeypatch, flights, caplog):
     caplog.set_level(logging.DEBUG, "workbench.flier")
     steps = []
     for who in (COMPILED, DIAGRAM):
-        monkeypatch.setenv(VARIABLE, who)
+        monkeypatch.setenv(FLY_ON_VARIABLE, who)
         steps.append(fly_step("z", 1.0, duration=1.0))
     assert flights == [COMPILED, DIAGRAM]
     assert "compiled code flies: as is asked for" in caplog.text
@@ -66,7 +75,7 @@ def test_who_flies_can_be_set(monkeypatch, flights, caplog):
 
 
 def test_an_unknown_choice_is_refused(monkeypatch):
-    monkeypatch.setenv(VARIABLE, "drake")
+    monkeypatch.setenv(FLY_ON_VARIABLE, "drake")
     with pytest.raises(WorkbenchError, match="auto"):
         Flier(Scenario())
 

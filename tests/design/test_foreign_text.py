@@ -14,7 +14,6 @@ from matplotlib.figure import Figure
 import workbench
 from tests.hostile_names import NAMES, acting
 from workbench.common.plain_text import html_text, plain_name, plain_text, visible
-from workbench.design.block_graph import Block, BlockGraph, Net, Terminal, block_dot
 from workbench.design.plots import (
     curve_name,
     inline_svg,
@@ -24,8 +23,8 @@ from workbench.design.plots import (
     write_png,
 )
 from workbench.design.regress.page import junit_xml, results_page
-from workbench.design.regress.spec import Limit
-from workbench.design.regress.verdict import CaseResult, Check
+from workbench.design.regress.spec import SpecLimit
+from workbench.design.regress.verdict import CaseResult, LimitCheck
 
 PACKAGE = Path(workbench.__file__).parent
 
@@ -108,7 +107,7 @@ def test_a_picture_is_written(name):
 
 
 def results(name):
-    check = Check(name, name, 2.0, Limit(max=1.0), doubt=name)
+    check = LimitCheck(name, name, 2.0, SpecLimit(max=1.0), doubt=name)
     return (
         CaseResult(name, Path(name[:50].replace("\0", "")), name, checks=(check,)),
         CaseResult(name, Path("a"), name, trouble=name),
@@ -133,22 +132,6 @@ def test_junit_is_xml(case):
             page = ElementTree.fromstring(junit_xml(results(name)))
             assert [each.get("name") for each in page.iter("testcase")] == [visible(name)] * 2
             assert [each.tag for each in page.iter()][:3] == ["testsuites", "testsuite", "testcase"]
-
-
-def test_a_diagram_is_one_graph(case):
-    for name in NAMES:
-        with case(name[:60]):
-            block, ports = Block(name, name, (name,), (f"{name} out",)), (f"{name} out", name)
-            net = Net(Terminal(name, ports[0]), (Terminal(name, ports[1]),), 3)
-            dot = block_dot(BlockGraph(name, (block,), (net,)))
-            assert acting(dot) == []
-            bare = re.sub(r'"(?:\\.|[^"\\])*"', '""', re.sub(r"=<<table.*</table>>", '=""', dot))
-            assert [line.split("[")[0].strip() for line in bare.splitlines()] == [
-                *('digraph "" {', "graph", "node", "edge", '""', '"":o0:e -> "":i0:w'),
-                *("{ rank=sink;  }", "}"),
-            ]
-            tags = Page(re.search(r"<(<table.*</table>)>", dot)[1]).tags
-            assert [tag for tag, _ in tags].count("td") == 3
 
 
 def test_html_is_escaped_by_the_helper(case):

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from workbench.common.errors import WorkbenchError
-from workbench.control.controller import load_controller
+from workbench.control.controller_file import load_controller
 from workbench.design.branches import Branch
-from workbench.design.fork import LONGEST, Forker, fly_fork
-from workbench.scenario.scenario import Action, Scenario, SensorsConfig, Start
+from workbench.design.fork import MAX_BRANCH_DURATION_S, Forker, fly_fork
+from workbench.scenario.scenario import Action, Scenario, ScenarioStart, SensorsConfig
 from workbench.session.session import Session
 from workbench.systems.bridge import Bridge
 
@@ -267,7 +267,7 @@ def test_what_no_flight_may_have_is_refused_before_anything_is_flown(forker, che
         forker.fly(checkpoint, [Branch("a", {}), Branch("b", gains)], 1.0, stop=flown)
 
 
-@pytest.mark.parametrize("duration", [0.0, -1.0, math.nan, math.inf, LONGEST + 1.0])
+@pytest.mark.parametrize("duration", [0.0, -1.0, math.nan, math.inf, MAX_BRANCH_DURATION_S + 1.0])
 def test_a_time_that_cannot_be_flown_is_refused(forker, checkpoint, duration):
     with pytest.raises(WorkbenchError, match="cannot fork a flight for"):
         forker.fly(checkpoint, [Branch("a", {})], duration)
@@ -298,7 +298,7 @@ def test_walls_are_there_in_a_fork_and_sensors_are_not():
         SCENARIO,
         world="room",
         sensors=SensorsConfig(use=["lidar"]),
-        start=Start(position=[0.0, 0.0, 1.5]),
+        start=ScenarioStart(position=[0.0, 0.0, 1.5]),
         script=[Action(velocity=[3.0, 0.0, 0.0], set={"obstacle_brake": 1.0})],
     )
     flight = Session(scenario)

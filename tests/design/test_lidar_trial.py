@@ -8,18 +8,12 @@ import numpy as np
 import pytest
 from pydrake.math import RigidTransform, RollPitchYaw
 
-from workbench.design.lidar_trial import (
-    Errors,
-    Scan,
-    TrialFlight,
-    detect,
-    judge,
-    ray_directions,
-    report_trial,
-    respond,
-    slowest_detection,
-)
-from workbench.design.obstacles import Obstacle, box, first_hits, half_space, sphere
+from workbench.design.lidar_accuracy import RangeErrors, judge_scans
+from workbench.design.lidar_flight import Scan, TrialFlight, ray_directions
+from workbench.design.lidar_trial import report_trial, scan_timing
+from workbench.design.obstacle_detection import find_detections, slowest_detection
+from workbench.design.obstacles import RayObstacle, first_hits
+from workbench.design.ray_solid import box, half_space, sphere
 from workbench.plant.sensors import Lidar, Noise, ScanAxis
 
 PERIOD, CONTROL = 102 / 1024, 1 / 128
@@ -46,14 +40,14 @@ LIDAR = Lidar(
 
 def standing(name, solid, *place):
     X_WO = RigidTransform(list(place))
-    return Obstacle(name, ((solid, RigidTransform()),), lambda time: X_WO)
+    return RayObstacle(name, ((solid, RigidTransform()),), lambda time: X_WO)
 
 
 OBSTACLES = (
     standing("crate", box((0.5, 0.5, 0.5)), 5.0, 2.0, 0.5),
     standing("ball", sphere(1.0), 20.0, 0.0, 1.0),  # comes into range on the way
     standing("hidden", box((0.2, 0.2, 0.2)), 5.0, 60.0, 0.2),  # too far away for ever
-    Obstacle(
+    RayObstacle(
         "cart",
         ((box((0.5, 0.5, 0.5)), RigidTransform([0.0, 0.0, 0.5])),),
         lambda time: RigidTransform([8.0, -6.0 + 0.5 * time, 0.0]),
@@ -173,12 +167,12 @@ def test_a_quaternion_and_its_negative_are_one_pose(noisy):
 
 
 def test_figures_of_errors_are_those_by_hand():
-    found = Errors.of(np.array([0.01, -0.01, 0.03, 0.01]))
-    assert found == Errors(4, pytest.approx(0.01), pytest.approx(math.sqrt(3e-4)), *[
+    found = RangeErrors.of(np.array([0.01, -0.01, 0.03, 0.01]))
+    assert found == RangeErrors(4, pytest.approx(0.01), pytest.approx(math.sqrt(3e-4)), *[
         pytest.approx(size) for size in (0.027, 0.03)
     ])  # fmt: skip
-    assert Errors.of(np.zeros(0)).returns == 0
-    assert math.isnan(Errors.of(np.zeros(0)).bias)
+    assert RangeErrors.of(np.zeros(0)).returns == 0
+    assert math.isnan(RangeErrors.of(np.zeros(0)).bias)
 
 
 def test_each_obstacle_has_its_own_errors(noisy):
@@ -187,7 +181,7 @@ def test_each_obstacle_has_its_own_errors(noisy):
         wrong = np.where(obstacle == BALL, 0.02, 0.0).reshape(8, 360)
         return dataclasses.replace(scan, ranges=scan.ranges + wrong)
 
-    by_obstacle = judge(changed(noisy, off)).by_obstacle
+    by_obstacle = judge_scans(changed(noisy, off)).by_obstacle
     assert by_obstacle[BALL].bias == pytest.approx(0.02, abs=0.003)
     assert by_obstacle[CRATE].bias == pytest.approx(0.0, abs=0.002)
     assert by_obstacle[HIDDEN].returns == 0
@@ -243,12 +237,12 @@ def test_a_turned_pose_is_found_by_what_it_does_far_away(quiet):
             scan, X_WS=scan.X_WS @ RigidTransform(RollPitchYaw(0.0, 0.0, 1e-3), [0.0] * 3)
         )
 
-    assert judge(changed(quiet, turned)).displacement == pytest.approx(12.0 * 1e-3, rel=1e-6)
+    assert judge_scans(changed(quiet, turned)).displacement == pytest.approx(12.0 * 1e-3, rel=1e-6)
 
 
 def test_ranges_from_another_place_or_time_are_errors(quiet):
     late = changed(quiet, lambda scan: dataclasses.replace(scan, stamp=scan.stamp + SAMPLE))
-    found = judge(late)
+    found = judge_scans(late)
     assert found.total.maximum > 0.5 * SPEED * SAMPLE
     assert found.displacement == pytest.approx(SPEED * SAMPLE + 12.0 * TURN * SAMPLE, rel=1e-3)
 
@@ -274,14 +268,16 @@ def test_what_lies_within_a_millimetre_of_an_edge_is_not_judged(quiet):
     for beside, at_edges, false in ((0.0005, 1, 0), (0.002, 0, 1)):
         crate = standing("crate", box((0.5, 0.5, 0.5)), 5.0, 0.5 + beside, 0.5)
         scan = Scan(0.0, 0.0, np.array([[4.5]]), X_WS)
-        found = judge(dataclasses.replace(quiet, lidar=lidar, obstacles=(crate,), scans=(scan,)))
+        found = judge_scans(
+            dataclasses.replace(quiet, lidar=lidar, obstacles=(crate,), scans=(scan,))
+        )
         assert (found.at_edges, found.false) == (at_edges, false)
 
 
 def test_an_error_is_not_taken_for_an_edge(quiet):
     """A ray tilted by a millimetre at the ground far away is some millimetres longer."""
     for length in (0.002, 0.003, 0.005):
-        found = judge(changed(quiet, longer_by(length)))
+        found = judge_scans(changed(quiet, longer_by(length)))
         assert found.at_edges < 5  # of 46,000, where the crate stands on the ground
         assert found.total.bias == pytest.approx(length)
 
@@ -310,7 +306,7 @@ def without_ball(until, instead=np.inf):
 
 
 def test_an_obstacle_that_is_overlooked_is_found_late_or_never(noisy, quiet):
-    prompt = {each.obstacle: each for each in detect(noisy, judge(noisy))}["ball"]
+    prompt = {each.obstacle: each for each in find_detections(noisy, judge_scans(noisy))}["ball"]
     for until, delay in ((prompt.entered + 0.5, 0.55), (math.inf, math.inf)):
         late = report_trial(changed(noisy, without_ball(until)), quiet)
         ball = {each.obstacle: each for each in late.detections}["ball"]
@@ -321,14 +317,14 @@ def test_an_obstacle_that_is_overlooked_is_found_late_or_never(noisy, quiet):
 
 def test_a_return_from_elsewhere_is_none_from_the_obstacle(noisy):
     wrong = changed(noisy, without_ball(math.inf, instead=3.0))
-    ball = {each.obstacle: each for each in detect(wrong, judge(wrong))}["ball"]
+    ball = {each.obstacle: each for each in find_detections(wrong, judge_scans(wrong))}["ball"]
     assert ball.delay == math.inf
 
 
 def test_a_glimpse_between_two_scans_is_no_coming_into_view(noisy):
     """A ball shows for 50 ms, and half a second later for good."""
     seen = ((0.52, 0.57), (1.0, 9.0))
-    ball = Obstacle(
+    ball = RayObstacle(
         "ball",
         ((sphere(1.0), RigidTransform()),),
         lambda time: RigidTransform(
@@ -337,13 +333,13 @@ def test_a_glimpse_between_two_scans_is_no_coming_into_view(noisy):
         moves=True,
     )
     flight = dataclasses.replace(hovering(noisy), obstacles=(ball,), scans=())
-    (found,) = detect(flight, judge(flight))
+    (found,) = find_detections(flight, judge_scans(flight))
     assert found.entered == pytest.approx(1.0, abs=SAMPLE)
 
 
 def test_what_is_hidden_comes_into_view_when_nothing_is_before_it(noisy):
     """A wall 1 m ahead of the ball slides away to the left at 2 m/s."""
-    wall = Obstacle(
+    wall = RayObstacle(
         "wall",
         ((box((0.1, 3.0, 5.0)), RigidTransform()),),
         lambda time: RigidTransform([8.0, 2.0 * time, 1.0]),
@@ -351,7 +347,7 @@ def test_what_is_hidden_comes_into_view_when_nothing_is_before_it(noisy):
     )
     ball = standing("ball", sphere(1.0), 10.0, 0.0, 1.2)
     flight = dataclasses.replace(hovering(noisy), obstacles=(wall, ball), scans=())
-    (_, found) = detect(flight, judge(flight))
+    (_, found) = find_detections(flight, judge_scans(flight))
     # Seen from the lidar, its right edge is 1 m aside of the middle at 10 m: 0.8 m aside at 8 m.
     assert found.entered == pytest.approx((3.0 - 0.8) / 2.0, abs=0.1)
     assert found.delay == math.inf
@@ -371,7 +367,7 @@ def test_scans_that_come_late_are_found(noisy, quiet):
 
 def test_ages_are_from_stamp_to_delivery(noisy):
     ages = [scan.delivered - scan.stamp for scan in noisy.scans]
-    found = respond(noisy)
+    found = scan_timing(noisy)
     assert found.maximum_age == max(ages) <= CONTROL
     assert found.median_age == pytest.approx(np.median(ages))
     assert found.rate == pytest.approx(1024 / 102)
@@ -391,7 +387,7 @@ def test_ages_are_from_stamp_to_delivery(noisy):
 def test_scans_that_are_left_out_are_counted(noisy, lost, count):
     assert len(noisy.scans) == 31
     left = tuple(scan for number, scan in enumerate(noisy.scans) if not lost(number))
-    found = respond(dataclasses.replace(noisy, scans=left))
+    found = scan_timing(dataclasses.replace(noisy, scans=left))
     assert (found.delivered, found.lost) == (len(left), count)
 
 

@@ -7,21 +7,21 @@ import numpy as np
 import pytest
 
 from workbench.common.errors import WorkbenchError
-from workbench.design.linear.operating_point import HOLDING
+from workbench.control.controller_file import load_controller
+from workbench.design.linear.operating_point import HOLDING_POINT
 from workbench.design.linear.study import LinearStudy
+from workbench.design.load_metrics import load_metrics
 from workbench.design.load_step import (
-    CALM,
+    NO_LOAD_PARAMETERS,
     check_load,
     fly_load_step,
-    moved,
     predict_load_step,
+    response_to_load,
     usual_load,
 )
-from workbench.design.response_metrics import load_metrics
 from workbench.design.rollout.engine import RolloutEngine
-from workbench.design.step_response import EDGE
-from workbench.scenario.loads import LOADS, PUSH_ROWS, find_load
-from workbench.scenario.parameters import parameter_table
+from workbench.design.step_response import STEP_EDGE_S
+from workbench.scenario.loads import LOAD_NAMES, PUSH_ROWS, find_load
 
 TIME = np.linspace(0.0, 10.0, 10001)
 TICK = 1e-3
@@ -64,7 +64,7 @@ def test_numbers_that_mean_nothing_are_withheld():
 
 def linear_response(study, load, amplitude) -> tuple[np.ndarray, np.ndarray]:
     """Return python-control's response of the closed loop while the position is held."""
-    model = study.sampled(HOLDING)
+    model = study.sampled(HOLDING_POINT)
     place = {name: index for index, name in enumerate(model.state_names)}
     vehicle, row, h = study.vehicle, find_load(load), model.period
     turning = np.linalg.solve(vehicle.inertia, row.torque_B)
@@ -119,7 +119,7 @@ def test_a_load_is_answered_as_predicted_and_as_the_linear_model_says(load, engi
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("load", LOADS)
+@pytest.mark.parametrize("load", LOAD_NAMES)
 def test_large_loads_are_answered_as_predicted(load, engine):
     """Eight times the usual one: tilts and rotors are far from hover."""
     amplitude = -8.0 * usual_load(find_load(load), engine.vehicle)
@@ -136,10 +136,10 @@ def test_large_loads_are_answered_as_predicted(load, engine):
 def test_the_usual_load_is_a_tenth_of_the_weight_at_the_centre_of_mass(study):
     flown = fly_load_step("force_y", duration=0.5)
     assert flown.amplitude == pytest.approx(0.1 * 9.81 * study.vehicle.mass)
-    after = flown.recording.between(EDGE, EDGE + 3 / 128)
+    after = flown.recording.between(STEP_EDGE_S, STEP_EDGE_S + 3 / 128)
     assert after.v_WB[-1, 1] == pytest.approx(0.981 * 3 / 128, rel=0.03)
     assert np.abs(after.w_WB).max() < 0.05
-    assert moved(find_load("force_y"), after)[0] == 0.0
+    assert response_to_load(find_load("force_y"), after)[0] == 0.0
 
 
 def test_the_usual_torque_is_that_of_the_usual_force_at_a_tenth_of_an_arm(study):
@@ -164,7 +164,7 @@ def test_a_flights_own_gusts_and_pushes_are_left_out(engine):
     _, calm, _ = predict_load_step(engine, {}, "force_x", 1.0, duration=1.0)
     _, found, _ = predict_load_step(engine, pushed, "force_x", 1.0, duration=1.0)
     assert np.array_equal(found, calm)
-    assert all(name in parameter_table() for name in CALM)
+    assert all(name in load_controller().table for name in NO_LOAD_PARAMETERS)
 
 
 def test_what_makes_no_load_is_refused():

@@ -8,7 +8,7 @@ import pytest
 from workbench.control.mode import FlightMode
 from workbench.design.lost import find_loss
 from workbench.design.step_response import fly_step
-from workbench.scenario.scenario import Action, Scenario, Start
+from workbench.scenario.scenario import Action, Scenario, ScenarioStart
 from workbench.session.session import Session
 
 OVER = [0.0, 1.0, 0.0, 0.0]
@@ -63,7 +63,7 @@ def test_a_flight_is_not_lost(recording, values):
 @pytest.mark.slow
 def test_up_and_down_again_is_a_flight():
     script = [Action(at=0.0, request="take_off", height=0.5), Action(at=4.0, request="land")]
-    session = Session(Scenario(start=Start(mode="off"), duration=10.0, script=script))
+    session = Session(Scenario(start=ScenarioStart(mode="off"), duration=10.0, script=script))
     session.run()
     flown = session.recording()
     assert set(flown.mode) >= {FlightMode.HOVERING, FlightMode.LANDING}

@@ -5,7 +5,7 @@ import math
 import pytest
 
 from workbench.common.errors import WorkbenchError
-from workbench.design.metrics import find_metric, shown, si_value
+from workbench.design.metrics import find_metric, si_value
 
 
 def test_a_value_comes_in_the_metrics_own_unit(case):
@@ -39,7 +39,7 @@ def test_what_cannot_be_is_refused(case):
 
 
 def test_people_read_degrees():
-    assert shown(find_metric("phase_margin"), math.pi / 4) == "45 deg"
-    assert shown(find_metric("rise_time"), 0.123456) == "0.123 s"
-    assert shown(find_metric("disk_margin"), math.inf) == "inf"
-    assert shown(find_metric("disk_margin"), math.nan) == "—"
+    assert find_metric("phase_margin").text(math.pi / 4) == "45 deg"
+    assert find_metric("rise_time").text(0.123456) == "0.123 s"
+    assert find_metric("disk_margin").text(math.inf) == "inf"
+    assert find_metric("disk_margin").text(math.nan) == "—"

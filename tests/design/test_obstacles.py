@@ -8,15 +8,15 @@ import pytest
 import trimesh
 from pydrake.math import RigidTransform
 
-from workbench.design.obstacles import (
+from workbench.design.obstacles import solid_of
+from workbench.design.ray_solid import (
     box,
     capsule,
     cylinder,
     ellipsoid,
     half_space,
-    solid_of,
+    ray_surface,
     sphere,
-    surface,
 )
 
 BOX = box((0.5, 1.0, 1.5))
@@ -25,7 +25,7 @@ CAN = cylinder(1.0, 4.0)
 PILL = capsule(1.0, 4.0)
 EGG = ellipsoid((1.0, 2.0, 3.0))
 FLOOR = half_space()
-TRIANGLE = surface(np.array([[[0.0, 0.0, 1.0], [2.0, 0.0, 1.0], [0.0, 2.0, 1.0]]]))
+TRIANGLE = ray_surface(np.array([[[0.0, 0.0, 1.0], [2.0, 0.0, 1.0], [0.0, 2.0, 1.0]]]))
 ROOT = math.sqrt(0.5)
 
 

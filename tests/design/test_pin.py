@@ -7,24 +7,24 @@ import math
 
 import pytest
 
-from workbench.design.pin import (
+from workbench.design.pin_limits import (
     limit_between,
     load_tolerances,
     margin_limits,
     step_limits,
     step_tolerances,
 )
-from workbench.design.regress.spec import Limit
+from workbench.design.regress.spec import SpecLimit
 
 NONE = math.inf
 
 
 def test_a_limit_is_rounded_away_from_what_was_measured(case):
     for low, high, wanted in (
-        (0.43219, 0.54321, Limit(0.432, 0.544)),
-        (432.1, 543.2, Limit(432.0, 544.0)),
-        (0.001, 0.001, Limit(0.001, 0.001)),
-        (-0.2, 0.12345, Limit(max=0.124)),
+        (0.43219, 0.54321, SpecLimit(0.432, 0.544)),
+        (432.1, 543.2, SpecLimit(432.0, 544.0)),
+        (0.001, 0.001, SpecLimit(0.001, 0.001)),
+        (-0.2, 0.12345, SpecLimit(max=0.124)),
     ):
         with case(low, high):
             found = limit_between(low, high)
@@ -57,10 +57,10 @@ def test_limits_of_a_step_are_shares_spans_and_factors_of_its_numbers(case):
 
 
 def test_limits_of_margins_are_below_them_and_a_gain_margin_is_one_above_1(case):
-    measured = {"phase_margin": 0.87654, "gain_margin": 6.0, "crossover": 10.0}
+    measured = {"phase_margin_deg": 50.222, "gain_margin": 6.0, "crossover": 10.0}
     found = margin_limits({**measured, "disk_margin": -0.1, "delay_margin": math.inf})
     for name, limits in (
-        ("phase_margin", (0.815, NONE)),
+        ("phase_margin_deg", (46.7, NONE)),
         ("gain_margin", (5.0, NONE)),
         ("crossover", (9.2, 10.8)),
     ):

@@ -9,16 +9,16 @@ from PIL import Image
 from workbench.design.plots import stacked, styled, write_png
 from workbench.design.plots_flight import plot_flight
 from workbench.design.plots_step import plot_reproduced, plot_step
-from workbench.design.reproduce import PAPER, compare
-from workbench.design.step_response import EDGE, fly_step
+from workbench.design.reproduce import PAPER_FIGURES, compare_with_paper
+from workbench.design.step_response import STEP_EDGE_S, fly_step
 from workbench.scenario.scenario import Action, Scenario
 from workbench.session.session import Session
 
 
-@pytest.fixture(scope="module", params=PAPER, ids=lambda figure: figure.axis)
+@pytest.fixture(scope="module", params=PAPER_FIGURES, ids=lambda figure: figure.axis)
 def row(request):
     figure = request.param
-    return compare(figure, fly_step(figure.axis, figure.command, duration=2.5))
+    return compare_with_paper(figure, fly_step(figure.axis, figure.command, duration=2.5))
 
 
 @pytest.fixture(scope="module")
@@ -104,7 +104,7 @@ def test_reproduced_figures_show_the_recorded_response(row):
 
 def test_a_step_that_never_arrives_is_drawn_too(tmp_path):
     flight = fly_step("yaw", 0.2, duration=0.5, settings={"kp_yaw_rate": 0.0})
-    row = compare(PAPER[3], flight)
+    row = compare_with_paper(PAPER_FIGURES[3], flight)
     assert math.isnan(row.t90)
     assert_readable(plot_reproduced(row), tmp_path)
     assert_readable(plot_step(flight), tmp_path)
@@ -118,7 +118,7 @@ def test_a_steps_figure_has_its_metrics_and_every_rotor(row, tmp_path):
     assert f"{100 * row.flight.peak_rotor_use:.0f} %" in texts
     assert {"rotor 1", "rotor 2", "rotor 3", "rotor 4", "limit"} == set(lines(figure.axes[3]))
     assert lines(figure.axes[0])["command"].get_ydata()[-1] == row.paper.command
-    assert figure.axes[0].get_xlim()[1] <= row.flight.recording.time[-1] - EDGE
+    assert figure.axes[0].get_xlim()[1] <= row.flight.recording.time[-1] - STEP_EDGE_S
 
 
 def test_a_flights_overview_shows_path_and_commands(recording, tmp_path):

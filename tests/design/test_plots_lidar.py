@@ -8,9 +8,12 @@ import numpy as np
 import pytest
 from pydrake.math import RigidTransform
 
-from workbench.design.lidar_trial import Scan, TrialFlight, report_trial, slowest_detection
-from workbench.design.obstacles import Obstacle, box, first_hits, half_space, sphere
+from workbench.design.lidar_flight import Scan, TrialFlight
+from workbench.design.lidar_trial import report_trial
+from workbench.design.obstacle_detection import slowest_detection
+from workbench.design.obstacles import RayObstacle, first_hits
 from workbench.design.plots_lidar import cloud_of, plot_trial
+from workbench.design.ray_solid import box, half_space, sphere
 from workbench.plant.sensors import Lidar, Noise, ScanAxis
 
 LIDAR = Lidar(
@@ -30,7 +33,7 @@ LIDAR = Lidar(
 
 
 def obstacle(name, solid, pose, moves=False):
-    return Obstacle(name, ((solid, RigidTransform()),), pose, moves)
+    return RayObstacle(name, ((solid, RigidTransform()),), pose, moves)
 
 
 OBSTACLES = (

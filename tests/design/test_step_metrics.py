@@ -5,7 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from workbench.design.response_metrics import crossing_time, step_metrics
+from workbench.design.response_metrics import crossing_time
+from workbench.design.step_metrics import step_metrics
 
 TIME = np.linspace(0.0, 10.0, 10001)
 TICK = 1e-3
@@ -61,6 +62,29 @@ def test_a_response_that_begins_the_wrong_way():
     metrics = step_metrics(TIME, 1.0 - np.exp(-TIME) * (1.0 + 2.0 * TIME), 1.0)
     lowest = 1.0 - 2.0 * math.exp(-0.5)
     assert metrics.undershoot == pytest.approx(-100.0 * lowest, rel=1e-2)
+
+
+@pytest.mark.parametrize(("settled_s", "counts"), [(7.9, True), (8.1, False)])
+def test_what_settles_in_the_last_fifth_has_not_settled(settled_s, counts):
+    """A ramp to 1, which is within 2 % of it at the given time of 10 s."""
+    ramp = np.minimum(0.98 * TIME / settled_s, 1.0)
+    metrics = step_metrics(TIME, ramp, 1.0)
+    for name in ("rise_time", "settling_time", "overshoot", "steady_state_value"):
+        assert math.isfinite(getattr(metrics, name)) is counts, name
+    assert ("has not settled within 10 s" in metrics.withheld) is not counts
+    if counts:
+        assert metrics.settling_time == pytest.approx(settled_s, abs=2 * TICK)
+
+
+@pytest.mark.parametrize("command", [2.0, -2.0])
+@pytest.mark.parametrize(("share", "counts"), [(0.015, True), (0.03, False)])
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_step_begins_at_rest_within_2_percent_on_both_sides(command, share, counts, sign):
+    begin = sign * share * command
+    metrics = step_metrics(TIME, begin + (command - begin) * first_order(0.4), command)
+    assert math.isfinite(metrics.rise_time) is counts
+    assert ("did not begin at rest" in metrics.withheld) is not counts
+    assert metrics.steady_state_value == pytest.approx(command)
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])

@@ -4,7 +4,7 @@ import control
 import numpy as np
 import pytest
 
-from workbench.design.response_metrics import NUMBERS
+from workbench.design.step_metrics import STEP_NUMBERS
 from workbench.design.step_responses import step_responses
 
 TIME = np.arange(0.0, 20.0, 0.005)
@@ -29,7 +29,7 @@ def test_each_step_has_python_control_s_numbers():
     for each in found:
         for name, theirs in names.items():
             assert each.metrics.numbers[name] == pytest.approx(wanted[theirs], abs=0.011), name
-        assert set(each.metrics.numbers) == set(NUMBERS)
+        assert set(each.metrics.numbers) == set(STEP_NUMBERS)
 
 
 def test_a_ramp_a_blink_and_the_end_are_no_steps():

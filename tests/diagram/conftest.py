@@ -5,19 +5,18 @@ import dataclasses
 import numpy as np
 import pytest
 
-from workbench.control.controller import load_controller
 from workbench.diagram.core import make_flight_core
-from workbench.gains.gains import flight_gains
+from workbench.setup import make_setup
 
 
 @pytest.fixture(scope="session")
-def gains(vehicle):
-    return flight_gains(vehicle)
+def setup(description, vehicle):
+    return make_setup(description=description, vehicle=vehicle)
 
 
 @pytest.fixture(scope="session")
-def core(description, vehicle, gains):
-    return make_flight_core(load_controller(), description, vehicle, gains)
+def core(setup):
+    return make_flight_core(setup)
 
 
 @pytest.fixture(scope="session")

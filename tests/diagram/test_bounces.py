@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from workbench.scenario.scenario import Action, Scenario, SensorsConfig, Start
+from workbench.scenario.scenario import Action, Scenario, ScenarioStart, SensorsConfig
 from workbench.session.session import Session
 
 SETTLED = 3.0
@@ -29,7 +29,7 @@ def bounced(seed: int) -> tuple[float, float]:
     session = Session(
         Scenario(
             duration=1.5 + down + SETTLED + 1.0,
-            start=Start(position=[0.0, 0.0, HEIGHT]),
+            start=ScenarioStart(position=[0.0, 0.0, HEIGHT]),
             script=script,
             estimator="ekf",
             sensors=SensorsConfig(seed=seed),
@@ -37,7 +37,8 @@ def bounced(seed: int) -> tuple[float, float]:
         {"max_climb_rate": 3.0},
     )
     session.run()
-    time, signals = session._recorded()
+    flown = session._flown()
+    time, signals = flown.time, flown.signals
     state, known = signals["state"], signals["estimate"]
     touches = time[state[:, 6] < session.vehicle.ground_clearance + 0.005]
     assert len(touches)
@@ -50,7 +51,7 @@ def bounced(seed: int) -> tuple[float, float]:
 
 
 @pytest.mark.parametrize(
-    "seed", [0, 1, 2, *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(3, 50))]
+    "seed", [0, *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(1, 20))]
 )
 def test_an_estimate_is_consistent_three_seconds_after_a_bounce(seed):
     nees, error = bounced(seed)

@@ -3,10 +3,8 @@
 import numpy as np
 import pytest
 
-from workbench.control.controller import load_controller
+from workbench.control.controller_file import load_controller
 from workbench.control.guidance import Guidance
-from workbench.diagram.core import parameter_values
-from workbench.scenario.parameters import parameter_table
 
 HEIGHT = 10.0
 
@@ -40,9 +38,9 @@ def test_hover_is_an_equilibrium_of_the_core(core, vehicle):
     assert derivatives == pytest.approx(np.zeros(21), abs=1e-9)
 
 
-def test_parameter_values_are_those_of_one_system(gains):
+def test_parameter_values_are_those_of_one_system(setup):
     names = ("battery_duration", "sag_compensation")
-    assert parameter_values("battery", gains) == {name: gains[name] for name in names}
-    assert tuple(parameter_values("controller", parameter_table().defaults())) == tuple(
+    assert setup.of_system("battery") == {name: setup.values[name] for name in names}
+    assert tuple(setup.of_system("controller")) == tuple(
         row.name for row in load_controller().parameters
     )

@@ -8,8 +8,14 @@ import pytest
 from workbench.control.mode import FlightMode, Reason
 from workbench.design.flight_summary import summarise
 from workbench.plant.home import DEFAULT_HOME
-from workbench.plant.magnetic_field import magnetic_field
-from workbench.scenario.scenario import Action, Scenario, SensorsConfig, Start, VehicleConfig
+from workbench.plant.magnetic_field import earth_magnetic_field
+from workbench.scenario.scenario import (
+    Action,
+    Scenario,
+    ScenarioStart,
+    SensorsConfig,
+    VehicleConfig,
+)
 from workbench.session.session import Session
 
 AT = 2.0
@@ -28,7 +34,7 @@ def flown(
     args: dict[str, str] | None = None,
     settings: dict[str, float] | None = None,
 ) -> Session:
-    start = Start(mode="off") if on_ground else Start(position=[0.0, 0.0, height])
+    start = ScenarioStart(mode="off") if on_ground else ScenarioStart(position=[0.0, 0.0, height])
     scenario = Scenario(
         estimator=estimator,
         duration=duration,
@@ -236,7 +242,7 @@ def test_the_ground_effect_lowers_the_estimated_height_at_take_off_by_its_share(
 @pytest.mark.slow
 def test_a_disturbed_magnetometer_turns_the_heading_and_one_far_off_is_left_out(case):
     """A field across the earth's turns it by the angle of closed form; beyond the gate by none."""
-    east, north, _ = magnetic_field(DEFAULT_HOME)
+    east, north, _ = earth_magnetic_field(DEFAULT_HOME)
     # a settled estimate gives way slowly: its gyro is good
     eager = {"ekf_magnetometer": 5e-6, "ekf_gyro_noise": 5e-3}
     for estimator, settings in (("ekf", eager), ("complementary", {"complementary_kp": 2.0})):

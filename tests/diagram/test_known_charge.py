@@ -9,7 +9,7 @@ import pytest
 from workbench.common.errors import WorkbenchError
 from workbench.control.mode import FlightMode, Reason
 from workbench.design.estimation_errors import judge_estimate
-from workbench.scenario.scenario import Scenario, SensorsConfig, Start, VehicleConfig
+from workbench.scenario.scenario import Scenario, ScenarioStart, SensorsConfig, VehicleConfig
 from workbench.session.session import Session
 
 ORACLES = Path(__file__).parents[1] / "oracles"
@@ -40,7 +40,7 @@ def flown(drone, duration, estimator="ekf", **settings):
     scenario = Scenario(
         vehicle=drone,
         estimator=estimator,
-        start=Start(position=[0.0, 0.0, 50.0]),
+        start=ScenarioStart(position=[0.0, 0.0, 50.0]),
         duration=duration,
         sensors=SensorsConfig(seed=2),
     )

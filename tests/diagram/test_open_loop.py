@@ -1,5 +1,7 @@
 """The airframe under a table: physics by hand."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 from pydrake.systems.analysis import Simulator
@@ -7,7 +9,6 @@ from pydrake.systems.analysis import Simulator
 from workbench.diagram.core import ROTOR_COMMANDS, make_open_loop
 from workbench.plant.placing import body_state
 from workbench.plant.worlds.reading import read_world
-from workbench.scenario.scenario import Rates
 from workbench.systems.rotor_playback import RotorCommands
 
 HEIGHT = 10.0
@@ -29,11 +30,11 @@ def state_of(bench, simulator) -> np.ndarray:
     return bench.recorder.now(simulator.get_context())["state"]
 
 
-def test_it_hovers_on_hover_thrust(description, vehicle):
+def test_it_hovers_on_hover_thrust(setup, vehicle):
     """Two seconds; then one rotor gives up and it tumbles."""
     hover = vehicle.hover_speeds
     commands = RotorCommands(np.array([0.0, 2.0]), np.array([hover, [0.0, *hover[1:]]]))
-    bench = make_open_loop(description, vehicle, Rates(), commands)
+    bench = make_open_loop(setup, commands)
     simulator = started(bench, vehicle, HEIGHT)
     simulator.AdvanceTo(2.0)
     assert state_of(bench, simulator)[4:7] == pytest.approx([0, 0, HEIGHT], abs=1e-6)
@@ -41,14 +42,14 @@ def test_it_hovers_on_hover_thrust(description, vehicle):
     assert np.linalg.norm(state_of(bench, simulator)[7:10]) > 5.0
 
 
-def test_a_world_stands_in_its_way(description, vehicle, tmp_path):
+def test_a_world_stands_in_its_way(setup, vehicle, tmp_path):
     """It falls on a table 1 m high, and comes to rest on it as it would on the ground."""
     (tmp_path / "table.yaml").write_text(
         "obstacles: [{name: table, shape: {box: [4, 4, 1]}, position: [0, 0, 0.5]}]"
     )
     commands = RotorCommands(np.array([0.0]), np.zeros((1, 4)))
     world = read_world(tmp_path / "table.yaml", {})
-    bench = make_open_loop(description, vehicle, Rates(), commands, world)
+    bench = make_open_loop(dataclasses.replace(setup, world=world), commands)
     simulator = started(bench, vehicle, 1.5)
     simulator.AdvanceTo(2.0)
     height = state_of(bench, simulator)[6]

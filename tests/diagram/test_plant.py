@@ -11,11 +11,11 @@ from pydrake.systems.primitives import ConstantVectorSource
 from workbench.diagram.core import make_open_loop
 from workbench.plant.description import read_description
 from workbench.plant.gravity import GRAVITY
-from workbench.plant.loading import make_vehicle
 from workbench.plant.worlds import geometry
 from workbench.scenario.scenario import Rates, Scenario
 from workbench.session.integration import Integration
 from workbench.session.session import Session
+from workbench.setup import make_setup
 
 FRICTION = 0.6
 GROUND = FRICTION / (2.0 - FRICTION)
@@ -66,10 +66,10 @@ class Dropped:
     """A vehicle without thrust and drag."""
 
     def __init__(self, path: str) -> None:
-        description = read_description(path)
-        self.vehicle = make_vehicle(description)
+        setup = make_setup(Scenario(rates=RATES), description=read_description(path))
+        self.vehicle = setup.vehicle
         still = ConstantVectorSource(np.zeros(len(self.vehicle.rotors)))
-        bench = make_open_loop(description, self.vehicle, RATES, still)
+        bench = make_open_loop(setup, still)
         self.airframe = bench.airframe
         self.simulator = Simulator(bench.diagram)
         self.root = self.simulator.get_mutable_context()

@@ -9,10 +9,8 @@ import pytest
 from pydrake.geometry import Meshcat
 
 from workbench.common.errors import WorkbenchError
-from workbench.control.controller import load_controller
-from workbench.diagram.sensor_choice import choose_sensors
 from workbench.diagram.workbench import make_workbench
-from workbench.scenario.parameters import SENSOR_KINDS
+from workbench.plant.sensors import CORE_SENSORS
 from workbench.scenario.scenario import (
     Action,
     FigureEight,
@@ -20,12 +18,15 @@ from workbench.scenario.scenario import (
     Push,
     Rates,
     Scenario,
+    ScenarioStart,
     SensorsConfig,
-    Start,
 )
 from workbench.session.recording import Recording
 from workbench.session.session import Session
+from workbench.setup import make_setup
 
+KINDS = tuple(each.kind for each in CORE_SENSORS)
+"""The shipped drone has one of each."""
 STEP, PERIOD = Rates().physics_step, Rates().control_period
 SLOW = {"depth_camera": 5.0}
 """So that these tests do not wait for pictures."""
@@ -95,7 +96,7 @@ def with_all() -> Session:
 @pytest.fixture
 def readings(dump):
     """Return what every sensor of a session delivered last, to be compared to the bit."""
-    return lambda session: {kind: dump(session.reading(kind)) for kind in SENSOR_KINDS}
+    return lambda session: {kind: dump(session.reading(kind)) for kind in KINDS}
 
 
 def test_a_lively_flight_is_lively(without_sensors):
@@ -132,11 +133,11 @@ def test_steps_that_are_not_exact_in_binary_change_nothing():
     assert one.reading("imu").stamp == pytest.approx(1.495, abs=1e-9)
 
 
-@pytest.mark.parametrize("kind", SENSOR_KINDS)
+@pytest.mark.parametrize("kind", KINDS)
 def test_a_sensor_that_is_off_is_not_there(kind, with_all, system_names):
     """Its systems are not built, and the others are the same."""
     everything = system_names(with_all.diagram)
-    use = [other for other in SENSOR_KINDS if other != kind]
+    use = [other for other in KINDS if other != kind]
     session = Session(lively(sensors=SensorsConfig(use=use)))
     own = {name for name in everything if name.startswith(f"{kind.removeprefix('depth_')}_sensor")}
     assert len(own) == (1 if kind == "lidar" else 2)  # the lidar draws its own numbers
@@ -174,7 +175,7 @@ def test_in_still_air_another_seed_is_the_same_flight_with_other_noise_in_every_
     )
     assert_equal_to_the_bit(one.recording(), other.recording())
     mine, theirs = readings(one), readings(other)
-    assert [kind for kind in SENSOR_KINDS if mine[kind] == theirs[kind]] == []
+    assert [kind for kind in KINDS if mine[kind] == theirs[kind]] == []
 
 
 @pytest.mark.parametrize("slices", [1, 7, 100])
@@ -238,13 +239,13 @@ def test_a_latency_delays_delivery_and_not_the_stamp():
 @pytest.fixture(scope="module")
 def faulty() -> Session:
     """Drifts, so that no two samples are the same even where there is no noise."""
-    start = Start(velocity=[0.5, 0.3, 0.1])
+    start = ScenarioStart(velocity=[0.5, 0.3, 0.1])
     scenario = Scenario(world="room", start=start, sensors=dataclasses.replace(ALL, noise=False))
     return Session(scenario)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("kind", SENSOR_KINDS)
+@pytest.mark.parametrize("kind", KINDS)
 def test_faults_come_and_go_while_it_flies(faulty, kind, dump):
     """`dump` has the stamp first, and then what was measured."""
 
@@ -276,7 +277,7 @@ def test_a_fault_of_one_kind_leaves_the_others_alone(with_all, readings, dump):
     session = flown(lively(sensors=ALL), {**EVERYTHING_NOISY, "imu_fault": 3.0})
     assert session.reading("imu") is None
     wanted = readings(with_all)
-    for kind in set(SENSOR_KINDS) - {"imu"}:
+    for kind in set(KINDS) - {"imu"}:
         assert dump(session.reading(kind)) == wanted[kind], kind
 
 
@@ -326,11 +327,9 @@ def test_without_sensors_nothing_can_be_read(without_sensors):
         without_sensors.reading("imu")
 
 
-def test_names_that_look_like_those_of_helpers_do_not_clash(
-    description, vehicle, gains, system_names
-):
+def test_names_that_look_like_those_of_helpers_do_not_clash(setup, system_names):
     """A description may call its sensors what it likes."""
-    by_kind = {sensor.kind: sensor for sensor in vehicle.sensors}
+    by_kind = {sensor.kind: sensor for sensor in setup.vehicle.sensors}
     new = {
         "imu": by_kind["imu"],
         "imu_noise": by_kind["gps"],
@@ -342,9 +341,9 @@ def test_names_that_look_like_those_of_helpers_do_not_clash(
         "part/eye": by_kind["depth_camera"],
     }
     sensors = tuple(dataclasses.replace(sensor, name=name) for name, sensor in new.items())
-    odd = dataclasses.replace(vehicle, sensors=sensors)
-    choices = choose_sensors(odd, Scenario(sensors=SensorsConfig(use=["all"])))
-    bench = make_workbench(load_controller(), description, odd, gains, Rates(), sensors=choices)
+    odd = dataclasses.replace(setup.vehicle, sensors=sensors)
+    scenario = Scenario(sensors=SensorsConfig(use=["all"]))
+    bench = make_workbench(make_setup(scenario, description=setup.description, vehicle=odd))
     assert [each.choice.sensor.name for each in bench.sensing.mounted] == list(new)
     assert (
         len([name for name in system_names(bench.diagram) if "imu" in name]) == 12 + 1

@@ -8,8 +8,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from workbench.plant.home import DEFAULT_HOME
-from workbench.plant.magnetic_field import magnetic_field
-from workbench.scenario.scenario import Action, Push, Rates, Scenario, SensorsConfig, Start
+from workbench.plant.magnetic_field import earth_magnetic_field
+from workbench.scenario.scenario import Action, Push, Rates, Scenario, ScenarioStart, SensorsConfig
 from workbench.session.session import Session
 
 STEP = Rates().physics_step
@@ -29,7 +29,7 @@ def lively(seed: int) -> Scenario:
     return Scenario(
         world="room",
         rates=Rates(record_period=STEP),
-        start=Start(position=[0.2, -0.3, 1.4], roll_pitch_yaw=[0.0, 0.0, 0.7]),
+        start=ScenarioStart(position=[0.2, -0.3, 1.4], roll_pitch_yaw=[0.0, 0.0, 0.7]),
         script=script,
         sensors=SensorsConfig(use=[*FAST], rates=FAST, noise=False, seed=seed),
     )
@@ -117,7 +117,7 @@ def test_the_barometer_has_the_pressure_of_its_height(flight):
 
 
 def test_the_magnetometer_has_the_field_of_the_home_along_its_axes(flight):
-    field = magnetic_field(DEFAULT_HOME)
+    field = earth_magnetic_field(DEFAULT_HOME)
     for reading, _, _, R_WS in samples(flight, "magnetometer"):
         assert reading.magnetic_field == pytest.approx(R_WS.T @ field, rel=0, abs=1e-18)
 

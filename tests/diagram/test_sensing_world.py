@@ -9,8 +9,8 @@ from pydrake.geometry import Meshcat
 
 from workbench.common.resources import find_model
 from workbench.plant.description import read_description
-from workbench.plant.reach import reach
-from workbench.scenario.scenario import Scenario, SensorsConfig, Start
+from workbench.plant.reach import reach_sphere
+from workbench.scenario.scenario import Scenario, ScenarioStart, SensorsConfig
 from workbench.session.session import Session
 
 FLAT, FACETS = 1e-3, 0.0025
@@ -71,7 +71,7 @@ def world(tmp_path_factory):
 )
 def views(request, world):
     """Return a scan and a picture taken at the same moment, the first of the flight."""
-    start = Start(position=[0.3, 0.1, 1.4], roll_pitch_yaw=request.param)
+    start = ScenarioStart(position=[0.3, 0.1, 1.4], roll_pitch_yaw=request.param)
     sensors = SensorsConfig(use=["lidar", "camera"], noise=False)
     session = Session(Scenario(world=world, start=start, sensors=sensors))
     session.tick(1 / 128)
@@ -100,7 +100,7 @@ def test_where_both_see_a_point_they_agree(views):
     """
     scan, picture = views
     points_W = scan.points_W()
-    x, y, z = picture.pinhole.points(picture.depth).T  # to show that all of them are finite
+    x, y, z = picture.points().T  # to show that all of them are finite
     assert np.isfinite([x, y, z]).all()
     # optical frame: z ahead, x to the right, y down
     ahead, left, up = ((points_W - picture.p_WS) @ picture.R_WS).T
@@ -186,7 +186,7 @@ def test_what_moves_is_seen_where_it_is(moving, time, ball, under):
 def test_the_clearance_is_from_where_it_is(moving):
     """Measured eight times a second, a physics step before the time it is for."""
     description = read_description(find_model("dh_drone"))
-    drone = reach(description.model, description.base_link, description.rotors)
+    drone = reach_sphere(description.model, description.base_link, description.rotors)
     middle = np.array([0.0, 0.0, 1.5]) + drone.p_BC
     moving.reset()
     directions = []
@@ -210,7 +210,7 @@ def test_the_drone_never_sees_itself(drawn):
     """So high that nothing else is in range; it tilts and turns, its propellers run."""
     logging.getLogger("drake").setLevel(logging.WARNING)
     sensors = SensorsConfig(use=["lidar", "camera", "range_finder"], rates={"camera": 4.0})
-    start = Start(position=[0.0, 0.0, 60.0], roll_pitch_yaw=[0.3, -0.2, 1.0])
+    start = ScenarioStart(position=[0.0, 0.0, 60.0], roll_pitch_yaw=[0.3, -0.2, 1.0])
     session = Session(Scenario(start=start, sensors=sensors), None, Meshcat() if drawn else None)
     session.command([2.0, -1.0, 0.5], 0.4)
     for _ in range(8):

@@ -1,19 +1,26 @@
 """Oracle: the same flight on the continuous core; and what is in the diagram, and what is not."""
 
+import html
+import re
+import xml.etree.ElementTree as ET
+from dataclasses import replace
+from pathlib import Path
+
 import numpy as np
 import pytest
 from pydrake.geometry import Meshcat, Role
 from pydrake.systems.analysis import Simulator
 
 from workbench.common.resources import find_world
-from workbench.control.controller import load_controller
 from workbench.control.guidance import Guidance, Reference
 from workbench.diagram.workbench import make_workbench
 from workbench.plant.variation import Variation
 from workbench.plant.worlds.reading import read_world
-from workbench.scenario.scenario import Action, Rates, Scenario, Start, VehicleConfig
+from workbench.scenario.scenario import Action, Rates, Scenario, ScenarioStart, VehicleConfig
 from workbench.session.session import Session
 
+DOCS = Path(__file__).resolve().parents[2] / "docs"
+SVG = "{http://www.w3.org/2000/svg}"
 HEIGHT = 10.0
 ALWAYS = {
     *("plant", "rotors", "body_forces", "forces", "push", "wind", "flight_imu"),
@@ -61,7 +68,7 @@ def test_the_workbench_flies_as_the_core_does(core, vehicle, reference, bound):
     """
     scenario = Scenario(
         duration=2.0,
-        start=Start(position=[0.0, 0.0, HEIGHT]),
+        start=ScenarioStart(position=[0.0, 0.0, HEIGHT]),
         script=[Action(at=0.0, velocity=list(reference[:3]), yaw_rate=reference.yaw_rate)],
     )
     session = Session(scenario)
@@ -82,7 +89,7 @@ def test_in_the_wind_too_the_workbench_flies_as_the_core_does(core, vehicle):
     reference = Reference(1.0, -1.0, 0.5, 0.1, 0, 0, 0, 0)
     scenario = Scenario(
         duration=2.0,
-        start=Start(position=[0.0, 0.0, HEIGHT]),
+        start=ScenarioStart(position=[0.0, 0.0, HEIGHT]),
         script=[Action(at=0.0, velocity=list(reference[:3]), yaw_rate=reference.yaw_rate)],
     )
     session = Session(scenario, dict(zip(("wind_x", "wind_y", "wind_z"), wind, strict=True)))
@@ -94,11 +101,9 @@ def test_in_the_wind_too_the_workbench_flies_as_the_core_does(core, vehicle):
     assert flight.v_WB[-1] == pytest.approx(states[-1, 10:13], abs=0.001)
 
 
-def test_the_plainest_flight_has_nothing_that_it_does_not_need(
-    description, vehicle, gains, system_names
-):
+def test_the_plainest_flight_has_nothing_that_it_does_not_need(setup, system_names):
     """No path, no world, no sensors: then there is no system for these, not even an idle one."""
-    bench = make_workbench(load_controller(), description, vehicle, gains, Rates())
+    bench = make_workbench(setup)
     names = system_names(bench.diagram)
     assert set(names) == ALWAYS
     assert len(names) == len(ALWAYS)
@@ -108,11 +113,9 @@ def test_the_plainest_flight_has_nothing_that_it_does_not_need(
 
 
 @pytest.mark.parametrize("watched", [True, False])
-def test_the_drone_has_shapes_to_draw_only_where_somebody_watches(
-    description, vehicle, gains, watched
-):
-    meshcat = Meshcat() if watched else None
-    bench = make_workbench(load_controller(), description, vehicle, gains, Rates(), meshcat=meshcat)
+def test_the_drone_has_shapes_to_draw_only_where_somebody_watches(setup, watched):
+    description = setup.description
+    bench = make_workbench(setup, Meshcat() if watched else None)
     inspector = bench.airframe.scene_graph.model_inspector()
     drawn = sum(len(link.visuals) for link in description.model.links)
     assert inspector.NumGeometriesWithRole(Role.kIllustration) == (drawn if watched else 0)
@@ -129,15 +132,8 @@ def test_the_drone_has_shapes_to_draw_only_where_somebody_watches(
         ("moving_obstacle", {"obstacles", "obstacle_paths", "obstacle_poses"}),
     ],
 )
-def test_a_world_adds_what_it_needs(description, vehicle, gains, system_names, world, more):
-    bench = make_workbench(
-        load_controller(),
-        description,
-        vehicle,
-        gains,
-        Rates(),
-        world=read_world(find_world(world), {}),
-    )
+def test_a_world_adds_what_it_needs(setup, system_names, world, more):
+    bench = make_workbench(replace(setup, world=read_world(find_world(world), {})))
     assert set(system_names(bench.diagram)) == ALWAYS | more
     assert (bench.obstacles is not None) == bool(more)
 
@@ -167,7 +163,7 @@ def reaction(variation: Variation) -> tuple[int, int]:
     """Return the steps at which commands, and rotors, first differ by a push that begins at 64."""
     rates = Rates(record_period=Rates().physics_step)
     config = VehicleConfig(variation=variation)
-    scenario = Scenario(vehicle=config, rates=rates, start=Start(position=[0.0, 0.0, 5.0]))
+    scenario = Scenario(vehicle=config, rates=rates, start=ScenarioStart(position=[0.0, 0.0, 5.0]))
     flown = []
     for force in (0.0, 2.0):
         push = {"push_y": force, "push_start": 64 / 1024, "push_duration": 1.0}
@@ -196,3 +192,52 @@ def test_delays_are_of_as_many_steps_as_they_say(case):
         with case("command", steps):
             found = reaction(Variation(command_delay=steps / 1024))
             assert found == (commands, rotors + steps)
+
+
+def drawn_as_text(dot):
+    """Return the texts of each system, and who feeds whom, in Drake's text for Graphviz."""
+    labels = re.findall(r"^(\w+) \[.*?label=<(.*?)>\s*\]", dot, re.MULTILINE | re.DOTALL)
+    texts = {
+        node: [html.unescape(each) for each in re.findall(r">\s*([^\s<>][^<>]*?)\s*<", label)]
+        for node, label in labels
+    }
+    edges = re.findall(r"^(\w+):\w+:e -> (\w+):\w+:w", dot, re.MULTILINE)
+    return by_name(texts, edges)
+
+
+def drawn_as_picture(svg):
+    """Return the same of the picture that Graphviz makes of it."""
+    texts, edges = {}, []
+    for group in ET.parse(svg).getroot().iter(f"{SVG}g"):
+        title = group.findtext(f"{SVG}title")
+        if group.get("class") == "node":
+            texts[title] = [each.text for each in group.iter(f"{SVG}text")]
+        elif group.get("class") == "edge":
+            edges += re.findall(r"(\w+):e->(\w+):w", title)
+    return by_name(texts, edges)
+
+
+def by_name(texts, edges):
+    """Return both with the systems' names: their numbers differ from run to run."""
+    names = {
+        node: next(each for each in lines if each.startswith("name="))
+        for node, lines in texts.items()
+    }
+    boxes = {names[node]: sorted(lines) for node, lines in texts.items()}
+    return boxes, sorted((names[a], names[b]) for a, b in edges)
+
+
+def test_the_documentation_shows_the_diagram_that_flies():
+    """Graphviz's versions place boxes differently, so only texts and connections are compared.
+
+    Drake's versions give its own plant other ports; only its connections are compared.
+    """
+    boxes, edges = drawn_as_text(Session().diagram.GetGraphvizString(max_depth=1))
+    assert set(boxes) == {f"name={name}" for name in ALWAYS}
+    assert len(edges) > 25
+    shown, shown_edges = drawn_as_picture(DOCS / "diagram.svg")
+    for name in ("name=plant", "name=scene_graph"):
+        boxes[name] = shown[name] = []
+    assert (shown, shown_edges) == (boxes, edges), (
+        "the diagram has changed: draw docs/diagram.svg as docs/architecture.md says"
+    )

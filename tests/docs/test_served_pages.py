@@ -10,7 +10,7 @@ from workbench.commands.cli import main
 from workbench.common.resources import find_scenario
 from workbench.link.server.config import ServerConfig
 from workbench.live.flight import LiveFlight
-from workbench.scenario.scenario import load_scenario
+from workbench.scenario.scenario_file import load_scenario
 
 DOCS = Path(__file__).parents[2] / "docs"
 SERVER, SCHEDULER = "127.0.0.1:7733", "tcp://192.168.1.10:8786"
@@ -42,21 +42,13 @@ def test_a_client_of_the_pages_runs(address, capsys, number):
 
 
 @pytest.mark.slow
-def test_the_monitor_shows_the_flight_once(address, capsys):
-    assert main(["monitor", address, "--once"]) == 0
-    text = capsys.readouterr().out
-    for label in ("mode", "position", "attitude", "rotors", "imu", "control", "link"):
-        assert re.search(rf"^{label} ", text, re.MULTILINE), label
-
-
-@pytest.mark.slow
 def test_the_commands_for_a_cluster_fly_on_one(capsys, tmp_path, monkeypatch):
     from tests.clusters import local_cluster
 
     monkeypatch.chdir(tmp_path)
     lines = "".join(shown("clusters.md", "sh")).splitlines()
     there = [line for line in lines if line.startswith("workbench ") and SCHEDULER in line]
-    assert len(there) == 2
+    assert len(there) == 3
     with local_cluster(2) as cluster:
         for line in there:
             words = shlex.split(line.replace(SCHEDULER, cluster.scheduler_address))[1:]

@@ -25,7 +25,7 @@ from workbench.dynamics.rotors import (
     power_share,
     speed_slope,
     static_thrust,
-    within,
+    within_speed_limits,
 )
 
 MOTOR_CONSTANT = 8.54858e-06
@@ -288,4 +288,10 @@ def test_a_steady_speed_stays(rotor):
 
 
 def test_a_command_is_cut_to_what_the_rotor_can_do(rotor):
-    assert [within(u, rotor) for u in (-5.0, 0.0, 700.0, 1100.0, 9e9)] == [0, 0, 700, 1100, 1100]
+    assert [within_speed_limits(u, rotor) for u in (-5.0, 0.0, 700.0, 1100.0, 9e9)] == [
+        0,
+        0,
+        700,
+        1100,
+        1100,
+    ]

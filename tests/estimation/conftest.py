@@ -8,7 +8,13 @@ from scipy.spatial.transform import Rotation
 
 from workbench.estimation import ekf
 from workbench.estimation.estimators import checked_update, find_estimator
-from workbench.estimation.samples import BAROMETER, GPS, MAGNETOMETER, RANGE_FINDER, SAMPLES
+from workbench.estimation.samples import (
+    BAROMETER,
+    GPS,
+    MAGNETOMETER,
+    RANGE_FINDER,
+    SAMPLE_ARRAY_SIZE,
+)
 
 G = np.array([0.0, 0.0, 9.81])
 PERIOD = 1 / 128
@@ -94,7 +100,7 @@ def samples(flown, mounting, settings, rng, biases, every=EVERY, age=0):
         age: of the GPS's samples, in updates.
     """
     n = len(flown.p)
-    found = np.zeros((n, SAMPLES))
+    found = np.zeros((n, SAMPLE_ARRAY_SIZE))
     white = np.repeat([settings.ekf_gyro_noise, settings.ekf_accel_noise], 3) / PERIOD**0.5
     found[:, :6] = np.hstack([flown.w, flown.f]) + biases + white * rng.normal(size=(n, 6))
     R, p_BI = flown.R, np.array(mounting.p_BI)
@@ -135,7 +141,7 @@ def begin(flown, settings, rng):
     The biases begin as far off as the others, and walk.
     """
     deviations = ekf.InitialDeviations()
-    memory = ekf.initial(flown.state(0), (0.0, 0.0, 0.0), deviations)
+    memory = ekf.initial_ekf(flown.state(0), (0.0, 0.0, 0.0), deviations)
     errors = np.repeat(deviations, 3) * rng.normal(size=15)
     memory[:4] = (flown.R[0] * Rotation.from_rotvec(errors[:3]).inv()).as_quat(scalar_first=True)
     memory[4:10] -= errors[3:9]

@@ -6,7 +6,7 @@ from scipy import linalg, signal
 from scipy.spatial.transform import Rotation
 
 from workbench.estimation import complementary
-from workbench.estimation.samples import BAROMETER, GPS, MAGNETOMETER, SAMPLES, Mounting
+from workbench.estimation.samples import BAROMETER, GPS, MAGNETOMETER, SAMPLE_ARRAY_SIZE, Mounting
 from workbench.estimation.settings import ComplementarySettings
 
 G = np.array([0.0, 0.0, 9.81])
@@ -18,14 +18,14 @@ WITHOUT_KI = ComplementarySettings(complementary_ki=0.0)
 
 def still(R=None, bias=(0.0, 0.0, 0.0)):
     """Return the samples of an IMU that hangs still at an attitude."""
-    z = np.zeros(SAMPLES)
+    z = np.zeros(SAMPLE_ARRAY_SIZE)
     z[0:3] = bias
     z[3:6] = G if R is None else R.inv().apply(G)
     return z
 
 
 def memory_at(q):
-    return complementary.initial([*q, *[0.0] * 9], (0.0, 0.0, 0.0))
+    return complementary.initial_complementary([*q, *[0.0] * 9], (0.0, 0.0, 0.0))
 
 
 def run(kit, memory, z, settings, duration, mounting=None):
@@ -115,7 +115,7 @@ def test_at_rest_it_stays_wherever_sensors_are_mounted(kit):
     mounting = Mounting((0.1, 0.0, 0.2), (-0.2, 0.1, 0.3), (0.3, 0.2, -0.1), m_W=FIELD)
     base = np.array([4.0, -2.0, 7.0])
     state = [*R.as_quat(scalar_first=True), *base, *[0.0] * 6]
-    memory = complementary.initial(state, mounting.p_BI)
+    memory = complementary.initial_complementary(state, mounting.p_BI)
     imu = base + R.apply(mounting.p_BI)
     assert memory[4:7] == pytest.approx(imu)
     z = still(R)
@@ -134,7 +134,7 @@ def test_compiled_it_gives_what_it_gives_in_python(kit):
     mounting = Mounting((0.1, 0.0, 0.2), (-0.2, 0.1, 0.3), (0.3, 0.2, -0.1), m_W=FIELD).packed()
     compiled, interpreted = memory_at(LEVEL), memory_at(LEVEL)
     for _ in range(300):
-        z = still() + 0.3 * rng.normal(size=SAMPLES)
+        z = still() + 0.3 * rng.normal(size=SAMPLE_ARRAY_SIZE)
         z[[GPS, BAROMETER, MAGNETOMETER]] = rng.random(3) < 0.3
         kit.complementary(compiled, z, settings, mounting, 8 * DT)
         complementary.update(interpreted, z, settings, mounting, 8 * DT)

@@ -5,14 +5,14 @@ Y. Bar-Shalom, X. R. Li and T. Kirubarajan, Estimation with Applications to Trac
 """
 
 import numpy as np
+import pytest
 from scipy import stats
 from scipy.spatial.transform import Rotation
 
-from workbench.estimation import ekf
+from workbench.estimation import ekf_state
 from workbench.estimation.samples import Mounting
 from workbench.estimation.settings import EkfSettings
 
-SEEDS = 50
 DURATION = 10.0
 SPACED = 64
 """Updates between two looks at the errors."""
@@ -36,13 +36,15 @@ def fly(kit, flown, seed, settings=SETTINGS, **how):
     errors, innovations = [], np.empty((len(z), 9))
     for k in range(1, len(z)):
         kit.ekf(memory, z[k], numbers, mounting, kit.period)
-        told = memory[ekf.INNOVATIONS :].reshape(-1, 2)[:9]
+        told = memory[ekf_state.INNOVATIONS_INDEX :].reshape(-1, 2)[:9]
         innovations[k] = told[:, 0] ** 2 / told[:, 1]
         if k % SPACED == 0:
             R = Rotation.from_quat(memory[:4], scalar_first=True)
             off = (R.inv() * flown.R[k]).as_rotvec()
             error = np.concatenate([off, flown.p[k] - memory[4:7], flown.v[k] - memory[7:10]])
-            P = memory[ekf.COVARIANCE : ekf.INNOVATIONS].reshape(15, 15)[:9, :9]
+            P = memory[ekf_state.COVARIANCE_INDEX : ekf_state.INNOVATIONS_INDEX].reshape(15, 15)[
+                :9, :9
+            ]
             errors.append(error @ np.linalg.solve(P, error))
     return np.array(errors), innovations[1:]
 
@@ -52,20 +54,26 @@ def bounds(degrees, count):
     return stats.chi2.interval(0.95, degrees * count) / np.array(count)
 
 
-def test_errors_and_innovations_are_as_large_as_the_covariance_says(case, kit):
-    for name, make in kit.flights.items():
-        flown = make(DURATION)
-        runs = [fly(kit, flown, seed, age=6) for seed in range(SEEDS)]
+@pytest.mark.parametrize(
+    ("flights", "seeds"),
+    [
+        (["figure of eight"], 12),
+        pytest.param(["hover", "figure of eight", "full speed"], 50, marks=pytest.mark.slow),
+    ],
+    ids=["one flight", "all"],
+)
+def test_errors_and_innovations_are_as_large_as_the_covariance_says(case, kit, flights, seeds):
+    for name in flights:
+        flown = kit.flights[name](DURATION)
+        runs = [fly(kit, flown, seed, age=6) for seed in range(seeds)]
         nees = np.array([errors for errors, _ in runs])
         with case(name, "NEES"):
             # errors of one flight are of one piece: so many flights count, not so many looks
-            low, high = bounds(9, SEEDS)
-
+            low, high = bounds(9, seeds)
             assert low < nees.mean() < high
         nis = np.concatenate([innovations for _, innovations in runs])
         for kind, channels in KINDS.items():
             with case(name, "NIS", kind):
                 squares = nis[:, channels][np.isfinite(nis[:, channels])]
                 low, high = bounds(1, squares.size)
-
                 assert low < squares.mean() < high

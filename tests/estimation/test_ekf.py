@@ -12,14 +12,14 @@ from scipy import linalg
 from scipy.spatial.transform import Rotation
 
 from workbench.common.compiled import compile_cached
-from workbench.estimation import ekf
+from workbench.estimation import ekf, ekf_measurements, ekf_propagation, ekf_state
 from workbench.estimation.samples import (
     AGES,
     BAROMETER,
     GPS,
     MAGNETOMETER,
     RANGE_FINDER,
-    SAMPLES,
+    SAMPLE_ARRAY_SIZE,
     Mounting,
 )
 from workbench.estimation.settings import EkfSettings
@@ -168,7 +168,9 @@ def derivative(function):
 
 
 def covariance(memory):
-    return memory[ekf.COVARIANCE : ekf.INNOVATIONS].reshape(ekf.ERRORS, ekf.ERRORS)
+    return memory[ekf_state.COVARIANCE_INDEX : ekf_state.INNOVATIONS_INDEX].reshape(
+        ekf_state.ERRORS, ekf_state.ERRORS
+    )
 
 
 def test_the_textbooks_filter_gives_the_same_estimate_and_covariance(kit):
@@ -199,7 +201,9 @@ def anything(rng):
     x[6] += 8.0
     places = rng.uniform(-0.3, 0.3, (4, 3))
     mounting = Mounting(*places, MOUNTING.n_BR, MOUNTING.m_W)
-    z = np.concatenate([3 * rng.normal(size=3), 5 * rng.normal(size=3) + G, np.zeros(SAMPLES - 6)])
+    z = np.concatenate(
+        [3 * rng.normal(size=3), 5 * rng.normal(size=3) + G, np.zeros(SAMPLE_ARRAY_SIZE - 6)]
+    )
     z[GPS : GPS + 8] = [1.0, rng.uniform(0.0, 0.05), *rng.normal(size=6)]
     z[BAROMETER : BAROMETER + 2] = 1.0, rng.normal()
     z[MAGNETOMETER : MAGNETOMETER + 4] = [
@@ -233,11 +237,11 @@ def test_transition_is_the_derivative_of_the_motion(case):
     for number in range(20):
         x, z, _ = anything(rng)
         dt = rng.uniform(0.001, 0.02)
-        F = ekf.transition(x, z, dt)[:9]
-        q_0 = ekf.propagated(x, z, dt)[:4]
+        F = ekf_propagation.transition(x, z, dt)[:9]
+        q_0 = ekf_propagation.propagated(x, z, dt)[:4]
 
         def after(error, x=x, z=z, dt=dt, q_0=q_0):
-            found = ekf.propagated(ekf.corrected(x, error), z, dt)
+            found = ekf_propagation.propagated(ekf_propagation.corrected(x, error), z, dt)
             return [*error_between(q_0, found[:4]), *found[4:10]]
 
         book = Textbook(np.concatenate([x, np.zeros(225)]))
@@ -253,7 +257,7 @@ def test_rows_are_the_derivatives_of_what_is_measured(case):
     kinds = [*["place of the antenna"] * 3, *["its velocity"] * 3, "height", "heading", "distance"]
     for number in range(20):
         x, z, mounting = anything(rng)
-        rows, gaps = ekf.measured(x, z, mounting.packed(), SETTINGS)
+        rows, gaps = ekf_measurements.measurement_rows(x, z, mounting.packed(), SETTINGS)
         R = Rotation.from_quat(x[:4], scalar_first=True)
         y, expected, variances = told(R, x[4:], z, SETTINGS, mounting)
         H = derivative(lambda e, R=R, x=x, told=expected: told(*added(R, x[4:], e)))
@@ -266,20 +270,21 @@ def test_rows_are_the_derivatives_of_what_is_measured(case):
         assert np.isnan(gaps[9]).all()
         assert not rows[9].any()
         nothing = z * (np.arange(z.size) < GPS)
-        rows, gaps = ekf.measured(x, nothing, mounting.packed(), SETTINGS)
+        rows, gaps = ekf_measurements.measurement_rows(x, nothing, mounting.packed(), SETTINGS)
         assert np.isnan(gaps).all()
         assert not rows.any()
 
 
+@pytest.mark.slow  # it compiles for fifteen seconds
 def test_compiled_it_gives_what_it_gives_in_python(kit):
+    compiled_ekf = compile_cached(ekf.update, SOURCES, "the estimator ekf", error_model="numpy")
     rng = np.random.default_rng(3)
     flown = kit.flights["full speed"](2.0)
     compiled, biases = kit.begin(flown, SETTINGS, rng)
     z = kit.samples(flown, MOUNTING, SETTINGS, rng, biases, age=2)
     interpreted = compiled.copy()
-    run = compile_cached(ekf.update, SOURCES, "the estimator ekf", error_model="numpy")
     for row in z[1:]:
-        run(compiled, row, np.array(SETTINGS), MOUNTING.packed(), kit.period)
+        compiled_ekf(compiled, row, np.array(SETTINGS), MOUNTING.packed(), kit.period)
         ekf.update(interpreted, row, np.array(SETTINGS), MOUNTING.packed(), kit.period)
     np.testing.assert_allclose(compiled, interpreted, rtol=1e-12, atol=1e-12)
 
@@ -287,15 +292,19 @@ def test_compiled_it_gives_what_it_gives_in_python(kit):
 def test_after_ten_thousand_violent_updates_the_covariance_is_one(kit):
     rng = np.random.default_rng(4)
     x, _, mounting = anything(rng)
-    memory = np.full(ekf.SIZE, np.nan)
+    memory = np.full(ekf_state.EKF_MEMORY_SIZE, np.nan)
     memory[:16] = x
-    memory[ekf.COVARIANCE : ekf.INNOVATIONS] = np.diag(10.0 ** rng.uniform(-6, 4, 15)).ravel()
+    memory[ekf_state.COVARIANCE_INDEX : ekf_state.INNOVATIONS_INDEX] = np.diag(
+        10.0 ** rng.uniform(-6, 4, 15)
+    ).ravel()
     gateless = SETTINGS._replace(ekf_gate=1e9, ekf_range_finder=1e-4, ekf_gps_height=100.0)
-    for _ in range(10_000):
-        _, z, _ = anything(rng)
+    settings, packed = np.array(gateless), mounting.packed()
+    drawn = [anything(rng)[1] for _ in range(1000)]
+    for number in range(10_000):
+        z = drawn[number % len(drawn)].copy()
         z[:6] *= 5.0
         z[[GPS, BAROMETER, MAGNETOMETER, RANGE_FINDER]] = rng.random(4) < 0.3
-        kit.ekf(memory, z, np.array(gateless), mounting.packed(), kit.period)
+        kit.ekf(memory, z, settings, packed, kit.period)
     P = covariance(memory)
     scale = np.sqrt(np.diag(P))
     assert np.isfinite(memory[:16]).all()
@@ -306,7 +315,7 @@ def test_after_ten_thousand_violent_updates_the_covariance_is_one(kit):
 
 def test_what_is_beyond_the_gate_or_not_new_changes_nothing(case, kit):
     flown = kit.flights["hover"](0.1)
-    begun = ekf.initial(flown.state(0), (0.0, 0.0, 0.0), ekf.InitialDeviations())
+    begun = ekf.initial_ekf(flown.state(0), (0.0, 0.0, 0.0), ekf.InitialDeviations())
     rng = np.random.default_rng(5)
     every = dict.fromkeys(("gps", "barometer", "magnetometer", "range_finder"), 1)
     z = kit.samples(flown, MOUNTING, SETTINGS, rng, np.zeros((len(flown.p), 6)), every)[1]
@@ -319,7 +328,7 @@ def test_what_is_beyond_the_gate_or_not_new_changes_nothing(case, kit):
         kit.ekf(memory, none, settings, mounting, kit.period)
         book.update(none, SETTINGS, MOUNTING, kit.period)
         np.testing.assert_allclose(covariance(memory), book.P, atol=1e-12)
-        assert np.isnan(memory[ekf.INNOVATIONS :]).all()
+        assert np.isnan(memory[ekf_state.INNOVATIONS_INDEX :]).all()
     with case("an outlier"):
         # the one number is left out, as if its noise were boundless; its innovation is told
         memory, book = begun.copy(), Textbook(begun)
@@ -327,7 +336,7 @@ def test_what_is_beyond_the_gate_or_not_new_changes_nothing(case, kit):
         book.update(outlier, SETTINGS, MOUNTING, kit.period, without=0)
         np.testing.assert_allclose(memory[4:16], book.x, atol=1e-9)
         np.testing.assert_allclose(covariance(memory), book.P, atol=1e-12)
-        assert memory[ekf.INNOVATIONS] == pytest.approx(50.0, abs=2.0)
+        assert memory[ekf_state.INNOVATIONS_INDEX] == pytest.approx(50.0, abs=2.0)
     with case("all that is within the gate counts"):
         memory, book = begun.copy(), Textbook(begun)
         kit.ekf(memory, z, settings, mounting, kit.period)
@@ -337,7 +346,7 @@ def test_what_is_beyond_the_gate_or_not_new_changes_nothing(case, kit):
 
 def test_a_range_finder_counts_while_it_looks_down(case):
     """Along its beam a height of 3 m is 3 / cos farther; from 60 degrees on it says nothing."""
-    z = np.zeros(SAMPLES)
+    z = np.zeros(SAMPLE_ARRAY_SIZE)
     z[0:6], z[RANGE_FINDER] = [0.0, 0.0, 0.0, *G], 1.0
     for degrees, counts in (
         (0, True),
@@ -350,17 +359,19 @@ def test_a_range_finder_counts_while_it_looks_down(case):
         with case(degrees):
             R = Rotation.from_euler("y", degrees, degrees=True)
             state = [*R.as_quat(scalar_first=True), 0.0, 0.0, 3.0, *[0.0] * 6]
-            memory = ekf.initial(state, (0.0, 0.0, 0.0), ekf.InitialDeviations())
+            memory = ekf.initial_ekf(state, (0.0, 0.0, 0.0), ekf.InitialDeviations())
             begun = memory.copy()
             z[RANGE_FINDER + 1] = 3.0 / abs(np.cos(np.radians(degrees))) + 0.01
             ekf.update(memory, z, np.array(SETTINGS), Mounting().packed(), 0.0)
-            told = memory[ekf.INNOVATIONS + 2 * ekf.DISTANCE]
+            told = memory[ekf_state.INNOVATIONS_INDEX + 2 * ekf_state.DISTANCE_CHANNEL]
             if counts:
                 assert told == pytest.approx(0.01, abs=1e-9)
                 assert memory[6] > 3.0
             else:
                 assert np.isnan(told)
-                np.testing.assert_array_equal(memory[: ekf.INNOVATIONS], begun[: ekf.INNOVATIONS])
+                np.testing.assert_array_equal(
+                    memory[: ekf_state.INNOVATIONS_INDEX], begun[: ekf_state.INNOVATIONS_INDEX]
+                )
 
 
 def test_in_hover_the_covariance_settles_as_the_riccati_equation_says(kit):
@@ -368,8 +379,8 @@ def test_in_hover_the_covariance_settles_as_the_riccati_equation_says(kit):
     mounting = MOUNTING._replace(p_BG=(1.0, 0.5, 0.1), p_BP=(-0.5, 1.0, 0.0), p_BR=(0.0, -1.0, 0.2))
     settings = SETTINGS._replace(ekf_gyro_bias_walk=1e-2, ekf_accel_bias_walk=1e-1)
     flown = kit.flights["hover"](0.1)
-    memory = ekf.initial(flown.state(0), (0.0, 0.0, 0.0), ekf.InitialDeviations())
-    book, z = Textbook(memory), np.zeros(SAMPLES)
+    memory = ekf.initial_ekf(flown.state(0), (0.0, 0.0, 0.0), ekf.InitialDeviations())
+    book, z = Textbook(memory), np.zeros(SAMPLE_ARRAY_SIZE)
     z[[GPS, BAROMETER, MAGNETOMETER, RANGE_FINDER]] = 1.0
     z[0:6] = [*flown.w[0], *flown.f[0]]
     z[MAGNETOMETER + 1 : MAGNETOMETER + 4] = flown.R[0].inv().apply(mounting.m_W)
@@ -381,8 +392,9 @@ def test_in_hover_the_covariance_settles_as_the_riccati_equation_says(kit):
     predicted = linalg.solve_discrete_are(F.T, H.T, Q, np.diag(r))
     K = predicted @ H.T @ np.linalg.inv(H @ predicted @ H.T + np.diag(r))
     settled = predicted - K @ H @ predicted
+    numbers, packed = np.array(settings), mounting.packed()
     for _ in range(20_000):
-        kit.ekf(memory, z, np.array(settings), mounting.packed(), kit.period)
+        kit.ekf(memory, z, numbers, packed, kit.period)
     scale = np.sqrt(np.diag(settled))
     off = (covariance(memory) - settled) / np.outer(scale, scale)
     assert np.abs(memory[4:16] - book.x).max() < 1e-9

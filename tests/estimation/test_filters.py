@@ -3,7 +3,13 @@
 import numpy as np
 from scipy import signal
 
-from workbench.estimation.filters import THROUGH, after, lowpass, notch, output
+from workbench.estimation.filters import (
+    PASS_THROUGH,
+    lowpass,
+    notch,
+    section_output,
+    section_states,
+)
 
 PERIOD = 1 / 1024
 FILTERS = (
@@ -19,8 +25,8 @@ def run(section, inputs, x=(0.0, 0.0)):
     """Return what comes out of a section, and its states in the end."""
     found = []
     for u in inputs:
-        found.append(output(section, *x, u))
-        x = after(section, *x, u)
+        found.append(section_output(section, *x, u))
+        x = section_states(section, *x, u)
     return np.array(found), x
 
 
@@ -40,7 +46,7 @@ def test_coefficients_and_responses_are_scipys(case):
 
 
 def test_at_rest_any_filter_may_take_over_from_any_other(case):
-    for name, section, _ in (*FILTERS, ("none", THROUGH, None)):
+    for name, section, _ in (*FILTERS, ("none", PASS_THROUGH, None)):
         with case(name):
             out, x = run(section, [2.5] * 20, (0.0, 2.5))
             np.testing.assert_allclose(out, 2.5, rtol=1e-13)
@@ -48,12 +54,12 @@ def test_at_rest_any_filter_may_take_over_from_any_other(case):
 
 
 def test_what_lets_through_tracks_its_input():
-    out, x = run(THROUGH, [1.0, -3.0, 7.0], (5.0, 5.0))
+    out, x = run(PASS_THROUGH, [1.0, -3.0, 7.0], (5.0, 5.0))
     assert out.tolist() == [1.0, -3.0, 7.0]
     assert x == (0.0, 7.0)
 
 
 def test_beyond_half_the_sampling_rate_there_is_no_filter():
     for make in (lambda f: lowpass(f, 2.0, PERIOD), lambda f: notch(f, 9.0, PERIOD)):
-        assert make(0.0) == make(510.0) == THROUGH
-        assert make(500.0) != THROUGH
+        assert make(0.0) == make(510.0) == PASS_THROUGH
+        assert make(500.0) != PASS_THROUGH

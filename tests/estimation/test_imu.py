@@ -7,12 +7,14 @@ from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource
 from scipy.spatial.transform import Rotation
 
+from workbench.control.controller_file import load_controller
 from workbench.diagram.airframe import add_airframe
 from workbench.dynamics.air.settings import calm_air
-from workbench.estimation.gyro import UNFILTERED
-from workbench.estimation.imu import FROZEN, NOISY, SILENT, measured
+from workbench.estimation.gyro import GyroSettings
+from workbench.estimation.imu import ideal_imu_sample
+from workbench.plant.faults import Fault
+from workbench.plant.loading import make_vehicle
 from workbench.plant.sensors import Imu, Noise
-from workbench.scenario.parameters import parameter_table
 from workbench.scenario.scenario import Rates
 from workbench.session.integration import Integration
 
@@ -22,6 +24,7 @@ p_BS = np.array([0.05, -0.03, 0.08])
 R_BS = Rotation.from_euler("xyz", [0.4, -0.2, 1.1])
 TUMBLING = np.array([0.8, 0.3, -0.4, 0.3317, 0.0, 0.0, 3e3, 4.0, -7.0, 3.0, 1.0, 0.0, 0.0])
 """So high that it falls through the longest flight here: contact is slow to simulate."""
+UNFILTERED = GyroSettings()
 TUMBLING[:4] /= np.linalg.norm(TUMBLING[:4])
 
 
@@ -49,8 +52,15 @@ def tumble(description, vehicle, imu, steps=800, readout=8, gyro=UNFILTERED, see
     builder = DiagramBuilder()
     commands = builder.AddSystem(ConstantVectorSource([500.0, 700.0, 300.0, 600.0]))
     rates = Rates(physics_step=STEP, control_period=readout * STEP)
-    values = parameter_table().defaults() | calm_air(vehicle)._asdict() | gyro._asdict()
-    airframe = add_airframe(builder, description.undrawn(), values, rates=rates, imu=imu)
+    values = load_controller().table.defaults() | calm_air(vehicle)._asdict() | gyro._asdict()
+    airframe = add_airframe(
+        builder,
+        description.undrawn(),
+        values,
+        vehicle=make_vehicle(description),
+        rates=rates,
+        imu=imu,
+    )
     builder.Connect(commands.get_output_port(), airframe.commands)
     simulator = Simulator(builder.Build())
     root = simulator.get_mutable_context()
@@ -95,7 +105,7 @@ def test_a_perfect_one_shows_what_differences_of_a_motion_say():
 
     for t in np.linspace(-0.5, 0.5, 7):
         state = [*R(t).as_quat(scalar_first=True), *p(t), *w(t), *slope(p, t)]
-        found = measured(state, [*slope(w, t), *curve(p, t)], p_BS)
+        found = ideal_imu_sample(state, [*slope(w, t), *curve(p, t)], p_BS)
         a_S = curve(lambda s: p(s) + R(s).apply(p_BS), t)
         assert found[:3] == pytest.approx(R(t).inv().apply(w(t)), abs=1e-9)
         assert found[3:] == pytest.approx(R(t).inv().apply(a_S + G), abs=1e-7)
@@ -175,7 +185,7 @@ def test_biases_drift_as_far_and_as_fast_as_described(description, vehicle):
 
 def test_what_fails_stands_still_or_is_louder_and_comes_back(case, description, vehicle):
     imu = sensor(Noise(stddev=0.02), Noise(stddev=0.3))
-    for fault in (FROZEN, SILENT):
+    for fault in (Fault.FROZEN, Fault.SILENT):
         with case(fault):
             faults = ((512, fault), (768, 0.0))
             _, given = tumble(description, vehicle, imu, 1024, faults=faults)
@@ -184,8 +194,8 @@ def test_what_fails_stands_still_or_is_louder_and_comes_back(case, description, 
             assert (given[64, 6:9] == stood[0, 6:9]).all()
             assert np.abs(np.diff(given[:64], axis=0)).min() > 0.0
             assert np.abs(np.diff(given[96:], axis=0)).min() > 0.0
-    with case(NOISY):
+    with case(Fault.NOISY):
         usual = added(description, vehicle, imu, 512)
-        loud = added(description, vehicle, imu, 512, faults=((0, NOISY),))
+        loud = added(description, vehicle, imu, 512, faults=((0, Fault.NOISY),))
         assert np.abs(usual).min() > 0.0
         assert loud == pytest.approx(10 * usual, abs=1e-9)

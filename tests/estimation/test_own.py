@@ -8,16 +8,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from workbench.analysis.subject import Subject
+from workbench.analysis.subject import AnalysedVehicle
 from workbench.common.errors import WorkbenchError
 from workbench.design.judge.phase_budget import PhaseStudy
 from workbench.design.linear.study import LinearStudy
-from workbench.diagram.sensor_choice import choose_sensors
 from workbench.estimation import complementary
 from workbench.estimation.estimators import find_estimator
 from workbench.estimation.settings import ComplementarySettings
 from workbench.gui.gains.gain_rows import controller_gains, gain_label, is_gain, loop_gains
-from workbench.scenario.scenario import Action, Scenario, SensorsConfig, check_scenario
+from workbench.scenario.scenario import Action, Scenario, SensorsConfig
+from workbench.scenario.scenario_check import check_scenario
+from workbench.scenario.sensor_choice import choose_sensors
 from workbench.session.session import Session
 
 LAG = Path(__file__).parent / "lag.py"
@@ -96,13 +97,14 @@ def written(folder, old="", new="", name="wrong"):
 @pytest.fixture
 def mine(tmp_path):
     """Return a file with the shipped complementary filter's update, and settings of other names."""
-    begin = inspect.getsource(complementary.initial)
+    begin = inspect.getsource(complementary.initial_complementary)
     text = inspect.getsource(complementary).replace(begin, "")
     text += "\nfrom workbench.estimators import State, gain\n\nPARAMETERS = [\n"
     for name, value in ComplementarySettings()._asdict().items():
         name = name.replace("complementary", "mine")
         text += f'    gain("{name}", "1", (0.0, 100.0), {value}, "as the shipped one has it"),\n'
-    text += f']\nMEMORY = [State(f"m_{{k}}", "1") for k in range({complementary.SIZE - 16})]\n'
+    size = complementary.COMPLEMENTARY_MEMORY_SIZE - 16
+    text += f']\nMEMORY = [State(f"m_{{k}}", "1") for k in range({size})]\n'
     path = tmp_path / "mine.py"
     path.write_text(text, encoding="utf-8")
     return path
@@ -189,7 +191,7 @@ def test_an_edit_waits_until_the_next_flight(tmp_path):
 
 
 def test_sliders_and_questions_have_its_parameters():
-    subject = Subject(Scenario(estimator=str(LAG)), {"lag_share": 0.5})
+    subject = AnalysedVehicle(Scenario(estimator=str(LAG)), {"lag_share": 0.5})
     assert subject.own["lag_share"] == 0.5
     asked = {"lag_share": 0.4, "kp_pitch": 40.0}
     assert asked.items() <= subject.gains(asked).items()

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from workbench.estimation import ekf
+from workbench.estimation import ekf, ekf_state
 from workbench.estimation.estimators import find_estimator
-from workbench.estimation.run import SensorSamples, Stamped, gaps, run_estimator
+from workbench.estimation.run import SensorSamples, StampedSamples, imu_gaps, run_estimator
 from workbench.estimation.samples import Mounting
 
 PERIOD = 1 / 200
@@ -18,12 +18,12 @@ UP = np.array([0.0, 0.0, 9.81])
 
 def imu(time, rates=(0.0, 0.0, 0.0), forces=UP):
     values = np.hstack([np.broadcast_to(rates, (len(time), 3)), np.tile(forces, (len(time), 1))])
-    return Stamped(time, time, values)
+    return StampedSamples(time, time, values)
 
 
 def run(samples, state=STILL, name="ekf", mounting=None):
     estimator, mounting = find_estimator(name), mounting or Mounting()
-    begin = estimator.begin(state, mounting, np.zeros(ekf.ERRORS), ekf.InitialDeviations())
+    begin = estimator.begin(state, mounting, np.zeros(ekf_state.ERRORS), ekf.InitialDeviations())
     return run_estimator(estimator, samples, estimator.settings(), mounting, begin)
 
 
@@ -67,9 +67,23 @@ def test_a_gap_of_the_imu_is_told_and_bridged():
     assert ahead == pytest.approx(
         np.stack([np.cos(angle), np.sin(angle), 0.0 * angle], axis=1), abs=1e-6
     )
-    (gap,) = gaps(samples)
+    (gap,) = imu_gaps(samples)
     assert gap == pytest.approx((1.0 - PERIOD, 1.0 + 2.0 * PERIOD), abs=1e-9)
-    assert gaps(imu(time)) == gaps(imu(time[:1])) == ()
+    assert imu_gaps(imu(time)) == imu_gaps(imu(time[:1])) == ()
+
+
+def test_no_sample_counts_before_it_was_taken():
+    """The IMU's samples come 20 ms late, the fixes at once: they wait for the update after them."""
+    speed, time = 5.0, np.arange(0.0, 2.0, PERIOD)
+    taken = np.arange(0.1021, 1.9, 0.1)
+    fixes = np.zeros((len(taken), 6))
+    fixes[:, 0], fixes[:, 3] = speed * taken, speed
+    values = np.hstack([np.zeros((len(time), 3)), np.tile(UP, (len(time), 1))])
+    late = StampedSamples(time, time + 0.02, values)
+    state = np.array([1.0, *[0.0] * 9, speed, 0.0, 0.0])
+    found = run(SensorSamples(late, gps=StampedSamples(taken, taken, fixes)), state)
+    used = found.time[np.isfinite(found.innovations).any(axis=1)]
+    assert used == pytest.approx(np.ceil(taken / PERIOD) * PERIOD)
 
 
 def test_a_sample_counts_when_it_has_come_with_the_age_that_it_has():
@@ -80,7 +94,7 @@ def test_a_sample_counts_when_it_has_come_with_the_age_that_it_has():
     fixes[:, 0], fixes[:, 3] = speed * taken, speed
     moving = STILL.copy()
     moving[10] = speed
-    found = run(SensorSamples(imu(time), gps=Stamped(taken, taken + late, fixes)), moving)
+    found = run(SensorSamples(imu(time), gps=StampedSamples(taken, taken + late, fixes)), moving)
     heard = np.flatnonzero(np.isfinite(found.innovations[:, 0]))
     assert len(heard) == len(taken)
     waited = found.time[heard] - (taken + late)
@@ -93,11 +107,11 @@ def test_a_late_height_is_that_of_when_it_was_taken():
     """Climbing at 2 m/s, a height that is 0.1 s old is 0.2 m too low, by air and to the ground."""
     speed, late, time = 2.0, 0.1, np.arange(0.0, 2.0, PERIOD)
     taken = np.arange(0.0521, 1.8, 0.07)
-    heights = Stamped(taken, taken + late, 3.0 + speed * taken[:, None])
+    heights = StampedSamples(taken, taken + late, 3.0 + speed * taken[:, None])
     moving = STILL.copy()
     moving[6], moving[12] = 3.0, speed
     found = run(SensorSamples(imu(time), barometer=heights, range_finder=heights), moving)
-    for channel in (ekf.HEIGHT, ekf.DISTANCE):
+    for channel in (ekf_state.HEIGHT_CHANNEL, ekf_state.DISTANCE_CHANNEL):
         told = found.innovations[:, 2 * channel]
         assert np.isfinite(told).sum() == len(taken)
         assert np.nanmax(np.abs(told)) < 1e-9
@@ -107,7 +121,7 @@ def test_of_several_samples_between_two_updates_the_newest_counts():
     time, taken = np.arange(128) / 64, np.arange(509) / 256  # exact in binary, so that they meet
     newest = np.arange(509)[:, None] % 4 == 0
     fields = np.where(newest, [0.0, 2e-5, -4e-5], [2e-5, 0.0, -4e-5])
-    found = run(SensorSamples(imu(time), magnetometer=Stamped(taken, taken, fields)))
+    found = run(SensorSamples(imu(time), magnetometer=StampedSamples(taken, taken, fields)))
     told = found.innovations[:, 14]
     assert np.isfinite(told).all()
     assert np.abs(told).max() < 1e-9
@@ -117,5 +131,5 @@ def test_of_several_samples_between_two_updates_the_newest_counts():
 def test_a_sample_of_before_the_first_update_is_not_of_the_run():
     time = np.arange(1.0, 2.0, PERIOD)
     taken = np.array([0.5, 1.5])
-    found = run(SensorSamples(imu(time), barometer=Stamped(taken, taken, np.zeros((2, 1)))))
+    found = run(SensorSamples(imu(time), barometer=StampedSamples(taken, taken, np.zeros((2, 1)))))
     assert np.isfinite(found.innovations[:, 12]).sum() == 1

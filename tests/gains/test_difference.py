@@ -4,10 +4,10 @@ import math
 
 import pytest
 
-from workbench.gains.gains import diff_gains
-from workbench.scenario.parameters import parameter_table
+from workbench.control.controller_file import load_controller
+from workbench.gains.gain_change import diff_gains
 
-MISSING = {**parameter_table().defaults(), "kd_roll": 30.0}
+MISSING = {**load_controller().table.defaults(), "kd_roll": 30.0}
 
 
 def test_rows_are_in_the_tables_order_with_units_and_percent():

@@ -7,17 +7,16 @@ import pytest
 import yaml
 
 from workbench.common.errors import WorkbenchError
-from workbench.control.controller import load_controller
+from workbench.control.controller_file import load_controller
 from workbench.gains import gains as gain_files
 from workbench.gains.gains import (
-    MOST_SAVES,
+    MAX_HISTORY_SAVES,
     GainFile,
     flown_by,
     gains_at,
     load_gains,
     save_gains,
 )
-from workbench.scenario.parameters import parameter_table
 
 ISO = r"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\dZ"
 
@@ -90,7 +89,7 @@ def test_any_value_comes_back_to_the_bit(path):
     for _ in range(5):
         values = {
             row.name: float(round(value)) if row.whole else value
-            for row in parameter_table()
+            for row in load_controller().table
             for value in [chance.uniform(row.minimum, row.maximum)]
         }
         values["kp_position_xy"] = 1.23e-7
@@ -160,8 +159,8 @@ def test_a_restored_state_is_one_more_state(path):
 
 
 def test_the_oldest_states_go(path, monkeypatch):
-    assert MOST_SAVES == 200
-    monkeypatch.setattr(gain_files, "MOST_SAVES", 3)
+    assert MAX_HISTORY_SAVES == 200
+    monkeypatch.setattr(gain_files, "MAX_HISTORY_SAVES", 3)
     for value in range(6):
         save_gains(path, GainFile("quad", f"{value}", {"kp_roll": float(value)}))
     file = load_gains(path)
@@ -232,8 +231,8 @@ def test_a_history_of_what_is_no_longer_a_parameter_can_be_read_but_not_restored
 
 
 def test_all_defaults_can_be_saved(path):
-    save_gains(path, GainFile("", "", parameter_table().defaults()))
-    assert load_gains(path).gains == parameter_table().defaults()
+    save_gains(path, GainFile("", "", load_controller().table.defaults()))
+    assert load_gains(path).gains == load_controller().table.defaults()
 
 
 SCHEDULED = """\

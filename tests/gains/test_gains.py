@@ -6,15 +6,10 @@ import pytest
 
 from workbench.common.errors import WorkbenchError
 from workbench.common.resources import find_model, list_models
-from workbench.gains.gains import (
-    Gain,
-    choose_gains,
-    flight_gains,
-    load_gains,
-    rule_gains,
-)
+from workbench.control.controller_file import load_controller
+from workbench.gains.gain_choice import Gain, choose_gains, flight_gains, rule_gains
+from workbench.gains.gains import load_gains
 from workbench.plant.loading import load_vehicle
-from workbench.scenario.parameters import parameter_table
 
 TEXT = """vehicle: quad
 origin: by hand
@@ -93,13 +88,13 @@ def test_a_file_without_gains_is_refused(write, text):
 
 
 def test_a_vehicle_without_a_gain_file_has_the_rules(vehicle):
-    assert flight_gains(vehicle) == {**parameter_table().defaults(), **rule_gains(vehicle)}
+    assert flight_gains(vehicle) == {**load_controller().table.defaults(), **rule_gains(vehicle)}
 
 
 def test_a_vehicles_own_gain_file_goes_on_top_of_the_rule(vehicle, write):
     write("gains: {kp_roll: 99.0}\n")
     assert flight_gains(vehicle) == {
-        **parameter_table().defaults(),
+        **load_controller().table.defaults(),
         **rule_gains(vehicle),
         "kp_roll": 99.0,
     }
@@ -117,7 +112,7 @@ def test_every_layer_goes_on_top_of_the_one_before_and_says_so(vehicle, write, t
     assert chosen["max_height"] == Gain(120.0, "default")
     values = flight_gains(vehicle, str(file), {"kp_roll": 11.0})
     assert values == {name: gain.value for name, gain in chosen.items()}
-    assert list(values) == list(parameter_table().defaults())
+    assert list(values) == list(load_controller().table.defaults())
 
 
 def test_what_is_wrong_in_any_layer_is_refused(vehicle, write):
@@ -144,4 +139,4 @@ def test_shipped_gains_are_for_the_vehicle_they_lie_beside(model):
     file = load_gains(path)
     assert file.vehicle == model
     assert file.origin
-    assert set(file.gains) <= set(parameter_table().defaults())
+    assert set(file.gains) <= set(load_controller().table.defaults())

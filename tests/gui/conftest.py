@@ -1,28 +1,30 @@
 """A workspace with nothing of the user's in it, a flight in a can for it to show, and a mouse."""
 
+import gc
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, replace
+from functools import partial
 
-import numpy as np
 import pytest
-from PyQt6.QtCore import QEvent, QPoint, QPointF, QSettings, Qt
+from PyQt6.QtCore import QCoreApplication, QEvent, QPoint, QPointF, QSettings, Qt
 from PyQt6.QtGui import QMouseEvent, QWheelEvent
 from PyQt6.QtTest import QTest
 from PyQt6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
-from workbench.analysis.questions import FlyAgain
-from workbench.analysis.replies import FlownAgain
+from workbench.gui import click_guard
 from workbench.gui.charts.chart import Chart
 from workbench.gui.main_window import MainWindow
 from workbench.gui.preferences import Preferences
-from workbench.gui.screen_table import SCREENS
+from workbench.gui.screen_table import SCREEN_TABLE
 from workbench.gui.style import apply_style
+from workbench.gui.theme import Look
 from workbench.gui.workspace import make_workspace
 from workbench.link.backplane import Published
 from workbench.live.messages import Pace, Phase
+from workbench.live.orders import FlightOrder
 from workbench.live.view import LiveView
 from workbench.scenario.scenario import Action, Scenario, SensorsConfig
 from workbench.session.session import Session
@@ -93,35 +95,6 @@ def canned() -> Canned:
     return Canned(tuple(views), tuple(published))
 
 
-@pytest.fixture(scope="session")
-def fly_again():
-    """Returns a question about a logged flight, and an answer: 0.1 m to the side of it."""
-
-    def make(question: FlyAgain, **other) -> tuple[FlyAgain, FlownAgain]:
-        time = np.linspace(4.0, 24.0, 400)
-        logged = np.column_stack([np.sin(time + phase) for phase in range(6)])
-        values = {
-            "vehicle": "dh_drone",
-            "logged_vehicle": "dh_drone",
-            "doubt": "",
-            "flown": "pd",
-            "flown_gains": {name: question.gains[name] for name in ("kp_pitch", "kp_velocity_x")},
-            "setpoint": logged[:, :3],
-            "other": logged + 0.1,
-            "low": logged + 0.08,
-            "high": logged + 0.12,
-            "off_setpoint": np.array([[0.0] * 3, [0.1] * 3]),
-            "difference": np.full(6, 0.1),
-            "band": np.full(6, 0.02),
-            "stays": True,
-            "lost": 0,
-            "drawn": 1 + question.draws,
-        }
-        return question, FlownAgain(time=time, logged=logged, **{**values, **other})
-
-    return make
-
-
 @pytest.fixture
 def workspace(qapp, tmp_path):
     """A workspace without a flight; settings go to a folder of the test's own."""
@@ -141,24 +114,52 @@ def shared_workspace(qapp, tmp_path_factory):
 @pytest.fixture(scope="module")
 def shared_window(request, qapp, shared_workspace, tmp_path_factory):
     """The real window with all its screens made, while nothing flies, for the tests of a file."""
-    with no_thread_more():
+    with no_thread_more(), own_style(qapp) as style:
+        style(shared_workspace.look)  # first: a style takes seconds where a window stands
         yield from _window(request, qapp, shared_workspace, tmp_path_factory)
         shared_workspace.close()
 
 
+@pytest.fixture
+def style(qapp):
+    """Return what gives the app its style until the end of the test."""
+    with own_style(qapp) as styled:
+        yield styled
+
+
+@contextmanager
+def own_style(app: QApplication) -> Iterator[Callable[[Look], None]]:
+    """Return what styles the app: later tests have it plain again, and take half the time.
+
+    Screens that earlier tests left would be styled, too.
+    """
+    gc.collect()
+    delete_widgets()
+    name, font, palette = app.style().name(), app.font(), app.palette()
+    yield partial(apply_style, app)
+    app.setStyleSheet("")
+    app.setPalette(palette)
+    app.setFont(font)
+    app.setStyle(name)
+
+
+def delete_widgets() -> None:
+    """Delete the widgets that are to be deleted later, as an event loop does; no test has one."""
+    QCoreApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
+
+
 def _window(request, qapp, shared_workspace, tmp_path_factory):
     shared_workspace.preferences.set("log_folder", str(tmp_path_factory.mktemp("logs")))
-    apply_style(qapp, shared_workspace.look)  # first: a style takes seconds where a window stands
     made = MainWindow(shared_workspace, first="home", view3d=False)
     made.show()
     made.activateWindow()
     QtBot(request).waitUntil(lambda: made.stack.name == "home", timeout=120_000)
-    for row in SCREENS:
+    for row in SCREEN_TABLE:
         made.stack.screen_of(row.name)
     yield made
     made.close()
     made.deleteLater()  # nor does it stand in the way of the next file's
-    qapp.sendPostedEvents(made, QEvent.Type.DeferredDelete)
+    delete_widgets()
 
 
 @pytest.fixture
@@ -174,6 +175,26 @@ def qtbot(qtbot, monkeypatch):
     for name in ("waitUntil", "waitSignal"):
         monkeypatch.setattr(qtbot, name, patient(getattr(qtbot, name)))
     return qtbot
+
+
+@pytest.fixture(autouse=True)
+def hasty():
+    """Let buttons act on the mouse at once: a test aims at what it clicks, see `click_guard`.
+
+    By a patch of its own: a test's `monkeypatch` is undone before its workspace closes.
+    """
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(click_guard, "FRESH_BUTTON_S", 0.0)
+        yield
+
+
+@pytest.fixture
+def guarded_clock(hasty, monkeypatch):
+    """The clock of guarded buttons, which a test sets forward by half a second [s]."""
+    now = [100.0]
+    monkeypatch.setattr(click_guard, "FRESH_BUTTON_S", 0.5)
+    monkeypatch.setattr(click_guard, "monotonic", lambda: now[0])
+    return now
 
 
 @pytest.fixture
@@ -194,25 +215,16 @@ def show(workspace, monkeypatch):
     return show_view
 
 
-class Orders:
-    """A live flight that notes what it is asked for."""
-
-    def __init__(self):
-        self.given = []
-
-    def __getattr__(self, name):
-        if name == "checkpoint":  # the ghost asks for it, and no key
-            return lambda: None
-        return lambda *args: self.given.append((name, *args))
-
-
 @pytest.fixture
 def orders(window, workspace, canned, unasked, monkeypatch):
     """What a flight out of a can is asked for."""
-    made = Orders()
-    monkeypatch.setattr(
-        workspace.flight, "order", lambda give, done=None, refused=None: give(made) and None
-    )
+    made = []
+
+    def do(order, done=None, refused=None):
+        if order is not FlightOrder.GET_CHECKPOINT:  # the ghost asks for it, and no key
+            made.append(order)
+
+    monkeypatch.setattr(workspace.flight, "do", do)
     workspace.flight.begun.emit(canned.views[0])
     return made
 
@@ -235,6 +247,7 @@ def no_thread_is_left(request):
     shared = "shared_window" in request.fixturenames
     with nullcontext() if shared else no_thread_more():
         yield
+    delete_widgets()
 
 
 @contextmanager
@@ -306,15 +319,20 @@ class Mouse:
         """Click twice at a time."""
         QTest.mouseDClick(self._widget, Qt.MouseButton.LeftButton, pos=self.place(time))
 
-    def wheel(self, time: float, steps: int, control: bool = False) -> None:
-        """Turn the wheel at a time."""
+    def wheel(
+        self,
+        time: float,
+        steps: int,
+        held: Qt.KeyboardModifier = Qt.KeyboardModifier.ControlModifier,
+    ) -> bool:
+        """Turn the wheel at a time; return whether the chart took it from the page."""
         at = QPointF(self.place(time))
-        held = Qt.KeyboardModifier.ControlModifier if control else Qt.KeyboardModifier.NoModifier
         event = QWheelEvent(
             *(at, self._widget.mapToGlobal(at), QPoint(), QPoint(0, 120 * steps)),
             *(Qt.MouseButton.NoButton, held, Qt.ScrollPhase.NoScrollPhase, False),
         )
         QApplication.sendEvent(self._widget, event)
+        return event.isAccepted()
 
 
 @pytest.fixture

@@ -3,22 +3,29 @@
 import dataclasses
 import os
 import signal
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 from PyQt6.QtCore import QThread
 
-from workbench.analysis.questions import DrawMap, FindRanges, Judge, Pin, Predict, Step, Tune, Weigh
-from workbench.control.controller import load_controller
+from workbench.analysis.queries import (
+    DrawMap,
+    FindRanges,
+    Judge,
+    Predict,
+    RegressionCase,
+    RequestedStep,
+    Sensitivities,
+    Tune,
+)
+from workbench.control.controller_file import load_controller
 from workbench.gui.analysis import Analysis
 from workbench.gui.notices import Notices, Severity
 from workbench.scenario.scenario import Scenario, VehicleConfig
 
 ENOUGH = 120_000
 """No test waits so long unless it fails [ms]."""
-STEP = Step("x", 2.0, 1.0)
+STEP = RequestedStep("x", 2.0, 1.0)
 
 
 class Heard:
@@ -98,7 +105,7 @@ def test_before_a_flight_there_is_nothing_to_judge(analysis, heard):
     analysis.ask(Judge({}))
     assert heard.refused == [(Judge({}), "there is nothing to judge yet: open a scenario first")]
     assert not analysis.banner
-    analysis.ask(Weigh({}, STEP))
+    analysis.ask(Sensitivities({}, STEP))
     assert [each.severity for each in analysis.banner] == [Severity.WARNING]
 
 
@@ -111,9 +118,9 @@ def test_what_comes_in_streams_is_refused_beside_it_and_the_rest_in_the_banner_t
     assert heard.refused[0][0] == Judge({"kp_rol": 1.0})
     assert "did you mean 'kp_roll'" in heard.refused[0][1]
     assert not analysis.banner
-    analysis.ask(Pin(tmp_path / "a.yaml", {}, STEP))
+    analysis.ask(RegressionCase(tmp_path / "a.yaml", {}, STEP))
     qtbot.waitUntil(lambda: len(heard.refused) == 2, timeout=ENOUGH)
-    assert "name it NAME.spec.yaml" in analysis.banner[0].what
+    assert "name it NAME.workbench.yaml" in analysis.banner[0].what
 
 
 def test_nothing_starts_before_it_is_needed_and_the_same_flight_keeps_it(qtbot, analysis, heard):
@@ -130,6 +137,7 @@ def test_nothing_starts_before_it_is_needed_and_the_same_flight_keeps_it(qtbot, 
     assert before[1] is None
 
 
+@pytest.mark.slow
 def test_another_flight_forgets_what_was_asked_and_judges_anew(qtbot, analysis, heard):
     analysis.begin(Scenario(), {})
     analysis.ask(Judge({}))
@@ -184,6 +192,7 @@ def test_a_killed_analyst_is_told_and_asked_again(qtbot, analysis, heard):
     )
 
 
+@pytest.mark.slow
 def test_an_analyst_that_has_given_up_is_another_one_once_the_scenario_is_opened_again(
     qtbot, analysis, heard
 ):
@@ -200,15 +209,6 @@ def test_an_analyst_that_has_given_up_is_another_one_once_the_scenario_is_opened
     analysis.begin(Scenario(), {})
     analysis.ask(Judge({}))
     qtbot.waitUntil(lambda: bool(heard.of(Judge)), timeout=ENOUGH)
-
-
-def test_it_loads_nothing_heavy():
-    code = (
-        "import sys, workbench.gui.analysis\n"
-        "print(sorted({'pydrake', 'numba', 'scipy', 'control', 'matplotlib'} & set(sys.modules)))"
-    )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.strip() == "[]"
 
 
 def test_another_text_of_the_controller_is_judged_anew(analysis):

@@ -7,7 +7,7 @@ import threading
 import pytest
 from PyQt6.QtCore import QTimer
 
-from workbench.gui.app import LONGEST_WORDS, CrashGuard
+from workbench.gui.app import MAX_ERROR_CHARACTERS, CrashGuard
 from workbench.gui.notices import Severity
 
 
@@ -54,7 +54,7 @@ def test_the_next_slot_is_called_as_ever(guard, told, qtbot):
 def test_long_words_are_cut_in_the_banner_and_whole_in_the_details(guard, told, qtbot):
     QTimer.singleShot(0, lambda: fall("x" * 5000))
     qtbot.waitUntil(lambda: bool(told), timeout=5000)
-    assert len(told[0].what) < LONGEST_WORDS + 120
+    assert len(told[0].what) < MAX_ERROR_CHARACTERS + 120
     assert "x" * 5000 in told[0].details
 
 

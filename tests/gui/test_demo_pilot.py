@@ -5,16 +5,9 @@ import dataclasses
 import pytest
 
 from workbench.control.mode import FlightMode
-from workbench.gui.app import LEG, ROUND, DemoPilot
+from workbench.gui.app import DEMO_WAYPOINTS_M, WAYPOINT_INTERVAL_S, DemoPilot
 from workbench.live.messages import Phase
-
-
-class Asked:
-    def __init__(self, orders):
-        self._orders = orders
-
-    def __getattr__(self, name):
-        return lambda *args: self._orders.append((name, *args))
+from workbench.scenario.scenario import Action
 
 
 @pytest.fixture
@@ -28,8 +21,8 @@ def pilot(workspace, canned, monkeypatch, orders):
     made = DemoPilot(workspace.flight, workspace.notices)
     clock = [0.0]
 
-    def order(give, done, refused=None):
-        give(Asked(orders))
+    def do(order, done, refused=None):
+        orders.append(order)
         done(clock[0])
 
     def show(mode, time, place=None, phase=Phase.FLYING):
@@ -40,7 +33,7 @@ def pilot(workspace, canned, monkeypatch, orders):
         view = dataclasses.replace(canned.views[0], snapshot=snapshot, phase=phase)
         workspace.flight.viewed.emit(view)
 
-    monkeypatch.setattr(workspace.flight, "order", order)
+    monkeypatch.setattr(workspace.flight, "do", do)
     made.show = show
     return made
 
@@ -54,24 +47,28 @@ def take_off(pilot):
 
 def test_it_takes_off_once_and_flies_to_the_first_place(pilot, orders):
     take_off(pilot)
-    assert orders == [("request", "take_off"), ("go_to", ROUND[0])]
+    assert orders == [Action(request="take_off"), Action(go_to=[*DEMO_WAYPOINTS_M[0]])]
 
 
 def test_it_flies_the_round_again_and_again(pilot, orders):
     take_off(pilot)
     for number in range(1, 9):
-        time = 3.0 + number * LEG
-        pilot.show(FlightMode.CRUISING, time - 0.1, ROUND[(number - 1) % 4])
-        pilot.show(FlightMode.HOVERING, time, ROUND[(number - 1) % 4])
-    assert [place for _, place in orders[1:]] == [*ROUND, *ROUND, ROUND[0]]
+        time = 3.0 + number * WAYPOINT_INTERVAL_S
+        pilot.show(FlightMode.CRUISING, time - 0.1, DEMO_WAYPOINTS_M[(number - 1) % 4])
+        pilot.show(FlightMode.HOVERING, time, DEMO_WAYPOINTS_M[(number - 1) % 4])
+    assert [tuple(order.go_to) for order in orders[1:]] == [
+        *DEMO_WAYPOINTS_M,
+        *DEMO_WAYPOINTS_M,
+        DEMO_WAYPOINTS_M[0],
+    ]
 
 
 @pytest.mark.parametrize(
     ("mode", "place", "why"),
     [
         (FlightMode.CRUISING, None, "somebody else flies"),
-        (FlightMode.LANDING, ROUND[0], "the drone lands"),
-        (FlightMode.OFF, ROUND[0], "the drone lands"),
+        (FlightMode.LANDING, DEMO_WAYPOINTS_M[0], "the drone lands"),
+        (FlightMode.OFF, DEMO_WAYPOINTS_M[0], "the drone lands"),
     ],
 )
 def test_it_leaves_the_drone_to_whoever_else_flies(pilot, orders, told, mode, place, why):
@@ -101,7 +98,7 @@ def test_it_flies_in_no_other_scenario(pilot, orders, workspace, canned):
     assert orders == []
     workspace.flight.begun.emit(first)
     pilot.show(FlightMode.OFF, 0.0)
-    assert orders == [("request", "take_off")]
+    assert orders == [Action(request="take_off")]
 
 
 def test_a_pause_is_waited_for(pilot, orders):

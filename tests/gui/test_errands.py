@@ -6,7 +6,7 @@ from concurrent.futures import Future
 import pytest
 
 from workbench.common.errors import WorkbenchError
-from workbench.gui.errands import Answers, Errands
+from workbench.gui.errands import BackgroundTasks, FutureCallbacks
 
 ENOUGH = 30.0
 """No test waits so long unless it fails [s]."""
@@ -14,7 +14,7 @@ ENOUGH = 30.0
 
 @pytest.fixture
 def errands():
-    made = Errands()
+    made = BackgroundTasks()
     yield made
     made.close()
 
@@ -50,7 +50,7 @@ def refusals():
 
 @pytest.fixture
 def answers(qapp, refusals):
-    return Answers(refusals.append)
+    return FutureCallbacks(refusals.append)
 
 
 def in_a_thread(work):

@@ -12,6 +12,7 @@ from workbench.gui import recorder
 from workbench.gui.notices import Severity
 from workbench.live.choice import Choice
 from workbench.live.messages import Phase
+from workbench.scenario.scenario import Action, Push
 
 LIMIT = 60_000
 CONTROL = Qt.KeyboardModifier.ControlModifier
@@ -58,7 +59,7 @@ def fly_again(window, qtbot):
 
 def test_a_flight_that_diverges_is_told_and_begun_again(window, failure, qtbot):
     far = (10.0, 10.0, 10.0)
-    window.workspace.flight.order(lambda live: live.push((1000.0, 1000.0, 1000.0), far, 100.0))
+    window.workspace.flight.do(Action(push=Push([1000.0, 1000.0, 1000.0], [*far], 100.0)))
     notice = failure("the flight broke off after")
     assert "Reset" in notice.remedy
     assert window.workspace.flight.view.phase is Phase.BROKEN

@@ -8,12 +8,13 @@ import numpy as np
 import pytest
 
 from workbench.common.errors import WorkbenchError
-from workbench.control.controller import load_controller
+from workbench.control.controller_file import load_controller
 from workbench.gui.flight_control import FlightControl
-from workbench.gui.flight_model import of_last_flight
+from workbench.gui.flight_model import since_last_restart
 from workbench.live.choice import Choice
 from workbench.live.messages import Phase
-from workbench.scenario.scenario import Scenario
+from workbench.live.orders import FlightOrder, SetSpeed
+from workbench.scenario.scenario import Action, Scenario
 
 START = 60_000
 OWN = Path(__file__).parents[1] / "controllers/cascade.py"
@@ -40,13 +41,13 @@ def test_a_flight_begins_obeys_and_begins_anew(workspace, heard, told, qtbot):
     assert len(time) > 50
 
     answered, refused = [], []
-    flight.order(lambda live: live.set("max_tilt", 0.3), answered.append)
-    flight.order(lambda live: live.set("max_tilt", 99.0), None, refused.append)
-    flight.order(lambda live: live.set("max_tlt", 0.3))
+    flight.do(Action(set={"max_tilt": 0.3}), answered.append)
+    flight.do(Action(set={"max_tilt": 99.0}), None, refused.append)
+    flight.do(Action(set={"max_tlt": 0.3}))
     qtbot.waitUntil(lambda: bool(answered and refused and told), timeout=START)
     assert "within" in refused[0] and "max_tlt" in told[0].what
 
-    flight.order(lambda live: live.reset())
+    flight.do(FlightOrder.RESET)
     qtbot.waitUntil(lambda: len(begun) == 2, timeout=START)
     assert begun[1].snapshot.time < 0.5
 
@@ -89,8 +90,8 @@ def test_what_a_flight_warns_of_is_a_notice(workspace, heard, told, qtbot):
     flight.fly(Choice("hover"), draw=False)
     qtbot.waitUntil(lambda: bool(begun), timeout=START)
     # 1 % a second, and so little above the reserve that it is used up at once
-    flight.order(lambda live: live.set_all({"battery_duration": 100.0, "battery_reserve": 0.9}))
-    flight.order(lambda live: live.set_speed(10.0))
+    flight.do(Action(set={"battery_duration": 100.0, "battery_reserve": 0.9}))
+    flight.do(SetSpeed(10.0))
     qtbot.waitUntil(lambda: len(told) >= 2, timeout=START)
     said = [notice.what.replace("\N{NO-BREAK SPACE}", " ") for notice in told]
     assert said[0].endswith("the drone lands at 90 %") and said[0].startswith("battery low: ")
@@ -100,13 +101,13 @@ def test_what_a_flight_warns_of_is_a_notice(workspace, heard, told, qtbot):
 def test_after_a_reset_only_samples_of_the_new_flight_are_shown(canned):
     old = [part for parts in canned.published[100:103] for part in parts]
     new = [part for parts in canned.published[:3] for part in parts]
-    assert of_last_flight([*old, *new], canned.views[2]) == new
-    assert of_last_flight(new, canned.views[2]) == new
-    assert of_last_flight(old, canned.views[2]) == []
+    assert since_last_restart([*old, *new], canned.views[2]) == new
+    assert since_last_restart(new, canned.views[2]) == new
+    assert since_last_restart(old, canned.views[2]) == []
 
 
 def test_without_a_flight_an_order_is_a_sentence(workspace, told):
-    workspace.flight.order(lambda live: live.pause())
+    workspace.flight.do(FlightOrder.PAUSE)
     assert "nothing flies" in told[0].what
 
 
@@ -150,11 +151,11 @@ def test_a_reset_is_noticed_where_time_stands_at_the_start(workspace, heard, qtb
     begun, _ = heard
     flight = workspace.flight
     flight.fly(Choice("hover"), draw=False)
-    flight.order(lambda live: live.pause())
-    flight.order(lambda live: live.reset())
+    flight.do(FlightOrder.PAUSE)
+    flight.do(FlightOrder.RESET)
     qtbot.waitUntil(lambda: bool(begun) and begun[-1].snapshot.time == 0.0, timeout=START)
     before = len(begun)
-    flight.order(lambda live: live.reset())
+    flight.do(FlightOrder.RESET)
     qtbot.waitUntil(lambda: len(begun) > before, timeout=START)
     assert begun[-1].snapshot.time == 0.0
     assert begun[-1].phase is Phase.PAUSED
@@ -165,8 +166,8 @@ def test_what_a_flight_refuses_that_was_replaced_is_not_told(workspace, heard, t
     begun, _ = heard
     flight, refused = workspace.flight, []
     flight.fly(Choice("hover"), draw=False)
-    flight.order(lambda live: live.set("max_tilt", 0.3))
-    flight.order(lambda live: live.set("max_tilt", 0.3), None, refused.append)
+    flight.do(Action(set={"max_tilt": 0.3}))
+    flight.do(Action(set={"max_tilt": 0.3}), None, refused.append)
     flight.fly(Choice("hover"), draw=False)
     qtbot.waitUntil(lambda: bool(begun and refused), timeout=START)
     assert refused == ["the flight is closed"]

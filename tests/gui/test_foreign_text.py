@@ -23,6 +23,7 @@ from PyQt6.QtWidgets import (
     QGraphicsView,
     QLabel,
     QLineEdit,
+    QMessageBox,
     QPlainTextEdit,
     QTabBar,
     QTextEdit,
@@ -31,18 +32,20 @@ from PyQt6.QtWidgets import (
 
 import workbench.gui
 from tests.hostile_names import LONGEST, NAMES, acting
+from workbench.common.flight import Flight
 from workbench.common.plain_text import plain_name, plain_text
-from workbench.gui.charts.canvas import LONGEST_AXIS, NumberAxis
+from workbench.common.series import Series
+from workbench.gui.arguments_dialog import ArgumentsDialog
 from workbench.gui.charts.curve import CurveStyle
-from workbench.gui.charts.legend import JOINER, Entry, Legend
-from workbench.gui.instruments.instrument import Hint
-from workbench.gui.labels import MARKUP, ElidedLabel, Label, set_tip, tip_text
-from workbench.gui.main_window import ArgumentsDialog
-from workbench.gui.screen_table import SCREENS
-from workbench.gui.visualization.log_messages import LogContents
-from workbench.gui.visualization.log_worker import short_name
+from workbench.gui.charts.legend import WORD_JOINER, Legend, LegendEntry
+from workbench.gui.charts.number_axis import MAX_AXIS_NAME_CHARACTERS, NumberAxis
+from workbench.gui.instruments.readout import Hint
+from workbench.gui.labels import TIP_MARKUP, Label, WrappedName, set_tip, tip_text
+from workbench.gui.screen_table import SCREEN_TABLE
+from workbench.gui.tuning.card import ToneLabel
+from workbench.gui.visualization.log_worker import short_series_name
 from workbench.link.backplane import ClientStatus, ServerStatus
-from workbench.link.messages import ControlState, Hand, Role, Stage
+from workbench.link.messages import ControlOwner, ControlState, LinkLossStage, Role
 from workbench.live.messages import NetworkView
 from workbench.plant.formats.xacro import XacroArgument
 
@@ -50,13 +53,24 @@ GUI = Path(workbench.gui.__file__).parent
 PLACES = {
     "labels.py": "QLabel setToolTip setTextFormat escape",
     "charts/legend.py": "QLabel setTextFormat RichText html_text",
-    "charts/canvas.py": "setHtml setLabel html_text TextItem",
-    "tuning/map_card.py": "PlotWidget TextItem",
-    "tuning/poles_card.py": "PlotWidget",
-    "visualization/visualization_screen.py": "setToolTip",  # of a column's head
+    "charts/canvas.py": "setHtml html_text TextItem",
+    "charts/number_axis.py": "setLabel html_text",
+    "home/heading_tape.py": "PlotWidget",
+    "home/lidar_card.py": "TextItem",
+    "home/path_map.py": "TextItem",
+    "instruments/plane_view.py": "PlotWidget TextItem setLabel html_text",
+    "joystick/handling_panel.py": "TextItem",
+    "tuning/map_view.py": "PlotWidget TextItem setLabel html_text",
+    "tuning/nyquist_plot.py": "PlotWidget setLabel",
+    "tuning/pole_plane.py": "PlotWidget setLabel",
+    "tuning/weights_card.py": "PlotWidget TextItem",
+    "visualization/cloud_view.py": "TextItem",
+    "visualization/frames_page.py": "setToolTip",  # of a column's head
     "help.py": "QTextBrowser QTextDocument setMarkdown setWhatsThis html_text",
     "number_field.py": "setToolTip",
-    "main_window.py": "QMessageBox setTextFormat",
+    "key_map.py": "escape",  # of a pattern
+    "tuning/session_report.py": "html_text",
+    "unsaved_question.py": "QMessageBox setTextFormat",
     "gains/gain_bar.py": "QInputDialog",
 }
 """What each file may use of the names below, because it shows words of ours, or escapes others."""
@@ -178,9 +192,11 @@ def faults(texts) -> list[tuple[str, str]]:
     return [
         (place, ascii(text[:100]))
         for place, text in texts
-        if acting(text, f"\n\t{JOINER}")
+        if acting(text, f"\n\t{WORD_JOINER}")
         or len(text) > LONGEST
-        or (place.startswith("tip") and Qt.mightBeRichText(text) and not text.startswith(MARKUP))
+        or (
+            place.startswith("tip") and Qt.mightBeRichText(text) and not text.startswith(TIP_MARKUP)
+        )
     ]
 
 
@@ -204,7 +220,7 @@ def view_of(view, names):
         ClientStatus(peer, name(peer), name(peer + 1), "tcp", Role.COMMAND, 1.0, 0.1, 0, 0)
         for peer in range(1, 5)
     )
-    control = ControlState(Hand.CLIENT, 1, name(2), Stage.LIVE, 0.0, name(3))
+    control = ControlState(ControlOwner.CLIENT, 1, name(2), LinkLossStage.LIVE, 0.0, name(3))
     refusals = {"bad": 2 * next(VIEWS)}  # two more than in the last view
     log = (name(4), name(5))
     server = ServerStatus("127.0.0.1:7000", "http://127.0.0.1/", clients, refusals, log)
@@ -230,18 +246,10 @@ def log_of(names):
     time = np.linspace(0.0, 3.0, 50)
     units = {}
     for name, other in zip(names, names[1:], strict=False):
-        units[short_name(f"{name}.{other}", units)] = name
-    return LogContents(
-        path=Path("/tmp") / names[0].replace("/", "_").replace("\0", "")[:200],
-        vehicle=names[1],
-        begin=0.0,
-        end=3.0,
-        remark=names[2],
-        units=units,
-        times={"topic": time},
-        values={name: np.sin(time) for name in units},
-        topic_of=dict.fromkeys(units, "topic"),
-    )
+        units[short_series_name(f"{name}.{other}", units)] = name
+    file = names[0].replace("/", "_").replace("\0", "")[:200]
+    signals = {name: Series(name, unit, time, np.sin(time)) for name, unit in units.items()}
+    return Flight(names[1], Path("/tmp") / file, "", signals, remarks=(names[2],), end=3.0)
 
 
 @pytest.fixture(scope="module")
@@ -281,7 +289,7 @@ def test_no_name_acts_anywhere_in_the_window(window, shared_workspace, fly, cann
         for name in [*screen.charts._source.units][:6]:
             screen.charts.board.add_signal(name)
         screen.charts.add_overlay(names[3], log_of(names))
-        for row in SCREENS:
+        for row in SCREEN_TABLE:
             window.show_screen(row.name)
             qapp.processEvents()
             window.grab()
@@ -300,9 +308,11 @@ def picture(tmp_path_factory):
     return path
 
 
-@pytest.mark.parametrize("make", [Label, ElidedLabel], ids=["label", "elided label"])
+@pytest.mark.parametrize("make", [Label, WrappedName, ToneLabel])
 def test_a_label_opens_no_picture(qapp, picture, make):
-    named, plain = make(f"<img src='{picture}'>"), make(f"[img src='{picture}']")
+    named, plain = make(), make()
+    named.setText(f"<img src='{picture}'>")
+    plain.setText(f"[img src='{picture}']")
     assert named.sizeHint().height() == plain.sizeHint().height() < 100
     late = make()
     late.setText(f"a <img src='{picture}'>")
@@ -318,7 +328,7 @@ def test_a_tool_tip_shows_what_it_is_given(qapp, case):
             assert page.toPlainText() == plain_text(f"line one <b>\n{name}")
             box = QAction(tip)
             set_tip(box, name)
-            assert Qt.mightBeRichText(box.toolTip()) is box.toolTip().startswith(MARKUP)
+            assert Qt.mightBeRichText(box.toolTip()) is box.toolTip().startswith(TIP_MARKUP)
 
 
 def test_a_legend_renders_its_own_tags_alone(shared_workspace, case):
@@ -328,12 +338,14 @@ def test_a_legend_renders_its_own_tags_alone(shared_workspace, case):
         with case(name[:60]):
             legend.set_title(name)
             colour = look.colour("accent")
-            legend.show_entries([Entry(name, name, colour, CurveStyle.SOLID, 1, visible=True)])
+            legend.show_entries(
+                [LegendEntry(name, name, colour, CurveStyle.SOLID, 1, visible=True)]
+            )
             assert set(re.findall(r"<([^/ >]+)", legend.text())) <= {"a", "b", "span"}
-            assert acting(legend.text(), JOINER) == []
+            assert acting(legend.text(), WORD_JOINER) == []
             page = QTextDocument()
             page.setHtml(legend.text())
-            shown = page.toPlainText().replace(JOINER, "").replace("\N{NO-BREAK SPACE}", " ")
+            shown = page.toPlainText().replace(WORD_JOINER, "").replace("\N{NO-BREAK SPACE}", " ")
             assert shown.count(plain_name(name)) == 3
 
 
@@ -342,18 +354,18 @@ def test_the_name_of_an_axis_is_text(qapp, case):
     for name in NAMES:
         with case(name[:60]):
             axis.show_name(name)
-            assert axis.label.toPlainText().split() == plain_name(name, LONGEST_AXIS).split()
+            assert (
+                axis.label.toPlainText().split()
+                == plain_name(name, MAX_AXIS_NAME_CHARACTERS).split()
+            )
 
 
-def test_a_hint_in_place_of_an_instrument_is_bounded(shared_workspace, painted, case):
-    hint = Hint(shared_workspace.look, "Lidar")
-    hint.resize(300, 200)
+def test_a_hint_in_place_of_an_instrument_is_bounded(shared_workspace, case):
+    hint = Hint("Lidar")
     for name in NAMES:
         with case(name[:60]):
-            painted.clear()
             hint.say(name, f"{name} has no lidar in its description.")
-            hint.grab()
-            assert len(painted) == 2 and faults(painted) == []
+            assert faults(list(shown_texts(hint))) == []
 
 
 def test_no_name_widens_the_window(window, fly, canned, qapp):
@@ -361,12 +373,12 @@ def test_no_name_widens_the_window(window, fly, canned, qapp):
 
     def widths(names):
         fly(canned.views[0], names)
-        for row in SCREENS:
+        for row in SCREEN_TABLE:
             window.show_screen(row.name)
             qapp.processEvents()
         found = [window.minimumSizeHint().width()]
         return found + [
-            window.stack.screen_of(row.name).minimumSizeHint().width() for row in SCREENS
+            window.stack.screen_of(row.name).minimumSizeHint().width() for row in SCREEN_TABLE
         ]
 
     plain = widths(("plain",))
@@ -387,7 +399,7 @@ def test_dialogs_show_names_as_they_are(window, shared_workspace, monkeypatch, q
             screen = window.stack.current
             monkeypatch.setattr(type(screen), "unsaved", lambda screen, name=name: name)
             window._ask_to_save(print)
-            texts = dict.fromkeys(text for _, text in shown_texts(window._question))
+            texts = dict.fromkeys(text for _, text in shown_texts(window.findChild(QMessageBox)))
             assert plain_text(name) in texts
-            window._question.close()
+            window.findChild(QMessageBox).close()
             qapp.processEvents()

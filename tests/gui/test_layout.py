@@ -3,9 +3,8 @@
 import os
 import subprocess
 import sys
-from collections.abc import Iterator
 from dataclasses import replace
-from itertools import combinations, product
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -13,55 +12,45 @@ import pytest
 from PyQt6.QtCore import QEvent, QObject, Qt, QTimer
 from PyQt6.QtWidgets import (
     QAbstractButton,
-    QAbstractScrollArea,
     QAbstractSpinBox,
     QApplication,
     QComboBox,
     QLabel,
     QLineEdit,
-    QMainWindow,
-    QMenuBar,
-    QScrollArea,
-    QSizeGrip,
     QSlider,
-    QSplitterHandle,
-    QStackedWidget,
-    QTabBar,
     QTabWidget,
-    QToolButton,
     QWidget,
 )
 from pytestqt.qtbot import QtBot
 
-from workbench.analysis.questions import FlyAgain, Judge, Predict, Tune
-from workbench.analysis.replies import Tuned
-from workbench.analysis.subject import Subject
+from tests.gui.layout_faults import faults, painted_text
+from workbench.analysis.queries import Judge, Predict, Tune
+from workbench.analysis.replies import Searched, Tuned
+from workbench.analysis.subject import AnalysedVehicle
 from workbench.analysis.work import Work
 from workbench.analysis.worker import find_answerer
 from workbench.common.errors import WorkbenchError
-from workbench.gui.charts.canvas import Canvas
 from workbench.gui.gains.gain_panel import GainGroup
-from workbench.gui.help import about_page, keys_page
-from workbench.gui.labels import ElidedLabel
+from workbench.gui.help import about_page
+from workbench.gui.keys_page import KeysPage
 from workbench.gui.layout import hbox
-from workbench.gui.screen_table import SCREENS
-from workbench.gui.view3d.view3d_panel import View3d
+from workbench.gui.screen_table import SCREEN_TABLE
+from workbench.gui.tuning.drawn_loop import drawn_measurement
+from workbench.live.messages import Phase
+from workbench.scenario.excitation import ActiveExcitation, Excitation, Shape
 
-LEAST_CHART = 110
-"""Height below which a chart shows nothing [px]."""
-NARROWEST_SLIDER, WIDE_SLIDER, LARGE = 70, 120, 1800
-"""Least width of a slider, that in a large window, and width of a large window [px]."""
-INNER = (QAbstractSpinBox, QComboBox, QTabBar, QAbstractScrollArea)
-"""They lay their parts out by themselves."""
 CONTROLS = (QAbstractButton, QAbstractSpinBox, QComboBox, QLineEdit, QSlider)
 SCALE = float(os.environ.get("QT_SCALE_FACTOR", "1"))
 SIZES = (
-    ((1024, 640), (1024, 700), (1280, 720), (1366, 768), (1920, 1080), (3840, 2160))
+    ((1024, 640), (1024, 700), (1280, 720), (1366, 768), (1920, 1080), (2560, 1440), (3840, 2160))
     if SCALE == 1.0
-    else tuple((round(x / SCALE), round(y / SCALE)) for x, y in ((1920, 1080), (3840, 2160)))
+    else tuple(
+        (round(x / SCALE), round(y / SCALE)) for x, y in ((1920, 1080), (2560, 1440), (3840, 2160))
+    )
 )
 """Of the window, in Qt's pixels: where Qt scales, each is several of the screen's."""
-FEW_SIZES = tuple(dict.fromkeys((SIZES[0], SIZES[len(SIZES) // 2], SIZES[-1])))
+SMALL, NARROW = (1280, 720), (1024, 700)
+FEW_SIZES = tuple(dict.fromkeys((SIZES[0], SMALL, SIZES[-1])))
 TIME = np.linspace(0.0, 2.0, 50)
 TUNED = Tuned(
     before={"kp_velocity_x": 4.45},
@@ -75,103 +64,6 @@ TUNED = Tuned(
     steps={"x": (TIME, TIME, 0.5 * TIME)},
     said=("The overshoot is at odds with the rise time.",),
 )
-
-
-def faults(window: QWidget) -> Iterator[str]:
-    """Yield a sentence for each fault of the widgets that can be seen."""
-    for each in (window, *window.findChildren(QWidget)):
-        if not each.isVisible() or isinstance(each.parent(), INNER):
-            continue
-        yield from _cut_text(each)
-        if isinstance(each, Canvas) and each.height() < LEAST_CHART:
-            yield f"{_name(each)} is {each.height()} px high"
-        least = WIDE_SLIDER if window.width() >= LARGE else NARROWEST_SLIDER
-        if isinstance(each, QSlider) and each.width() < least:
-            yield f"{_name(each)} is {each.width()} px wide"
-        if isinstance(each, QTabBar):
-            needed = each.tabRect(each.count() - 1).right() - each.tabRect(0).left()
-            beside = any(view.isVisible() for view in window.findChildren(View3d))
-            if needed > each.width() and not beside:  # there they may be scrolled, by arrows
-                yield f"tabs of {_name(each)} are cut: {each.width()} of {needed} px"
-        if isinstance(each, QScrollArea) and each.horizontalScrollBar().maximum() > 0:
-            yield f"{_name(each)} is cut: {each.horizontalScrollBar().maximum()} px too wide"
-        if not isinstance(each, INNER):
-            yield from _places(each)
-
-
-def _cut_text(each: QWidget) -> Iterator[str]:
-    """Yield whether a text is cut that no tool tip has."""
-    if isinstance(each, ElidedLabel) or _paints_itself(each):
-        return
-    if isinstance(each, QLabel) and each.text() and each.pixmap().isNull():
-        room = each.contentsRect()
-        if each.wordWrap():
-            if each.heightForWidth(each.width()) > each.height() + 1:
-                yield f"{_name(each)} is cut below"
-        elif each.sizeHint().width() > each.width() + 1:
-            yield f"{_name(each)} is cut: {room.width()} of {each.sizeHint().width()} px"
-        elif each.sizeHint().height() > each.height() + 3:
-            yield f"{_name(each)} is cut in height"
-    if isinstance(each, QAbstractButton) and each.text():
-        icon_only = (
-            isinstance(each, QToolButton)
-            and each.toolButtonStyle() is Qt.ToolButtonStyle.ToolButtonIconOnly
-            and not each.icon().isNull()
-        )
-        words = each.text().replace("&", "")
-        needed = each.fontMetrics().horizontalAdvance(words)
-        if isinstance(each, QToolButton) and len(words) > 1:  # its hint has a blank at each side
-            blanks = each.fontMetrics().horizontalAdvance("  ")
-            needed = max(needed, each.sizeHint().width() - blanks)
-        elif not isinstance(each, QToolButton):
-            needed = max(needed, each.minimumSizeHint().width())
-        if not icon_only and needed > each.width() + 1:
-            yield f"{_name(each)} is cut: {each.width()} of {needed} px"
-    if isinstance(each, QComboBox):
-        needed = each.fontMetrics().horizontalAdvance(each.currentText()) + 24
-        if needed > each.width() and each.currentText() not in each.toolTip():
-            yield f"{_name(each)} cuts '{each.currentText()}': {each.width()} of {needed} px"
-
-
-def _paints_itself(each: QWidget) -> bool:
-    """Return whether a class of ours paints it; Qt's own have a paintEvent, too."""
-    ours = (kind for kind in type(each).__mro__ if kind.__module__.startswith("workbench"))
-    return any("paintEvent" in vars(kind) for kind in ours)
-
-
-def _places(parent: QWidget) -> Iterator[str]:
-    """Yield what of a widget's children lies outside of it, or on another one."""
-    shown = [
-        each
-        for each in parent.children()
-        if isinstance(each, QWidget)
-        and each.isVisible()
-        and not each.isWindow()
-        and not isinstance(each, QSizeGrip | QSplitterHandle)
-        and not each.testAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
-    ]
-    scrolls = isinstance(parent.parent(), QAbstractScrollArea)
-    room = parent.rect().adjusted(-1, -1, 1, 1)
-    for each in shown:
-        if not scrolls and not room.contains(each.geometry()):
-            yield f"{_name(each)} reaches out of {_name(parent)}"
-    if isinstance(parent, QStackedWidget | QMainWindow):
-        return
-    for one, other in combinations(shown, 2):
-        common = one.geometry().intersected(other.geometry())
-        if common.width() > 1 and common.height() > 1 and not isinstance(other, QMenuBar):
-            yield f"{_name(one)} lies on {_name(other)}"
-
-
-def _name(each: QWidget) -> str:
-    words = each.text() if isinstance(each, QLabel | QAbstractButton) else ""
-    words = words or each.accessibleName() or each.objectName()
-    parent = each.parent()
-    above = ""
-    while isinstance(parent, QWidget) and not above:
-        above = parent.accessibleName() or parent.objectName()
-        parent = parent.parent()
-    return f"{type(each).__name__} '{words}' of '{above}'"
 
 
 @pytest.fixture(scope="module")
@@ -207,19 +99,17 @@ def no_engine():
 
 
 @pytest.fixture(scope="module")
-def window(request, windows, shared_window, workspace, canned, fly_again):
+def window(request, windows, shared_window, workspace, canned):
     """The window before a flight out of a can, with what opens on its screens open.
 
     Margins and prediction are answered here, not by processes of which nobody knows when. In place
     of the web engine's 3-D view there is Qt's own.
     """
-    analysis, subject = workspace.analysis, Subject(canned.views[0].scenario, {})
+    analysis, subject = workspace.analysis, AnalysedVehicle(canned.views[0].scenario, {})
     answered = set()
 
     def answer(question):
         kind = type(question)
-        if kind is FlyAgain:
-            QTimer.singleShot(0, lambda: analysis.tell(*fly_again(question)))
         if kind in (Judge, Predict):
             *_, reply = find_answerer(kind)(subject, question, Work(1, None, None))
             QTimer.singleShot(0, lambda: analysis.tell(question, reply))
@@ -241,7 +131,7 @@ def window(request, windows, shared_window, workspace, canned, fly_again):
         analysis.tell(Tune({}, ()), TUNED)
         workspace.log.open(Path("flight.csv"))
         QtBot(request).waitUntil(lambda: answered == {Judge, Predict}, timeout=120_000)
-        for row in SCREENS:  # each for the first time
+        for row in SCREEN_TABLE:  # each for the first time
             shared_window.show_screen(row.name)
             QApplication.processEvents()
         windows.of_the_app = tuple(windows.seen)
@@ -260,6 +150,15 @@ def pages_of(screen):
         yield ""
 
 
+def seen_faults(window):
+    """Return the faults of a window's layout, and of the text that its widgets paint."""
+    for _ in range(5):  # a layout may ask for another one
+        QApplication.processEvents()
+    with painted_text() as painted:
+        window.grab()
+    return [*faults(window), *sorted(painted)]
+
+
 def test_there_is_one_window(window, windows):
     """Of all that was shown since it was made, with every screen."""
     assert windows.of_the_app == ("MainWindow",)
@@ -267,7 +166,7 @@ def test_there_is_one_window(window, windows):
 
 def test_every_control_has_a_name(window, qapp):
     buddies = {label.buddy() for label in window.findChildren(QLabel)}
-    for row in SCREENS:
+    for row in SCREEN_TABLE:
         window.show_screen(row.name)
         qapp.processEvents()
         for control in window.stack.current.findChildren(CONTROLS):
@@ -299,17 +198,15 @@ def test_all_screens_are_laid_out_well(window, workspace, qapp, theme, sizes):
         if window.view3d.isVisibleTo(window) is not beside:
             window.actions_by_name["view_3d"].trigger()
             workspace.flight.viewed.emit(workspace.flight.view)
-        for row in SCREENS:
+        for row in SCREEN_TABLE:
             window.show_screen(row.name)
             qapp.processEvents()
             for page in pages_of(window.stack.current):
-                for _ in range(5):  # a layout may ask for another one
-                    qapp.processEvents()
                 where = f"{size}, 3-D {beside}, {row.title} {page}"
-                found += [f"{where}: {fault}" for fault in faults(window)]
+                found += [f"{where}: {fault}" for fault in seen_faults(window)]
         stop = window.top_bar.button("stop")
         assert stop.width() >= stop.sizeHint().width(), f"{size}, 3-D {beside}"
-    assert found == []
+    assert not found, "\n".join(dict.fromkeys(found))
 
 
 @pytest.mark.slow
@@ -330,6 +227,107 @@ def test_all_screens_are_laid_out_well_where_each_pixel_is_four():
     assert done.returncode == 0, done.stdout[-6000:]
 
 
+STEP = Excitation("x", Shape.STEP, 1.0, 1.0, True)
+
+
+class RunningStates:
+    """Brings a window into states of a flight that is being tuned, one after the other."""
+
+    def __init__(self, window, canned, patch, qtbot) -> None:
+        self._flight, self._canned = window.workspace.flight, canned
+        self._patch, self._qtbot = patch, qtbot
+        window.show_screen("tuning")
+        self._screen = window.stack.current
+        self._screen.gains.set_linked(False)
+
+    def _show(self, **other) -> None:
+        view = replace(self._canned.views[-1], **other)
+        self._patch.setattr(self._flight, "_view", view)
+        self._flight.viewed.emit(view)
+
+    def withheld(self) -> str:
+        """A step that begins at 2 m/s is no step from rest."""
+        exciting = ActiveExcitation(STEP, began=1.5, round=1)
+        for view, published in zip(self._canned.views, self._canned.published, strict=True):
+            if view.snapshot.time > self._flight.view.snapshot.time:
+                self._flight.streamed.emit(list(published))
+                self._show(snapshot=view.snapshot, exciting=exciting)
+        self._show()
+        assert self._screen.response.history.numbers.withheld
+        return "Step"
+
+    def flying_back(self) -> str:
+        self._show(exciting=ActiveExcitation(STEP, began=1.5, round=2, returning=True))
+        return "Step"
+
+    def ended_early(self) -> str:
+        self._show(excitation_ended="the drone came closer than 0.5 m to an obstacle")
+        return "Step"
+
+    def measured(self) -> str:
+        card = self._screen.frequency
+        frequency = np.geomspace(2.0, 60.0, 40)
+        response = 20.0 / (1j * frequency)
+        known, spread = np.full(40, 0.97), np.full(40, 0.04)
+        drawn = drawn_measurement(frequency, response, known, spread)
+        card.measuring.keep(card.curves.loop, card.curves.cut, self._screen.trial.flown, drawn)
+        return "Frequency"
+
+    def tuning(self) -> str:
+        self._screen.autotune.search()
+        best = {"kp_velocity_x": 5.1234, "kp_velocity_y": 5.1234, "kd_velocity_z": 0.0712}
+        said = "level.settling_time <= 0.61 s, 0.7312 s"
+        searched = Searched("local search in compiled flights", 0.42, best, said)
+        self._screen.workspace.analysis.searched.emit(searched)
+        return "Tune"
+
+    def unstable(self) -> str:
+        """All gains of roll and pitch, far beyond what rotor lag allows."""
+        self._screen.gains.propose("kd_pitch", 0.5)
+        self._qtbot.waitUntil(lambda: bool(self._screen.gains.warning))
+        return "Frequency"
+
+    def ended(self) -> str:
+        self._screen.gains.discard()
+        said = "the flight's process was ended by signal 9: restart it by Reset (Ctrl+R)"
+        self._show(phase=Phase.ENDED, said=said)
+        return "Step"
+
+
+STATES = ("withheld", "flying_back", "ended_early", "measured", "tuning", "unstable", "ended")
+
+
+@pytest.mark.parametrize(
+    ("theme", "sizes"),
+    [
+        pytest.param("light", (NARROW,), id="light"),
+        *(
+            pytest.param(theme, SIZES, marks=pytest.mark.slow, id=f"{theme}, every size")
+            for theme in ("light", "dark")
+        ),
+    ],
+)
+def test_no_text_is_cut_while_a_flight_is_tuned(
+    window, workspace, canned, monkeypatch, qtbot, theme, sizes
+):
+    workspace.preferences.set("theme", theme)
+    if window.view3d.isVisibleTo(window):
+        window.actions_by_name["view_3d"].trigger()
+    found = []
+    states = RunningStates(window, canned, monkeypatch, qtbot)
+    tabs = window.stack.current.tabs
+    for state in STATES:
+        title = getattr(states, state)()
+        for size in sizes:
+            window.resize(*size)
+            QApplication.processEvents()
+            names = [tabs.tabText(index) for index in range(tabs.count())]
+            if title in names:
+                tabs.setCurrentIndex(names.index(title))
+            found += [f"{size}, {state}: {fault}" for fault in seen_faults(window)]
+    assert not found, "\n".join(dict.fromkeys(found))
+
+
 def test_what_opens_on_the_tuning_screen_is_laid_out_well(window, qapp):
     """In every size, alone: beside the 3-D view it may be narrower than what is open needs."""
     if window.view3d.isVisibleTo(window):
@@ -347,26 +345,17 @@ def test_what_opens_on_the_tuning_screen_is_laid_out_well(window, qapp):
     for size in FEW_SIZES:
         window.resize(*size)
         for page in pages_of(screen):
-            for _ in range(5):
-                qapp.processEvents()
-            found += [f"{size}, {page}: {fault}" for fault in faults(window)]
+            found += [f"{size}, {page}: {fault}" for fault in seen_faults(window)]
     for group in closed:
         group.set_open(False)
     for button in forms:
         button.click()
-    assert found == []
+    assert not found, "\n".join(dict.fromkeys(found))
 
 
-def test_a_log_leads_to_the_flight_that_would_have_been(window, qtbot):
-    window.show_screen("visualization")
-    window.stack.current.log_bar.again.click()
-    tuning = window.stack.current
-    assert window.stack.name == "tuning" and tuning.tabs.currentWidget() is tuning.what_if
-    qtbot.waitUntil(lambda: "again" in tuning.what_if.plot.names)
-    assert tuning.what_if.said.text() == "dh_drone flies flight.csv: as it flew"
-
-
-@pytest.mark.parametrize("kind", [keys_page, about_page])
+@pytest.mark.parametrize(
+    "kind", [lambda window: KeysPage(window.workspace.keys, window), about_page]
+)
 def test_dialogs_fit_into_the_smallest_window(window, qapp, qtbot, kind):
     window.resize(*SIZES[0])
     page = kind(window)

@@ -8,9 +8,11 @@ from PyQt6.QtCore import QMimeData, QPointF, Qt, QUrl
 from PyQt6.QtGui import QCloseEvent, QDropEvent
 from PyQt6.QtWidgets import QApplication, QDialogButtonBox, QFileDialog, QLineEdit, QMessageBox
 
+from tests.installed import readable
 from workbench.common.resources import find_scenario, find_world
 from workbench.gains.gains import load_gains
-from workbench.gui.main_window import ArgumentsDialog, MainWindow
+from workbench.gui.arguments_dialog import ArgumentsDialog
+from workbench.gui.main_window import MainWindow
 from workbench.live.choice import Choice
 from workbench.live.messages import Phase
 from workbench.logs.record import read_log
@@ -286,7 +288,8 @@ PUBLISHED = Path(__file__).resolve().parents[3] / "shared" / "models"
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "name", ["gym_pybullet_drones/cf2x.urdf", "rotors_description/urdf/hummingbird_base.xacro"]
+    "name",
+    readable(["gym_pybullet_drones/cf2x.urdf", "rotors_description/urdf/hummingbird_base.xacro"]),
 )
 def test_published_drones_open(user, window, name):
     """A xacro file's arguments are given in the dialog where it asks for some."""

@@ -3,7 +3,9 @@
 import pytest
 from PyQt6.QtCore import QSettings
 
+from tests.gui.conftest import INI
 from workbench.common.errors import WorkbenchError
+from workbench.gui.app import warn_of_lost_settings
 from workbench.gui.preferences import PREFERENCES, Preferences
 
 
@@ -39,9 +41,11 @@ def test_a_change_is_told_once(path, qtbot):
     assert preferences.number("stick_expo") == 0.3
 
 
-@pytest.mark.parametrize("value", [float("nan"), 1.5, -0.1])
-def test_a_number_out_of_its_range_is_refused(path, qapp, value):
-    with pytest.raises(WorkbenchError, match="0 .. 1"):
+@pytest.mark.parametrize(
+    ("value", "said"), [(float("nan"), "give it a number"), (1.5, "0 .. 1"), (-0.1, "0 .. 1")]
+)
+def test_a_number_out_of_its_range_is_refused(path, qapp, value, said):
+    with pytest.raises(WorkbenchError, match=said):
         opened(path).set("stick_expo", value)
 
 
@@ -64,5 +68,15 @@ def test_nonsense_in_the_file_is_the_default(path, qapp, name, kept):
 def test_defaults_may_be_kept_and_names_are_unique():
     assert len({row.name for row in PREFERENCES}) == len(PREFERENCES)
     for row in PREFERENCES:
-        assert row.check(row.default) == row.default
+        assert row.valid(row.default) == row.default
         assert row.help.endswith(".")
+
+
+def test_a_store_that_cannot_be_written_is_told_once_the_window_is_there(workspace, told, qtbot):
+    """A home without a right to write: everything set was lost without a word."""
+    warn_of_lost_settings(workspace)
+    assert told == []
+    workspace.preferences.store = QSettings("/proc/settings/workbench.ini", INI)
+    warn_of_lost_settings(workspace)
+    assert "/proc/settings/workbench.ini cannot be written" in told[0].what
+    assert "XDG_CONFIG_HOME" in told[0].remedy

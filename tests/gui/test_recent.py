@@ -11,7 +11,8 @@ from workbench.common.resources import (
     list_scenarios,
     list_worlds,
 )
-from workbench.gui.opener import KEY, MOST, FileKind, RecentFiles, kind_of
+from workbench.gui.opener import kind_of
+from workbench.gui.recent_files import MAX_RECENT_FILES, RECENT_FILES_KEY, FileKind, RecentFiles
 
 
 @pytest.fixture
@@ -63,15 +64,15 @@ def test_what_is_gone_vanishes(store, file):
 
 def test_only_so_many_are_kept(store, file):
     recent = RecentFiles(store)
-    for number in range(MOST + 3):
+    for number in range(MAX_RECENT_FILES + 3):
         recent.add(FileKind.LOG, str(file(f"{number}.mcap")))
-    assert len(recent.files()) == MOST
-    assert recent.files()[0][1].endswith(f"{MOST + 2}.mcap")
+    assert len(recent.files()) == MAX_RECENT_FILES
+    assert recent.files()[0][1].endswith(f"{MAX_RECENT_FILES + 2}.mcap")
 
 
 @pytest.mark.parametrize("kept", ["nonsense", ["x", 3, "planet:/tmp"], 7, None])
 def test_settings_that_make_no_sense_are_passed_over(store, kept):
-    store.setValue(KEY, kept)
+    store.setValue(RECENT_FILES_KEY, kept)
     assert RecentFiles(store).files() == ()
 
 
@@ -92,7 +93,7 @@ def test_shipped_files_are_known_for_what_they_are():
         ("e.mcap", "\x89MCAP0", FileKind.LOG),
         ("f.yml", "title: x\n", FileKind.SCENARIO),
         ("g.layout.yaml", "version: 1\ncharts: []\n", FileKind.LAYOUT),
-        ("h.spec.yaml", "title: x\ncases:\n", FileKind.SPEC),
+        ("h.workbench.yaml", "title: x\ncases:\n", FileKind.SPEC),
     ],
 )
 def test_a_file_is_known_by_its_name_and_beginning(file, name, text, kind):

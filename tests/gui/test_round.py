@@ -13,13 +13,13 @@ from PyQt6.QtCore import QPoint, QSettings, Qt
 from PyQt6.QtWidgets import QApplication, QFileDialog, QLineEdit, QTabBar
 
 from workbench.design.judge.loop_judgement import hover_margins
-from workbench.design.linear.operating_point import HOLDING
+from workbench.design.linear.operating_point import HOLDING_POINT
 from workbench.design.linear.study import LinearStudy
 from workbench.gains.gains import GainFile, save_gains
-from workbench.gui.gains.gain_bar import GainBar, GainFileDiffView
+from workbench.gui.gains.gain_bar import GainBar
+from workbench.gui.gains.gain_file_diff_view import GainFileDiffView
 from workbench.gui.main_window import MainWindow
 from workbench.gui.preferences import Preferences
-from workbench.gui.style import apply_style
 from workbench.gui.workspace import make_workspace
 from workbench.live.choice import Choice
 
@@ -36,13 +36,13 @@ WANTED = 45.0
 
 
 @pytest.fixture
-def window(qapp, qtbot, tmp_path):
+def window(qtbot, style, tmp_path):
     store = QSettings(str(tmp_path / "kept.ini"), QSettings.Format.IniFormat)
     made = MainWindow(make_workspace(Preferences(store)), first="tuning", view3d=False)
     qtbot.addWidget(made)
     made.resize(1500, 900)
     made.control.fly(Choice("hover"))
-    apply_style(qapp, made.workspace.look)
+    style(made.workspace.look)
     made.show()
     made.activateWindow()
     yield made
@@ -130,7 +130,7 @@ def test_bad_gains_are_found_repaired_compared_and_pinned(window, qtbot, tmp_pat
 
 def phase_margin(gains) -> float:
     """The pitch loop's, as `workbench judge` has it [deg]."""
-    found = hover_margins(LinearStudy().sampled(HOLDING, gains))
+    found = hover_margins(LinearStudy().sampled(HOLDING_POINT, gains))
     return math.degrees(found["pitch"].phase_margin)
 
 
@@ -209,4 +209,4 @@ def pin(engineer, folder):
     engineer.type(card.folder, str(folder))
     engineer.click(card.button)
     engineer.until(lambda: bool(card.command.text()))
-    return folder / "round.spec.yaml"
+    return folder / "round.workbench.yaml"

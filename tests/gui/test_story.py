@@ -20,11 +20,11 @@ from workbench.control.mode import FlightMode
 from workbench.gains.gains import load_gains
 from workbench.gui.main_window import MainWindow
 from workbench.gui.preferences import Preferences
-from workbench.gui.style import apply_style
 from workbench.gui.workspace import make_workspace
 from workbench.link import Client
-from workbench.link.messages import Hand
+from workbench.link.messages import ControlOwner
 from workbench.live.choice import Choice
+from workbench.live.orders import NetworkOrder
 from workbench.logs.record import read_log
 
 pytestmark = pytest.mark.slow
@@ -119,14 +119,14 @@ def before(qapp) -> Belongings:
 
 
 @pytest.fixture
-def window(before, qapp, qtbot, tmp_path):
+def window(before, qtbot, style, tmp_path):
     store = QSettings(str(tmp_path / "kept.ini"), QSettings.Format.IniFormat)
     preferences = Preferences(store)
     preferences.set("log_folder", str(tmp_path))
     made = MainWindow(make_workspace(preferences), first="home", view3d=False)
     qtbot.addWidget(made)
     made.control.fly(Choice("network"))
-    apply_style(qapp, made.workspace.look)
+    style(made.workspace.look)
     made.show()
     made.activateWindow()
     yield made
@@ -219,10 +219,10 @@ def search_gains(pilot, screen) -> dict[str, float]:
     """Let gains be searched for a wish, and accept them."""
     card = screen.autotune
     screen.tabs.setCurrentWidget(card)
-    for line in card.wishes.lines:
-        pilot.type(line.field, "")
-        line.field.clear()
-    pilot.type(card.wishes.lines[0].field, "level.rise_time <= 0.5")
+    for row in card.wishes.rows[1:]:
+        pilot.click(row.remove)
+    assert card.wishes.rows[0].text == "level.rise_time <= 0.4 s"
+    pilot.type(card.wishes.rows[0].number, "0.5")
     pilot.click(card.start)
     pilot.until(lambda: not card.is_running)
     assert card.pages.currentIndex() == 2
@@ -243,7 +243,7 @@ def pin(pilot, screen, folder: Path) -> Path:
     pilot.type(card.folder, str(folder))
     pilot.click(card.button)
     pilot.until(lambda: bool(card.command.text()))
-    spec = folder / "story.spec.yaml"
+    spec = folder / "story.workbench.yaml"
     assert spec.is_file()
     return spec
 
@@ -262,7 +262,10 @@ def serve_and_take_over(pilot) -> None:
     def fly() -> None:
         with Client(address, name="somebody") as client, client.control() as control:
             for _ in client:
-                if client.control_state is not None and client.control_state.hand is Hand.OPERATOR:
+                if (
+                    client.control_state is not None
+                    and client.control_state.hand is ControlOwner.OPERATOR
+                ):
                     lost.set()
                     return
                 control.velocity(0.0, 0.5, 0.0)
@@ -271,14 +274,16 @@ def serve_and_take_over(pilot) -> None:
     stranger.start()
     try:
         network = lambda: pilot.flight.view.network  # noqa: E731
-        pilot.until(lambda: network().control is not None and network().control.hand is Hand.CLIENT)
+        pilot.until(
+            lambda: network().control is not None and network().control.hand is ControlOwner.CLIENT
+        )
         pilot.until(lambda: pilot.snapshot.v_WB[1] > 0.3)
         assert screen.clients.table.rowCount() == 1
         pilot.click(screen.clients.take_over)
-        pilot.until(lambda: network().control.hand is Hand.OPERATOR)
+        pilot.until(lambda: network().control.hand is ControlOwner.OPERATOR)
         pilot.until(lost.is_set)
     finally:
-        pilot.flight.order(lambda live: live.take_over())
+        pilot.flight.do(NetworkOrder.TAKE_OVER)
         stranger.join(30.0)
     pilot.until(lambda: abs(pilot.snapshot.v_WB[1]) < 0.1)
     pilot.click(screen.stop_button)

@@ -8,9 +8,9 @@ from PyQt6.QtGui import QColor, QPalette
 from PyQt6.QtWidgets import QApplication, QLabel, QPushButton, QSlider
 
 from workbench.common.errors import WorkbenchError
-from workbench.gui.icons import DRAWN, icon, picture
-from workbench.gui.style import PICTURES, palette, set_class, style_sheet
-from workbench.gui.theme import DARK, LIGHT
+from workbench.gui.icons import ICON_STROKES, icon, picture
+from workbench.gui.style import STYLE_PICTURES_FOLDER, palette, set_class, style_sheet
+from workbench.gui.theme import DARK_COLOURS, LIGHT_COLOURS
 
 
 def luminance(colour):
@@ -27,9 +27,9 @@ def contrast(one, other):
     return (high + 0.05) / (low + 0.05)
 
 
-@pytest.mark.parametrize("colours", [LIGHT, DARK])
+@pytest.mark.parametrize("colours", [LIGHT_COLOURS, DARK_COLOURS])
 def test_the_sheet_is_understood(qtbot, colours):
-    sheet = style_sheet(colours, 10.0, PICTURES.as_posix())
+    sheet = style_sheet(colours, 10.0, STYLE_PICTURES_FOLDER.as_posix())
     assert "$" not in sheet
     label = QLabel("x")
     qtbot.addWidget(label)
@@ -38,22 +38,22 @@ def test_the_sheet_is_understood(qtbot, colours):
 
 
 @pytest.mark.parametrize(
-    ("colours", "check"), [(LIGHT, "check-light.svg"), (DARK, "check-dark.svg")]
+    ("colours", "check"), [(LIGHT_COLOURS, "check-light.svg"), (DARK_COLOURS, "check-dark.svg")]
 )
 def test_the_pictures_that_it_names_are_there(colours, check):
-    sheet = style_sheet(colours, 10.0, PICTURES.as_posix())
+    sheet = style_sheet(colours, 10.0, STYLE_PICTURES_FOLDER.as_posix())
     named = {Path(name).name for name in re.findall(r'url\("([^"]+)"\)', sheet)}
     assert named == {"up.svg", "down.svg", "left.svg", "right.svg", check}
-    assert all((PICTURES / name).is_file() for name in named)
+    assert all((STYLE_PICTURES_FOLDER / name).is_file() for name in named)
 
 
-@pytest.mark.parametrize("colours", [LIGHT, DARK])
+@pytest.mark.parametrize("colours", [LIGHT_COLOURS, DARK_COLOURS])
 def test_texts_on_coloured_buttons_can_be_read(colours):
     assert contrast(colours.on_accent, colours.accent) >= 4.5
     assert contrast(colours.on_accent, colours.bad) >= 4.5
 
 
-@pytest.mark.parametrize("colours", [LIGHT, DARK])
+@pytest.mark.parametrize("colours", [LIGHT_COLOURS, DARK_COLOURS])
 def test_what_the_sheet_leaves_to_qt_has_our_colours(colours):
     made = palette(colours)
     assert made.color(QPalette.ColorRole.Window).name() == colours.ground
@@ -74,15 +74,15 @@ def test_a_changed_class_shows_at_once(qtbot):
 def test_a_slider_without_the_focus_has_no_frame(qtbot):
     slider = QSlider()
     qtbot.addWidget(slider)
-    slider.setStyleSheet(style_sheet(DARK, 10.0, PICTURES.as_posix()))
+    slider.setStyleSheet(style_sheet(DARK_COLOURS, 10.0, STYLE_PICTURES_FOLDER.as_posix()))
     slider.resize(30, 200)
     slider.show()
     image = slider.grab().toImage()
-    assert image.pixelColor(0, 100).name() != DARK.ink
+    assert image.pixelColor(0, 100).name() != DARK_COLOURS.ink
 
 
 def test_every_picture_is_drawn_in_its_colour(case, qapp):
-    for name in DRAWN:
+    for name in ICON_STROKES:
         with case(name):
             pixmap = picture(name, QColor("#c22030"), 20, 2.0)
             assert (pixmap.width(), pixmap.devicePixelRatio()) == (40, 2.0)

@@ -6,7 +6,7 @@ import itertools
 import pytest
 from PyQt6.QtGui import QColor
 
-from workbench.gui.theme import DARK, LIGHT
+from workbench.gui.theme import DARK_COLOURS, LIGHT_COLOURS
 
 GROUNDS = ("ground", "card", "field")
 INKS = ("ink", "muted", "accent", "good", "warning", "bad")
@@ -30,23 +30,23 @@ def test_black_on_white_has_the_largest_contrast():
 
 def test_text_can_be_read(case):
     for ink, ground in [*itertools.product(INKS, GROUNDS)]:
-        for colours in [LIGHT, DARK]:
+        for colours in [LIGHT_COLOURS, DARK_COLOURS]:
             with case(ink, ground, colours):
                 assert contrast(getattr(colours, ink), getattr(colours, ground)) >= 4.5
 
 
-@pytest.mark.parametrize("colours", [LIGHT, DARK], ids=["light", "dark"])
+@pytest.mark.parametrize("colours", [LIGHT_COLOURS, DARK_COLOURS], ids=["light", "dark"])
 def test_text_on_the_accent_can_be_read(colours):
     assert contrast(colours.accent, colours.on_accent) >= 4.5
 
 
-@pytest.mark.parametrize("colours", [LIGHT, DARK], ids=["light", "dark"])
+@pytest.mark.parametrize("colours", [LIGHT_COLOURS, DARK_COLOURS], ids=["light", "dark"])
 def test_curves_stand_out_from_their_field(colours):
     assert all(contrast(curve, colours.field) >= 3.0 for curve in colours.curves)
 
 
 def test_every_colour_is_one():
-    for colours in (LIGHT, DARK):
+    for colours in (LIGHT_COLOURS, DARK_COLOURS):
         for field in dataclasses.fields(colours):
             value = getattr(colours, field.name)
             for text in value if isinstance(value, tuple) else (value,):
@@ -58,5 +58,5 @@ def test_the_theme_follows_the_preference(workspace, qtbot):
     with qtbot.waitSignal(workspace.look.changed):
         workspace.preferences.set("theme", "dark")
     assert workspace.look.is_dark
-    assert workspace.look.colour("ink") == QColor(DARK.ink)
-    assert workspace.look.curve(8) == QColor(DARK.curves[0])
+    assert workspace.look.colour("ink") == QColor(DARK_COLOURS.ink)
+    assert workspace.look.curve(8) == QColor(DARK_COLOURS.curves[0])

@@ -15,7 +15,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from workbench.ipc.limited import serve
+from workbench.ipc.limited import serve_one_request
 
 NUMBERS = {
     # name: (x86_64, aarch64)
@@ -285,4 +285,4 @@ def run(asked: Any) -> Any:
 
 
 if __name__ == "__main__":
-    serve(run)
+    serve_one_request(run)

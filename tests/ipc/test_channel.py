@@ -7,7 +7,7 @@ from multiprocessing import Pipe
 
 import pytest
 
-from workbench.ipc.channel import Channel
+from workbench.ipc.channel import RecordChannel
 
 MOST = 1_000_000
 
@@ -22,7 +22,7 @@ def pipe():
 
 @pytest.fixture
 def channel(pipe):
-    channel = Channel(pipe[0])
+    channel = RecordChannel(pipe[0])
     yield channel
     channel.close()
 

@@ -90,8 +90,8 @@ def test_specs_run_with_the_plugins_of_a_sourced_ros(tmp_path):
     (ros / "launch_testing-1.dist-info" / "METADATA").write_text("Name: launch-testing\n")
     (ros / "launch_testing-1.dist-info" / "entry_points.txt").write_text("[pytest11]\nros = ros\n")
     (ros / "ros.py").write_text("raise ImportError('lark is missing')\n")
-    (tmp_path / "any.spec.yaml").write_text("cases: [{name: up, axis: z, amplitude: 1.0}]\n")
-    pytest_command = [sys.executable, "-m", "pytest", "-q", "--collect-only", "any.spec.yaml"]
+    (tmp_path / "any.workbench.yaml").write_text("cases: [{name: up, axis: z, amplitude: 1.0}]\n")
+    pytest_command = [sys.executable, "-m", "pytest", "-q", "--collect-only", "any.workbench.yaml"]
     with pytest.raises(AssertionError, match="lark is missing"):
         output(*pytest_command, cwd=tmp_path, PYTHONPATH=str(ros))
     said = output(
@@ -101,4 +101,4 @@ def test_specs_run_with_the_plugins_of_a_sourced_ros(tmp_path):
         PYTHONPATH=str(ros),
         PYTEST_DISABLE_PLUGIN_AUTOLOAD="1",
     )
-    assert "any.spec.yaml::up" in said
+    assert "any.workbench.yaml::up" in said

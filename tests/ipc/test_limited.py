@@ -17,13 +17,13 @@ from workbench.ipc.limited import LimitedError, run_limited, run_trusted
 CHILD = """
 import os, resource, signal, subprocess, sys, time
 from workbench.common.errors import WorkbenchError
-from workbench.ipc.limited import serve
+from workbench.ipc.limited import serve_one_request
 
 def work(request):
     {body}
 
 if __name__ == "__main__":
-    serve(work)
+    serve_one_request(work)
 """
 
 
@@ -96,8 +96,8 @@ def test_computing_time_is_bounded(failure):
 
 
 def test_time_that_passes_idly_is_bounded_too(failure, monkeypatch):
-    monkeypatch.setattr(limited, "_SLOWNESS", 0.0)
-    monkeypatch.setattr(limited, "_START", 0.5)
+    monkeypatch.setattr(limited, "_WALL_TIME_FACTOR", 0.0)
+    monkeypatch.setattr(limited, "_START_ALLOWANCE_S", 0.5)
     assert failure("time.sleep(100_000)") == "it did not end within 0.5 s"
 
 

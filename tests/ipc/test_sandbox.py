@@ -7,10 +7,10 @@ from pathlib import Path
 import pytest
 
 from tests.ipc import attempts
-from workbench.ipc import sandbox
-from workbench.ipc.limited import FORBIDDEN, LimitedError, run_limited, run_trusted
+from workbench.ipc import call_filter, sandbox
+from workbench.ipc.limited import FORBIDDEN_CLAUSE, LimitedError, run_limited, run_trusted
 
-MISSING = sandbox.lacking()
+MISSING = sandbox.missing_protections()
 held = pytest.mark.skipif(bool(MISSING), reason=f"not tested: the kernel lacks {MISSING}")
 """Where the kernel has all limits, nothing here is skipped."""
 DENIED = {"EPERM", "EACCES", "ENOSYS"}
@@ -79,7 +79,7 @@ def test_a_call_of_another_architecture_ends_the_process(asked):
 
 @held
 def test_what_the_kernel_stops_is_a_sentence(asked):
-    with pytest.raises(LimitedError, match=f"{FORBIDDEN}: .*{asked['secret']}"):
+    with pytest.raises(LimitedError, match=f"{FORBIDDEN_CLAUSE}: .*{asked['secret']}"):
         run(asked | {"own": asked["secret"]}, reads=[asked["own"]])
 
 
@@ -109,8 +109,9 @@ def test_what_the_kernel_has_is_found():
 
 
 def test_a_kernel_without_limits_is_named(monkeypatch):
-    monkeypatch.setattr(sandbox, "_call", lambda *_: -1)
-    assert sandbox.lacking() == ("seccomp filters", "Landlock of ABI 3 (Linux 6.2)")
+    for module in (sandbox, call_filter):
+        monkeypatch.setattr(module, "system_call", lambda *_: -1)
+    assert sandbox.missing_protections() == ("seccomp filters", "Landlock of ABI 3 (Linux 6.2)")
     sandbox.confine([], [])  # the limits of time and memory remain
 
 
@@ -128,7 +129,12 @@ def test_the_numbers_of_system_calls_are_those_of_the_kernel(header, column):
     lines = re.findall(r"#define __NR(?:3264)?_(\w+)\s+(\d+)", Path(header).read_text())
     numbers = {name: int(number) for name, number in lines}
     numbers.setdefault("newfstatat", numbers.get("fstatat", 0))
-    tables = (sandbox._ALLOWED, sandbox._WRITING, sandbox._OPENING, sandbox._OTHERS)
+    tables = (
+        call_filter._ALLOWED_CALLS,
+        call_filter._WRITE_CALLS,
+        call_filter._OPEN_CALLS,
+        call_filter._FILTERED_CALLS,
+    )
     ours = {name: found[column] for table in tables for name, found in table.items()}
     ours |= {name: found[column] for name, found in attempts.NUMBERS.items()}
     assert ours == {name: numbers.get(name) for name in ours}

@@ -7,17 +7,19 @@ import threading
 import time
 from collections.abc import Callable
 
-from workbench.link.authentication import Tokens, is_proven, login_proof, new_nonce, session_key
-from workbench.link.drone_topics import Outfit, drone_topics
-from workbench.link.hello import Hello, Limits, ParameterRow
+from workbench.link.authentication import Tokens, new_nonce, shows_token
+from workbench.link.drone_topics import drone_topics
+from workbench.link.hello import Hello, ParameterRow, ServerLimits
+from workbench.link.message_json import ServerMessage, read_operation, write_message
 from workbench.link.messages import (
-    COMMANDING,
+    ControlOwner,
     ControlState,
+    DescribeVehicle,
     Error,
     FlightDone,
     FlightOperation,
     GetParameters,
-    Hand,
+    LinkLossStage,
     Login,
     Nack,
     ParameterValues,
@@ -26,16 +28,13 @@ from workbench.link.messages import (
     ReleaseControl,
     RequestControl,
     Role,
-    ServerMessage,
     SetParameters,
-    Stage,
     Subscribe,
-    read_operation,
-    write_message,
 )
-from workbench.link.wire import Decoder, Flag, Frame, Kind, WireError
+from workbench.link.signal import TopicOptions
+from workbench.link.wire import Decoder, FrameFlag, FrameKind, WireError, WireFrame
 
-TOPICS = drone_topics(Outfit(rotors=4, fast=200.0, slow=10.0, gps=10.0))
+TOPICS = drone_topics(TopicOptions(rotors=4, fast=200.0, slow=10.0, rates={"gps": 10.0}))
 BY_NAME = {topic.name.rsplit("/", 1)[1]: topic for topic in TOPICS}
 LEASE = 4711
 
@@ -46,20 +45,21 @@ class Peer:
     def __init__(self, server: "FakeServer", stream: socket.socket, number: int) -> None:
         self.server, self.stream, self.number = server, stream, number
         self.nonce = new_nonce()
-        self.key = b""
         self.seq = 0
         self.acknowledged = 0
         self.topics: tuple[str, ...] = ()
         self.lock = threading.Lock()
 
-    def send(self, frame: Frame) -> None:
+    def send(self, frame: WireFrame) -> None:
         with contextlib.suppress(OSError):
             self.stream.sendall(frame.to_bytes())
 
     def say(self, said: ServerMessage) -> None:
         with self.lock:
             self.seq += 1
-            frame = Frame(Kind.CONTROL, 0, 0, self.seq, self.server.t_ns, write_message(said))
+            frame = WireFrame(
+                FrameKind.CONTROL, 0, 0, self.seq, self.server.t_ns, write_message(said)
+            )
             self.send(frame)
 
     def publish(self, t_ns: int, payloads: list[tuple[int, bytes]]) -> None:
@@ -67,8 +67,8 @@ class Peer:
             for index, (topic, payload) in enumerate(payloads):
                 self.seq += 1
                 last = index == len(payloads) - 1
-                flags = Flag.ACKNOWLEDGE if last else 0
-                self.send(Frame(Kind.DATA, topic, flags, self.seq, t_ns, payload))
+                flags = FrameFlag.ACKNOWLEDGE if last else 0
+                self.send(WireFrame(FrameKind.DATA, topic, flags, self.seq, t_ns, payload))
 
     def read(self) -> None:
         decoder = Decoder()
@@ -95,7 +95,6 @@ class FakeServer:
         self.commands: list[tuple[int, tuple]] = []
         self.operations: list[object] = []
         self.peers: list[Peer] = []
-        self.unproven: list[object] = []
         self.answer: Callable[[Peer, object], ServerMessage | None] = lambda peer, operation: None
         self.greet: Callable[[Peer], None] = lambda peer: peer.say(self.hello(peer))
         self.connections = 0
@@ -141,27 +140,22 @@ class FakeServer:
             vehicle="dh_drone",
             nonce=peer.nonce,
             login=self.tokens is not None,
-            limits=Limits(8.0, 8.0, 0.4),
+            limits=ServerLimits(8.0, 8.0, 0.4),
             topics=TOPICS,
             parameters=(ParameterRow("take_off_speed", "m/s", 0.1, 2.0, 0.5, "how fast"),),
         )
 
-    def take(self, peer: Peer, frame: Frame) -> None:
-        if frame.kind == Kind.ACKNOWLEDGEMENT:
+    def take(self, peer: Peer, frame: WireFrame) -> None:
+        if frame.kind == FrameKind.ACKNOWLEDGEMENT:
             peer.acknowledged = frame.seq
             return
-        proven = not self.tokens or is_proven(frame, peer.key)
-        if frame.kind == Kind.DATA:
+        if frame.kind == FrameKind.DATA:
             values = BY_NAME["command_velocity"].unpack(frame.payload)
             self.commands.append((frame.t_ns, tuple(values.values())))
-            if not proven:
-                self.unproven.append(values)
             said = self.answer(peer, frame)
         else:
             operation = read_operation(frame.payload)
             self.operations.append(operation)
-            if isinstance(operation, COMMANDING) and not proven:
-                self.unproven.append(operation)
             said = self.answer(peer, operation) or self.usual(peer, operation)
         if said is not None:
             peer.say(said)
@@ -184,6 +178,8 @@ class FakeServer:
                 return ParameterValues(id, {"take_off_speed": 0.5})
             case SetParameters(id, values):
                 return ParameterValues(id, values)
+            case DescribeVehicle(id):
+                return DescribeVehicle(id, '<robot name="fake"/>')
             case Ping(id):
                 return Pong(id, self.t_ns)
         return None
@@ -192,17 +188,17 @@ class FakeServer:
         if self.tokens is None:
             return Login(login.id, role=Role.COMMAND)
         assert login.role is not None
-        token = self.tokens.of(login.role)
-        if login.proof != login_proof(token, login.role, peer.nonce, login.nonce):
-            return Error("bad_login", "the proof is wrong")
-        peer.key = session_key(token, peer.nonce, login.nonce)
+        if not shows_token(login, self.tokens.of(login.role), peer.nonce):
+            return Error("bad_login", "the token is wrong")
         return Login(login.id, role=login.role)
 
     def held_by(self, peer: Peer) -> ControlState:
-        return ControlState(Hand.CLIENT, peer.number, "", Stage.LIVE, 0.0, "granted")
+        return ControlState(
+            ControlOwner.CLIENT, peer.number, "", LinkLossStage.LIVE, 0.0, "granted"
+        )
 
     def nobody(self, reason: str) -> ControlState:
-        return ControlState(Hand.NOBODY, 0, "", Stage.LIVE, 0.0, reason)
+        return ControlState(ControlOwner.NOBODY, 0, "", LinkLossStage.LIVE, 0.0, reason)
 
     def refuse(self, kind: type, code: str, said: str) -> None:
         """Refuse requests of a kind."""

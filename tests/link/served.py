@@ -14,17 +14,19 @@ from multiprocessing import Pipe
 from pathlib import Path
 from typing import NamedTuple
 
-from workbench.ipc.worker_process import Answer, Request
-from workbench.link.backplane import Flight, ServerStatus
-from workbench.link.drone_topics import COMMAND, PARAMETERS
-from workbench.link.messages import Hand, Stage
+from tests.live_orders import execute
+from workbench.link.backplane import ServedFlight, ServerStatus
+from workbench.link.drone_topics import COMMAND_SIGNAL, PARAMETERS_SIGNAL
+from workbench.link.messages import ControlOwner, LinkLossStage
 from workbench.link.server.admission import Admission
 from workbench.link.server.config import ServerConfig
 from workbench.link.server.hub import Hub
 from workbench.link.server.policy import Policy
-from workbench.link.wire import Decoder, Flag, Frame, Kind
-from workbench.live.flying import SLICE, Flying
-from workbench.live.messages import Do, Flown, NetworkView, Order, Report
+from workbench.link.wire import Decoder, FrameFlag, FrameKind, WireFrame
+from workbench.live.flight_clock import FLIGHT_SLICE_S
+from workbench.live.flying import FlightLoop
+from workbench.live.messages import FlightReport, FlownSoFar, NetworkView
+from workbench.live.orders import FlightOrder
 from workbench.scenario.scenario import Action, Scenario
 from workbench.session.session import Session
 from workbench.systems.bridge import Bridge
@@ -64,7 +66,7 @@ class Served:
     """
 
     def __init__(self, monkeypatch, built: Built) -> None:
-        monkeypatch.setattr("workbench.live.network.ServerProcess", self._make)
+        monkeypatch.setattr("workbench.live.server_supervisor.ServerProcess", self._make)
         self.wall = self.waited = 0.0
         self.sent: list[object] = []
         self.lost = False
@@ -72,10 +74,10 @@ class Served:
         self._records: deque[object] = deque()
         self.session, self.bridge = built
         self.session.reset()
-        self.flying = Flying(self.session, self.bridge, {}, self, lambda: self.wall)
-        self.order(Order(Do.SERVE, ServerConfig(port=0)))
+        self.flying = FlightLoop(self.session, self.bridge, {}, self, lambda: self.wall)
+        self.order(ServerConfig(port=0))
 
-    def _make(self, config: ServerConfig, flight: Flight) -> "Served":
+    def _make(self, config: ServerConfig, flight: ServedFlight) -> "Served":
         """Stand for the server's process."""
         self.hub = Hub(
             Policy(flight),
@@ -123,9 +125,9 @@ class Served:
 
     def order(self, wanted) -> object:
         """Do what the operator wants, and return the last thing that was said then."""
-        self.flying.obey([Request(1, wanted)])
+        answer = execute(self.flying, wanted)
         self.hear()
-        return self.sent[-1]
+        return answer
 
     def hear(self) -> None:
         """Let the flight hear what clients have sent."""
@@ -138,7 +140,7 @@ class Served:
         end = self.wall + seconds
         while self.wall < end:
             self.hear()
-            self.wall += min(SLICE, end - self.wall)
+            self.wall += min(FLIGHT_SLICE_S, end - self.wall)
             self.flying.fly()
 
     def age(self) -> float:
@@ -156,15 +158,13 @@ class Served:
         return self.flying._network.view
 
     @property
-    def stage(self) -> tuple[Hand, Stage]:
+    def stage(self) -> tuple[ControlOwner, LinkLossStage]:
         """Who flies, and how far the ladder has gone."""
         return self.view.control.hand, self.view.control.stage
 
-    def flown(self) -> Flown:
+    def flown(self) -> FlownSoFar:
         """Return all that was flown."""
-        self.flying.obey([Request(2, Order(Do.GET_FLOWN))])
-        (*_, answer) = [each for each in self.sent if isinstance(each, Answer)]
-        return answer.value
+        return execute(self.flying, FlightOrder.GET_FLOWN).value
 
     @property
     def script(self) -> list[Action]:
@@ -177,9 +177,9 @@ class Served:
         return [(each.at, each.velocity) for each in self.script if each.velocity is not None]
 
     @property
-    def reports(self) -> list[Report]:
+    def reports(self) -> list[FlightReport]:
         """Return what was shown."""
-        return [each for each in self.sent if isinstance(each, Report)]
+        return [each for each in self.sent if isinstance(each, FlightReport)]
 
 
 class Client:
@@ -207,11 +207,11 @@ class Client:
 
     def write(self, data: bytes) -> None:
         for frame in self._decoder.feed(data):
-            if frame.kind == Kind.CONTROL:
+            if frame.kind == FrameKind.CONTROL:
                 self.said.append(json.loads(frame.payload))
-            if frame.kind == Kind.DATA and frame.topic == PARAMETERS:
+            if frame.kind == FrameKind.DATA and frame.topic == PARAMETERS_SIGNAL.id:
                 self.parameters.append(struct.unpack("<48sd", frame.payload))
-            if frame.flags & Flag.ACKNOWLEDGE:
+            if frame.flags & FrameFlag.ACKNOWLEDGE:
                 self.said.append({"op": "batch", "seq": frame.seq})
 
     def close(self) -> None:
@@ -223,7 +223,7 @@ class Client:
 
     def say(self, **operation) -> None:
         """Send an operation."""
-        self._send(Kind.CONTROL, 0, json.dumps(operation).encode(), 0)
+        self._send(FrameKind.CONTROL, 0, json.dumps(operation).encode(), 0)
 
     def ask(self, id: int = 7, **operation) -> dict:
         """Send an operation and return its answer."""
@@ -242,7 +242,7 @@ class Client:
         lease = self.lease if lease is None else lease
         t_ns = round(self._served.time * 1e9) if t_ns is None else t_ns
         payload = COMMAND_FIELDS.pack(lease, axes, *velocity, yaw_rate)
-        self._send(Kind.DATA, COMMAND, payload, t_ns)
+        self._send(FrameKind.DATA, COMMAND_SIGNAL.id, payload, t_ns)
         return self._seq
 
     def begin(self) -> None:
@@ -259,10 +259,10 @@ class Client:
         """Let the connection end."""
         self._served.hub.lost(self.session)
 
-    def _send(self, kind: Kind, topic: int, payload: bytes, t_ns: int) -> None:
+    def _send(self, kind: FrameKind, topic: int, payload: bytes, t_ns: int) -> None:
         self._seq += 1
-        data = Frame(kind, topic, 0, self._seq, t_ns, payload).to_bytes()
-        self._kept.keep(data)
+        data = WireFrame(kind, topic, 0, self._seq, t_ns, payload).to_bytes()
+        self._kept.received += data
         size: int | None = len(data)
         while pause := self._served.hub.receive(self.session, size):  # a flood is read later
             self._served.waited += pause

@@ -5,6 +5,7 @@ import os
 import subprocess
 import sys
 import threading
+import time
 from multiprocessing import Pipe
 from pathlib import Path
 
@@ -14,34 +15,37 @@ from workbench.common.errors import WorkbenchError
 from workbench.link import Client
 from workbench.link.authentication import write_tokens
 from workbench.link.backplane import (
-    Command,
+    ClientRequest,
+    CommandRefusal,
     Disconnect,
-    Flight,
     Published,
-    Refused,
     Reply,
-    Request,
-    Stop,
+    ServedFlight,
+    StopServer,
+    VelocityCommand,
 )
-from workbench.link.drone_topics import Outfit, drone_topics
+from workbench.link.drone_topics import drone_topics
 from workbench.link.hello import ParameterRow
 from workbench.link.messages import (
+    ControlOwner,
     ControlState,
     FlightDone,
     FlightOperation,
     GetParameters,
-    Hand,
+    LinkLossStage,
     ParameterValues,
     ReleaseControl,
     RequestControl,
     SetParameters,
-    Stage,
 )
+from workbench.link.page_address import lan_address
 from workbench.link.server.config import ServerConfig
+from workbench.link.signal import TopicOptions
 from workbench.link.topics import Delivery
 
 ROOT = Path(__file__).resolve().parents[2]
-TOPICS = drone_topics(Outfit(rotors=4, fast=204.8, slow=10.24))
+OLD_CLIENT = ROOT / "tests" / "outside" / "given" / "old_client.py"
+TOPICS = drone_topics(TopicOptions(rotors=4, fast=204.8, slow=10.24))
 STATES = [topic for topic in TOPICS if topic.delivery is Delivery.STATE]
 PERIOD_NS = 1_000_000_000 / 204.8
 
@@ -59,7 +63,7 @@ class ScriptedFlight:
             )
         rows = (ParameterRow("kp_x", "1/s", 0.0, 10.0, 2.0, "gain of v_x"),)
         self.pipe.send(ServerConfig(port=0, **config))
-        self.pipe.send(Flight("x500", TOPICS, rows, (8.0, 8.0, 0.4)))
+        self.pipe.send(ServedFlight("x500", TOPICS, rows, (8.0, 8.0, 0.4)))
         assert self.pipe.poll(20.0)
         self.address = self.pipe.recv().address
         self.asked = []
@@ -94,24 +98,30 @@ class ScriptedFlight:
 
     def answer(self, record):
         match record:
-            case Request(peer, RequestControl(id, name)):
+            case ClientRequest(peer, RequestControl(id, name)):
                 self.send(Reply(peer, RequestControl(id, lease=7, expires=0.5)))
-                self.send(ControlState(Hand.CLIENT, peer, name, Stage.LIVE, 0.0, "granted"))
-            case Request(peer, ReleaseControl(id)):
+                self.send(
+                    ControlState(
+                        ControlOwner.CLIENT, peer, name, LinkLossStage.LIVE, 0.0, "granted"
+                    )
+                )
+            case ClientRequest(peer, ReleaseControl(id)):
                 self.send(Reply(peer, ReleaseControl(id)))
-                self.send(ControlState(Hand.NOBODY, 0, "", Stage.LIVE, 0.0, "released"))
-            case Request(peer, FlightOperation(id, what)):
+                self.send(
+                    ControlState(ControlOwner.NOBODY, 0, "", LinkLossStage.LIVE, 0.0, "released")
+                )
+            case ClientRequest(peer, FlightOperation(id, what)):
                 self.send(Reply(peer, FlightDone(id, what, 3)))
-            case Request(peer, GetParameters(id)):
+            case ClientRequest(peer, GetParameters(id)):
                 self.send(Reply(peer, ParameterValues(id, {"kp_x": 2.0})))
-            case Request(peer, SetParameters(id, values)):
+            case ClientRequest(peer, SetParameters(id, values)):
                 self.send(Reply(peer, ParameterValues(id, values)))
-            case Command(peer, seq, velocity=(speed, _, _)) if speed > 50.0:
-                self.send(Refused(peer, seq, "too_fast", f"{speed:g} m/s is too fast"))
+            case VelocityCommand(peer, seq, velocity=(speed, _, _)) if speed > 50.0:
+                self.send(CommandRefusal(peer, seq, "too_fast", f"{speed:g} m/s is too fast"))
 
     def close(self):
         with contextlib.suppress(OSError):  # it may have ended already
-            self.send(Stop.STOP)
+            self.send(StopServer.STOP)
         assert self.process.wait(20.0) == 0
         self.thread.join(20.0)
         assert not self.thread.is_alive()
@@ -148,29 +158,60 @@ def test_a_client_that_reads_gets_every_sample(serve, fakes):
     assert all(stamps == expected for stamps in got.values())
 
 
-def test_control_with_tokens_reaches_the_flight(serve, fakes, tmp_path):
+@pytest.mark.parametrize("beyond", [False, True], ids=["this machine", "beyond"])
+def test_control_with_tokens_reaches_the_flight(serve, fakes, tmp_path, certificate, beyond):
+    """Beyond this machine, by its address in its network, all goes over TLS."""
     tokens = write_tokens(tmp_path / "tokens")
-    flight = serve(token_file=str(tmp_path / "tokens"))
-    with Client(flight.address, name="ada", token=tokens.command) as client:
+    tls = {"host": "0.0.0.0", "tls_cert": certificate[0], "tls_key": certificate[1]}
+    flight = serve(token_file=str(tmp_path / "tokens"), **(tls if beyond else {}))
+    address, trusted = flight.address, None
+    if beyond:
+        own = lan_address() or pytest.skip("this machine has no network")
+        address, trusted = f"{own}:{address.rpartition(':')[2]}", certificate[0]
+    with Client(address, name="ada", token=tokens.command, tls=trusted) as client:
         flight.publish(1)
         next(client)
         assert client.parameters() == {"kp_x": 2.0}
         with client.control() as c:
             c.velocity(1.0, 2.0, 0.5, 0.1)
-            fakes.wait_until(lambda: len(flight.of(Command)) > 3)
+            fakes.wait_until(lambda: len(flight.of(VelocityCommand)) > 3)
             assert c.take_off(2.0) == 3e-9
             assert c.set(kp_x=3.0) == {"kp_x": 3.0}
             c.velocity(99.0, 0.0, 0.0)
-            fakes.wait_until(lambda: flight.of(Command)[-1].velocity == (0.0, 0.0, 0.0))
+            fakes.wait_until(lambda: flight.of(VelocityCommand)[-1].velocity == (0.0, 0.0, 0.0))
             with pytest.raises(WorkbenchError, match="99 m/s is too fast"):
                 c.velocity(1.0, 0.0, 0.0)
     (request,) = flight.of(RequestControl)
-    first, second = flight.of(Command)[:2]
+    first, second = flight.of(VelocityCommand)[:2]
     assert request.name == "ada"
     assert (first.lease, first.axes, first.velocity, first.yaw_rate) == (7, 15, (0, 0, 0), 0)
     assert second.velocity == (1.0, 2.0, 0.5)
     assert second.t_ns == round(PERIOD_NS)
     assert len(flight.of(ReleaseControl)) == 1
+
+
+def test_a_client_of_0_1_0_logs_in_by_its_proof_and_flies(serve, tmp_path):
+    """It also signs its commands, which nobody looks at any more."""
+    tokens = write_tokens(tmp_path / "tokens")
+    flight = serve(token_file=str(tmp_path / "tokens"))
+    words = [str(OLD_CLIENT), flight.address, "fly", "1.5", "0", "0", "0", "0.5"]
+    with subprocess.Popen(
+        [sys.executable, "-I", *words],
+        env=os.environ | {"LINK_TOKEN": tokens.command},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+    ) as process:
+        try:
+            end = time.monotonic() + 60.0
+            while process.poll() is None and time.monotonic() < end:
+                flight.publish(4)
+                time.sleep(0.005)
+        finally:
+            process.kill()
+        assert process.returncode == 0, process.stdout.read()
+    assert {each.velocity[0] for each in flight.of(VelocityCommand)} == {0.0, 1.5}
+    assert len(flight.of(RequestControl)) == len(flight.of(ReleaseControl)) == 1
 
 
 def test_the_token_to_view_lets_nobody_fly(serve, tmp_path):
@@ -205,13 +246,17 @@ def test_control_that_another_takes_is_lost(serve, fakes):
     flight = serve()
     with Client(flight.address) as client, client.control() as c:
         fakes.wait_until(lambda: client.control_state)
-        flight.send(ControlState(Hand.OPERATOR, 0, "", Stage.LIVE, 0.0, "the operator took over"))
+        flight.send(
+            ControlState(
+                ControlOwner.OPERATOR, 0, "", LinkLossStage.LIVE, 0.0, "the operator took over"
+            )
+        )
         fakes.wait_until(lambda: c.lost == "the operator took over")
 
 
 def test_a_server_that_stops_says_so(serve, fakes):
     flight = serve()
     with Client(flight.address, reconnect=False) as client:
-        flight.send(Stop.STOP)
+        flight.send(StopServer.STOP)
         with pytest.raises(WorkbenchError, match="said goodbye: the server stops"):
             next(client)

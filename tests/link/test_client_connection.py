@@ -1,4 +1,4 @@
-"""How a client finds its server, loses it, and proves who it is."""
+"""How a client finds its server, loses it, and tells who it is."""
 
 import socket
 
@@ -7,7 +7,7 @@ import pytest
 from workbench.common.errors import WorkbenchError
 from workbench.link import Client
 from workbench.link.authentication import Tokens
-from workbench.link.messages import Bye, Error, Ping, SetParameters, Subscribe
+from workbench.link.messages import Bye, Error, Login, Ping, SetParameters, Subscribe
 
 TOKENS = Tokens("v" * 16, "c" * 16)
 VELOCITY = (1.0, 2.0, 3.0, 4.0, 5.0, 6.0)
@@ -80,7 +80,7 @@ def test_waiting_requests_end_with_the_connection(server):
 
 
 def test_a_slow_program_gets_the_newest_and_knows_what_it_missed(server, fakes, monkeypatch):
-    monkeypatch.setattr("workbench.link.sample.LONGEST_WAIT", -1.0)
+    monkeypatch.setattr("workbench.link.sample.MAX_QUEUE_AGE_S", -1.0)
     with Client(server.address) as client:
         for number in range(1, 101):
             server.publish(number, velocity_data=VELOCITY)
@@ -107,21 +107,21 @@ def test_something_else_listening_is_a_sentence(server):
 
 
 def test_a_silent_server_is_a_sentence(server, monkeypatch):
-    monkeypatch.setattr("workbench.link.connection.GREETING_LIMIT", 0.1)
+    monkeypatch.setattr("workbench.link.connection.GREETING_TIMEOUT_S", 0.1)
     server.greet = lambda peer: None
     with pytest.raises(WorkbenchError, match=r"sent no greeting within 0.1 s: .*TLS\?"):
         Client(server.address).__enter__()
 
 
 def test_a_server_that_falls_silent_is_left(server, fakes, monkeypatch):
-    monkeypatch.setattr("workbench.link.connection.QUIET", 0.1)
+    monkeypatch.setattr("workbench.link.connection.PING_AFTER_S", 0.1)
     with Client(server.address) as client:
         server.answer = lambda peer, operation: None
         server.usual = lambda peer, operation: None
         fakes.wait_until(lambda: "silent" in client.trouble or "greeting" in client.trouble)
 
 
-def test_tokens_prove_who_commands(fakes):
+def test_tokens_tell_who_commands(fakes):
     server = fakes.FakeServer(TOKENS)
     try:
         with Client(server.address, token=TOKENS.command) as client:
@@ -130,18 +130,27 @@ def test_tokens_prove_who_commands(fakes):
                 c.land()
                 c.set(a=1.0)
             assert len(server.heard(SetParameters)) == 1
-            assert server.unproven == []
         with Client(server.address, token=TOKENS.view, role="view") as client:
             assert client.ping() == 5.0
+        assert [each.token for each in server.heard(Login)] == [TOKENS.command, TOKENS.view]
     finally:
         server.close()
+
+
+def test_a_token_goes_to_another_machine_over_tls_alone(server, monkeypatch):
+    monkeypatch.setattr("workbench.link.connection.is_loopback", lambda host: False)
+    with pytest.raises(WorkbenchError, match="is another machine, and without TLS anybody"):
+        Client(server.address, token=TOKENS.view, role="view").__enter__()
+    assert server.operations == []
+    with Client(server.address) as client:  # without a token there is nothing to keep
+        assert client.ping() == 5.0
 
 
 @pytest.mark.parametrize(
     ("token", "role", "said"),
     [
         ("", None, "wants a token"),
-        (TOKENS.view, None, "the proof is wrong; is the token that of the role 'command'?"),
+        (TOKENS.view, None, "the token is wrong; is the token that of the role 'command'?"),
         (TOKENS.command, "view", "is the token that of the role 'view'?"),
     ],
 )

@@ -9,8 +9,15 @@ import pytest
 from workbench.common.errors import WorkbenchError
 from workbench.link import Client
 from workbench.link.control import AsyncControl, Control
-from workbench.link.messages import Hand, Nack, Ping, ReleaseControl, RequestControl, Stage
-from workbench.link.wire import Frame
+from workbench.link.messages import (
+    ControlOwner,
+    LinkLossStage,
+    Nack,
+    Ping,
+    ReleaseControl,
+    RequestControl,
+)
+from workbench.link.wire import WireFrame
 
 VELOCITY = (1.0, 2.0, 3.0, 4.0, 5.0, 6.0)
 REST = (0.0, 0.0, 0.0, 0.0)
@@ -38,7 +45,7 @@ def test_control_begins_neutral_repeats_itself_and_is_released(server, fakes):
 
 
 def test_the_time_is_asked_for_where_no_states_come(server, fakes, monkeypatch):
-    monkeypatch.setattr("workbench.link.connection.QUIET", 3600.0)  # for which it asks too
+    monkeypatch.setattr("workbench.link.connection.PING_AFTER_S", 3600.0)  # for which it asks too
     with Client(server.address, topics=()) as client, client.control():
         server.t_ns = 9_000_000_000  # nobody publishes it
         fakes.wait_until(lambda: server.commands and server.commands[-1][0] == 9_000_000_000)
@@ -46,7 +53,7 @@ def test_the_time_is_asked_for_where_no_states_come(server, fakes, monkeypatch):
 
 
 def test_a_flight_faster_than_the_clock_gets_more_commands(server, fakes, monkeypatch):
-    monkeypatch.setattr("workbench.link.control.PERIOD", 3600.0)
+    monkeypatch.setattr("workbench.link.control.COMMAND_PERIOD_S", 3600.0)
     with Client(server.address) as client, client.control():
         fakes.wait_until(lambda: server.commands)
         for step in range(1, 41):
@@ -68,7 +75,7 @@ def test_a_velocity_lapses_where_the_program_says_nothing_more(server, fakes):
 
 
 def test_a_velocity_lapses_in_a_flight_faster_than_the_clock(server, fakes, monkeypatch):
-    monkeypatch.setattr("workbench.link.control.PERIOD", 3600.0)
+    monkeypatch.setattr("workbench.link.control.COMMAND_PERIOD_S", 3600.0)
     with Client(server.address) as client, client.control() as c:
         c.velocity(1.0, 0.0, 0.0, hold=1e-9)
         fakes.wait_until(lambda: server.commands[-1][1][2] == 1.0)
@@ -148,8 +155,12 @@ def test_control_that_another_holds_is_refused(server):
     [
         lambda s, f: s.cut(),
         lambda s, f: s.say(s.nobody("the operator took over")),
-        lambda s, f: s.say(f.ControlState(Hand.CLIENT, 99, "", Stage.LIVE, 0.0, "another")),
-        lambda s, f: s.say(f.ControlState(Hand.CLIENT, 1, "", Stage.HOLD, 0.5, "silent")),
+        lambda s, f: s.say(
+            f.ControlState(ControlOwner.CLIENT, 99, "", LinkLossStage.LIVE, 0.0, "another")
+        ),
+        lambda s, f: s.say(
+            f.ControlState(ControlOwner.CLIENT, 1, "", LinkLossStage.HOLD, 0.5, "silent")
+        ),
         lambda s, f: s.say(Nack("not_holder", "the lease is another's", seq=99)),
     ],
 )
@@ -192,7 +203,7 @@ def test_no_velocity_is_refused_before_it_is_sent(server, number):
 def test_a_velocity_that_was_refused_raises_once_and_stops(server, fakes):
     def too_fast(peer, frame):
         if (
-            isinstance(frame, Frame)
+            isinstance(frame, WireFrame)
             and fakes.BY_NAME["command_velocity"].unpack(frame.payload)["v_x"]
         ):
             return Nack("too_fast", "the level speed is 99 m/s", seq=frame.seq)
@@ -210,7 +221,9 @@ def test_a_velocity_that_was_refused_raises_once_and_stops(server, fakes):
 
 def test_a_velocity_that_was_reduced_says_so(server, fakes):
     server.answer = lambda peer, frame: (
-        Nack("scaled", "the limit is 8 m/s", seq=frame.seq) if isinstance(frame, Frame) else None
+        Nack("scaled", "the limit is 8 m/s", seq=frame.seq)
+        if isinstance(frame, WireFrame)
+        else None
     )
     with Client(server.address) as client, client.control() as c:
         c.velocity(9.0, 0.0, 0.0)
@@ -221,7 +234,7 @@ def test_a_velocity_that_was_reduced_says_so(server, fakes):
 def test_a_lost_first_command_is_said_again(server, fakes):
     server.answer = lambda peer, frame: (
         Nack("neutral_first", "zero first", seq=frame.seq)
-        if isinstance(frame, Frame) and len(server.commands) == 3
+        if isinstance(frame, WireFrame) and len(server.commands) == 3
         else None
     )
     with Client(server.address) as client, client.control() as c:

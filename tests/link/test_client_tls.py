@@ -1,32 +1,14 @@
 """TLS of a client: who vouches for the server, and what is said if nobody does."""
 
 import hashlib
-import shutil
 import ssl
-import subprocess
+from pathlib import Path
 
 import pytest
 
 from workbench.common.errors import WorkbenchError
 from workbench.link import Client
 from workbench.link.connection import make_trust
-
-pytestmark = pytest.mark.skipif(not shutil.which("openssl"), reason="needs openssl")
-
-
-@pytest.fixture(scope="module")
-def certificate(tmp_path_factory):
-    """Return the paths of a certificate for 127.0.0.1, signed by itself, and of its key."""
-    folder = tmp_path_factory.mktemp("tls")
-    files = folder / "cert.pem", folder / "key.pem"
-    subprocess.run(
-        ["openssl", "req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:P-256"]
-        + ["-nodes", "-days", "2", "-subj", "/CN=drone", "-addext", "subjectAltName=IP:127.0.0.1"]
-        + ["-out", str(files[0]), "-keyout", str(files[1])],
-        check=True,
-        capture_output=True,
-    )
-    return files
 
 
 @pytest.fixture
@@ -39,12 +21,12 @@ def tls_server(fakes, certificate):
 
 
 def fingerprint(certificate):
-    der = ssl.PEM_cert_to_DER_cert(certificate[0].read_text())
+    der = ssl.PEM_cert_to_DER_cert(Path(certificate[0]).read_text())
     return "sha256:" + hashlib.sha256(der).hexdigest()
 
 
 def test_a_file_of_certificates_vouches(tls_server, certificate):
-    with Client(tls_server.address, tls=str(certificate[0])) as client:
+    with Client(tls_server.address, tls=certificate[0]) as client:
         assert client.ping() == 5.0
 
 
@@ -72,7 +54,7 @@ def test_a_server_without_tls_is_a_sentence(server):
 
 
 def test_a_client_without_tls_is_told_to_think_of_it(tls_server, monkeypatch):
-    monkeypatch.setattr("workbench.link.connection.GREETING_LIMIT", 0.2)
+    monkeypatch.setattr("workbench.link.connection.GREETING_TIMEOUT_S", 0.2)
     with pytest.raises(WorkbenchError, match="does it want TLS"):
         Client(tls_server.address).__enter__()
 

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from workbench.scenario.scenario import Rates, Scenario, Start
+from workbench.scenario.scenario import Rates, Scenario, ScenarioStart
 
 CONTROL = Rates().control_period
 FIELDS = ("v_x", "v_y", "v_z", "yaw_rate")
@@ -32,7 +32,9 @@ rig = _load()
 @pytest.fixture(scope="module")
 def served():
     with pytest.MonkeyPatch.context() as patch:
-        served = rig.Served(patch, rig.build(Scenario(start=Start(position=[0.0, 0.0, 9.0]))))
+        served = rig.Served(
+            patch, rig.build(Scenario(start=ScenarioStart(position=[0.0, 0.0, 9.0])))
+        )
         served.fly(1.5)
         yield served
         served.flying._network.close()

@@ -16,9 +16,9 @@ from pathlib import Path
 
 import pytest
 
-from workbench.link.drone_topics import COMMAND
+from workbench.link.drone_topics import COMMAND_SIGNAL
 from workbench.link.server.config import ServerConfig
-from workbench.link.wire import HEADER, Kind
+from workbench.link.wire import FRAME_HEADER, FrameKind
 from workbench.live.flight import LiveFlight
 from workbench.scenario.scenario import Rates
 
@@ -49,7 +49,7 @@ def owner(velocity) -> int | None:
     return round(8.0 * velocity[0]) - 1 if any(velocity) else None
 
 
-@pytest.mark.parametrize("rounds", [50, pytest.param(1000, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("rounds", [50, pytest.param(300, marks=pytest.mark.slow)])
 def test_races_have_one_winner_each(monkeypatch, rounds):
     """Losers command all the same: with no lease, old ones, guesses, and the winner's."""
     served = rig.Served(monkeypatch, rig.build())
@@ -134,7 +134,7 @@ class Racer:
     def say(self, **operation) -> int:
         """Send an operation, and return its number."""
         number = next(self._ids)
-        self._send(Kind.CONTROL, 0, json.dumps({"id": number} | operation).encode(), 0)
+        self._send(FrameKind.CONTROL, 0, json.dumps({"id": number} | operation).encode(), 0)
         return number
 
     def answer(self, number: int) -> dict:
@@ -152,7 +152,7 @@ class Racer:
         """Send a command that acts on the state of now."""
         t_ns = self.answer(self.say(op="ping"))["t_ns"]
         payload = struct.pack("<IIffff", lease, 15, *velocity, 0.0)
-        return self._send(Kind.DATA, COMMAND, payload, t_ns)
+        return self._send(FrameKind.DATA, COMMAND_SIGNAL.id, payload, t_ns)
 
     def fly_on(self) -> None:
         """Wait until an update has dealt with what was sent before."""
@@ -160,15 +160,15 @@ class Racer:
         while self.answer(self.say(op="ping"))["t_ns"] < end:
             time.sleep(0.002)
 
-    def _send(self, kind: Kind, topic: int, payload: bytes, t_ns: int) -> int:
+    def _send(self, kind: FrameKind, topic: int, payload: bytes, t_ns: int) -> int:
         seq = next(self._seq)
-        head = HEADER.pack(b"DH", 1, kind, topic, 0, seq, len(payload), t_ns)
+        head = FRAME_HEADER.pack(b"DH", 1, kind, topic, 0, seq, len(payload), t_ns)
         self._socket.sendall(head + payload)
         return seq
 
     def _read(self) -> dict:
-        _, _, kind, _, _, _, length, _ = HEADER.unpack(self._file.read(HEADER.size))
-        said = json.loads(self._file.read(length)) if kind == Kind.CONTROL else {}
+        _, _, kind, _, _, _, length, _ = FRAME_HEADER.unpack(self._file.read(FRAME_HEADER.size))
+        said = json.loads(self._file.read(length)) if kind == FrameKind.CONTROL else {}
         if said.get("op") == "nack" and said.get("seq"):
             self._nacks.add(said["seq"])
         return said

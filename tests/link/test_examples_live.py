@@ -10,10 +10,11 @@ from pathlib import Path
 
 import pytest
 
-from workbench.link.drone_topics import COMMAND, VELOCITY
+from workbench.link.drone_topics import COMMAND_SIGNAL, VELOCITY_SIGNAL
 from workbench.link.hello import Hello
-from workbench.link.messages import Subscribe, read_message, write_operation
-from workbench.link.wire import Decoder, Flag, Frame, Kind
+from workbench.link.message_json import read_message, write_operation
+from workbench.link.messages import Subscribe
+from workbench.link.wire import Decoder, FrameFlag, FrameKind, WireFrame
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples" / "link"
 LIMIT = 300.0
@@ -41,18 +42,24 @@ class Watcher:
         decoder, topics = Decoder(), {}
         while data := self.stream.recv(65536):
             for frame in decoder.feed(data):
-                if frame.kind == Kind.DATA:
+                if frame.kind == FrameKind.DATA:
                     values = topics[frame.topic].unpack(frame.payload)
-                    if frame.topic == VELOCITY:
+                    if frame.topic == VELOCITY_SIGNAL.id:
                         self.fastest = max(self.fastest, values["v_x"])
                     else:
                         self.commands.add((round(values["v_x"], 4), round(values["v_z"], 4)))
                 elif isinstance(said := read_message(frame.payload), Hello):
                     topics = {topic.id: topic for topic in said.topics}
-                    names = tuple(topics[number].name for number in (VELOCITY, COMMAND))
-                    self.send(Frame(Kind.CONTROL, 0, 0, 1, 0, write_operation(Subscribe(1, names))))
-                if frame.flags & Flag.ACKNOWLEDGE:
-                    self.send(Frame(Kind.ACKNOWLEDGEMENT, 0, 0, frame.seq, 0, b""))
+                    names = tuple(
+                        topics[number].name for number in (VELOCITY_SIGNAL.id, COMMAND_SIGNAL.id)
+                    )
+                    self.send(
+                        WireFrame(
+                            FrameKind.CONTROL, 0, 0, 1, 0, write_operation(Subscribe(1, names))
+                        )
+                    )
+                if frame.flags & FrameFlag.ACKNOWLEDGE:
+                    self.send(WireFrame(FrameKind.ACKNOWLEDGEMENT, 0, 0, frame.seq, 0, b""))
 
     def send(self, frame):
         with contextlib.suppress(OSError):  # once we have said that we go

@@ -6,6 +6,7 @@ import pytest
 
 from workbench.link.codes import DeniedError, NackCode
 from workbench.link.json_fields import read_json
+from workbench.link.message_json import read_operation, write_operation
 from workbench.link.messages import (
     Bye,
     FlightOperation,
@@ -17,8 +18,6 @@ from workbench.link.messages import (
     Role,
     SetParameters,
     Subscribe,
-    read_operation,
-    write_operation,
 )
 
 
@@ -31,7 +30,8 @@ def refused(**values):
 def test_what_is_written_is_read(case):
     for operation in [
         Login(),
-        Login(1, "Zoë's phone", Role.VIEW, "0f" * 16, "a5" * 32),
+        Login(1, "Zoë's phone", Role.VIEW, "t" * 1024),
+        Login(1, "older", Role.VIEW, nonce="0f" * 16, proof="a5" * 32),
         Subscribe(),
         Subscribe(2, ("/dh_drone/imu",), 12.5),
         Subscribe(2, ()),
@@ -80,6 +80,8 @@ def test_what_is_refused_and_why(case):
         ),
         ({"op": "login", "name": "ü" * 25}, 'login: "name" must be a printable text of at most 48'),
         ({"op": "login", "role": True}, '"role" must be one of view, command'),
+        ({"op": "login", "token": 7}, '"token" must be a printable text of at most 1024'),
+        ({"op": "login", "token": "ü" * 513}, '"token" must be a printable text'),
         ({"op": "login", "proof": "0"}, '"proof" must be 64 hexadecimal digits'),
         ({"op": "login", "nonce": "٣" * 32}, '"nonce" must be 32 hexadecimal digits'),
         (

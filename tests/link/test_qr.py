@@ -10,7 +10,7 @@ from PIL import Image
 
 from workbench.link import page_address as module
 from workbench.link.page_address import lan_address, page_address
-from workbench.link.qr import QUIET, png_code, terminal_code
+from workbench.link.qr import QUIET_ZONE_MODULES, png_code, terminal_code
 
 URL = "http://192.168.1.7:8080/"
 FINDER = ["1111111", "1000001", "1011101", "1011101", "1011101", "1000001", "1111111"]
@@ -43,9 +43,13 @@ def of_terminal():
 def test_the_picture_is_a_code_with_its_quiet_border():
     rows = of_picture()
     size = len(rows)
-    assert (size - 2 * QUIET) % 4 == 1  # 21, 25, 29 ... by the standard
-    assert all("1" not in row for row in rows[:QUIET] + rows[-QUIET:])
-    for top, left in ((QUIET, QUIET), (QUIET, size - QUIET - 7), (size - QUIET - 7, QUIET)):
+    assert (size - 2 * QUIET_ZONE_MODULES) % 4 == 1  # 21, 25, 29 ... by the standard
+    assert all("1" not in row for row in rows[:QUIET_ZONE_MODULES] + rows[-QUIET_ZONE_MODULES:])
+    for top, left in (
+        (QUIET_ZONE_MODULES, QUIET_ZONE_MODULES),
+        (QUIET_ZONE_MODULES, size - QUIET_ZONE_MODULES - 7),
+        (size - QUIET_ZONE_MODULES - 7, QUIET_ZONE_MODULES),
+    ):
         assert [row[left : left + 7] for row in rows[top : top + 7]] == FINDER
 
 

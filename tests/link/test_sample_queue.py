@@ -2,10 +2,13 @@ import threading
 
 import pytest
 
-from workbench.link.drone_topics import Outfit, drone_topics
-from workbench.link.sample import DEEPEST, LONGEST_WAIT, Sample, SampleQueue
+from workbench.link.drone_topics import drone_topics
+from workbench.link.sample import MAX_QUEUE_AGE_S, MAX_QUEUED_SAMPLES, Sample, SampleQueue
+from workbench.link.signal import TopicOptions
 
-TOPICS = {topic.name.rsplit("/", 1)[1]: topic for topic in drone_topics(Outfit(4, 200.0, 10.0))}
+TOPICS = {
+    topic.name.rsplit("/", 1)[1]: topic for topic in drone_topics(TopicOptions(4, 200.0, 10.0))
+}
 STATES = [TOPICS[name] for name in ("time_data", "position_data", "velocity_data", "rotors")]
 
 
@@ -53,14 +56,14 @@ def test_a_slow_reader_gets_what_is_new_and_each_topic_as_often(clock):
         if number % 20 == 19:
             taken = queue.take()
             seen[taken.topic].append(taken.t_ns)
-            assert (number - taken.t_ns) * 0.005 <= LONGEST_WAIT + 0.005
+            assert (number - taken.t_ns) * 0.005 <= MAX_QUEUE_AGE_S + 0.005
     assert {len(numbers) for numbers in seen.values()} == {50}
     assert all(numbers == sorted(numbers) for numbers in seen.values())
     waiting = 0
     while queue.take():
         waiting += 1
     assert queue.dropped == 4 * 4000 - 200 - waiting
-    assert waiting <= 4 * (LONGEST_WAIT / 0.005 + 2)
+    assert waiting <= 4 * (MAX_QUEUE_AGE_S / 0.005 + 2)
 
 
 def test_the_newest_stays_however_old_it_is(clock):
@@ -77,7 +80,7 @@ def test_events_do_not_age_but_are_bounded(clock):
         queue.put([sample(TOPICS["events"], number)])
         clock.now += 1.0
     assert [queue.take().t_ns for _ in range(10)] == list(range(10))
-    queue.put([sample(TOPICS["events"], number) for number in range(DEEPEST + 5)])
+    queue.put([sample(TOPICS["events"], number) for number in range(MAX_QUEUED_SAMPLES + 5)])
     assert queue.take().t_ns == 5
     assert queue.dropped == 5
 

@@ -8,15 +8,17 @@ import struct
 import pytest
 
 from workbench.link.codes import DeniedError
-from workbench.link.drone_topics import Outfit, drone_topics
-from workbench.link.hello import Hello, Limits, ParameterRow
+from workbench.link.drone_topics import drone_topics
+from workbench.link.hello import Hello, ParameterRow, ServerLimits
 from workbench.link.json_fields import read_json
+from workbench.link.message_json import read_message, write_message
 from workbench.link.messages import (
     Bye,
+    ControlOwner,
     ControlState,
     Error,
     FlightDone,
-    Hand,
+    LinkLossStage,
     Login,
     Nack,
     ParameterValues,
@@ -24,11 +26,9 @@ from workbench.link.messages import (
     ReleaseControl,
     RequestControl,
     Role,
-    Stage,
     Subscribe,
-    read_message,
-    write_message,
 )
+from workbench.link.signal import TopicOptions
 from workbench.link.wire import WireError
 
 HELLO = Hello(
@@ -38,11 +38,23 @@ HELLO = Hello(
     vehicle="x500",
     nonce="0f" * 16,
     login=True,
-    limits=Limits(8.0, 3.0, 0.4),
-    topics=drone_topics(Outfit(4, 200, 8, 200, 5, 10, 8, {"a": [[1.5, 2]]}, [("W", "B")])),
+    limits=ServerLimits(8.0, 3.0, 0.4),
+    topics=drone_topics(
+        TopicOptions(
+            4,
+            200,
+            8,
+            rates={"imu": 200, "gps": 5, "lidar": 10},
+            rays=8,
+            scan={"a": [[1.5, 2]]},
+            frames=[("W", "B")],
+        )
+    ),
     parameters=(ParameterRow("kp_velocity_x", "1/s", 0.0, 50.0, 6.0, "gain"),),
 )
-STATE = ControlState(Hand.CLIENT, 3, "joystick", Stage.HOLD, 0.7, "silent for 0.5 s")
+STATE = ControlState(
+    ControlOwner.CLIENT, 3, "joystick", LinkLossStage.HOLD, 0.7, "silent for 0.5 s"
+)
 SAID = [
     HELLO,
     Login(1, role=Role.COMMAND),

@@ -10,7 +10,7 @@ import pytest
 
 from workbench.link.server.config import ServerConfig
 from workbench.live.flight import LiveFlight
-from workbench.scenario.scenario import Scenario, Start
+from workbench.scenario.scenario import Scenario, ScenarioStart
 
 pytestmark = pytest.mark.slow
 
@@ -24,7 +24,7 @@ SPEED = 2.0
 @pytest.fixture(scope="module")
 def flown():
     """Return what the client printed, and the flight's recording."""
-    with LiveFlight(Scenario(start=Start(mode="off"))) as flight:
+    with LiveFlight(Scenario(start=ScenarioStart(mode="off"))) as flight:
         flight.wait()
         flight.set_speed(SPEED).result(ENOUGH)
         address = flight.serve(ServerConfig(port=0)).result(ENOUGH)

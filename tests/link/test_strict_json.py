@@ -5,7 +5,7 @@ import math
 
 import pytest
 
-from workbench.link.json_fields import DEEPEST, read_json, write_json
+from workbench.link.json_fields import MAX_JSON_DEPTH, read_json, write_json
 from workbench.link.wire import WireError
 
 
@@ -62,8 +62,8 @@ def test_depth_counts_brackets_outside_texts_only():
     def nested(depth):
         return b'{"x":' + b"[" * (depth - 1) + b"]" * (depth - 1) + b"}"
 
-    assert read_json(nested(DEEPEST))
-    assert "within each other" in refusal(nested(DEEPEST + 1))
+    assert read_json(nested(MAX_JSON_DEPTH))
+    assert "within each other" in refusal(nested(MAX_JSON_DEPTH + 1))
     assert read_json(b'{"x":"' + b"[" * 1000 + b'"}')
     assert "within each other" in refusal(b'{"x":"\\\\",' + b'"y":' + b"[" * 9 + b"]" * 9 + b"}")
     assert read_json(b'{"x":"\\"' + b"[" * 1000 + b'"}')

@@ -7,21 +7,23 @@ import struct
 
 import pytest
 
-from workbench.link.drone_topics import Outfit, drone_topics
+from workbench.link.drone_topics import drone_topics
+from workbench.link.signal import TopicOptions
 from workbench.link.topics import (
     Delivery,
-    Direction,
     Field,
     Topic,
-    cut,
+    TopicDirection,
     definition_hash,
     topic_from,
+    truncated_utf8,
+    value_names,
 )
 
 TOPIC = Topic(
     5,
     "/dh_drone/test",
-    Direction.OUT,
+    TopicDirection.OUT,
     100.0,
     (
         Field("count", "uint32", "1"),
@@ -46,8 +48,8 @@ def test_another_size_is_no_frame_of_it(size):
 
 
 def test_a_text_is_cut_between_characters():
-    assert cut("aüb", 2) == b"a"
-    assert cut("aüb", 3) == "aü".encode()
+    assert truncated_utf8("aüb", 2) == b"a"
+    assert truncated_utf8("aüb", 3) == "aü".encode()
     assert TOPIC.unpack(TOPIC.pack([0, "öööö", (0, 0, 0)]))["said"] == "ööö"
     assert TOPIC.unpack(TOPIC.pack([0, "ööaö", (0, 0, 0)]))["said"] == "ööa"
 
@@ -119,7 +121,11 @@ def test_a_false_definition_is_refused(case):
 
 
 def test_every_topic_survives_packing_of_any_floats():
-    for topic in drone_topics(Outfit(4, 200, 8, 200, 5, 10, 3, frames=[("W", "B")])):
+    for topic in drone_topics(
+        TopicOptions(
+            4, 200, 8, rates={"imu": 200, "gps": 5, "lidar": 10}, rays=3, frames=[("W", "B")]
+        )
+    ):
         values = [
             "x"
             if each.type == "char"
@@ -139,8 +145,28 @@ def test_every_topic_survives_packing_of_any_floats():
 def test_a_topic_that_no_frame_can_carry_is_refused():
     def said(count):
         field = Field("p", "float64", "m", "W", count)
-        return Topic(1, "/dh_drone/big", Direction.OUT, 1.0, (field,)).definition()
+        return Topic(1, "/dh_drone/big", TopicDirection.OUT, 1.0, (field,)).definition()
 
     assert topic_from(said(8192)).packer.size == 65536
     with pytest.raises(ValueError, match="its fields are longer than a frame may be"):
         topic_from(said(8193))
+
+
+@pytest.mark.parametrize(
+    ("parts", "count", "names"),
+    [
+        (["arm", "Leg 1"], 2, ["arm", "leg_1"]),
+        (["arm"], 1, ["arm"]),
+        (["body", "foot"], 6, ["body.x", "body.y", "body.z", "foot.x", "foot.y", "foot.z"]),
+        (["a.b", "a b"], 2, ["0", "1"]),  # which would be one name
+        (["", "1st"], 2, ["0", "1"]),
+        ([], 3, ["0", "1", "2"]),
+    ],
+)
+def test_values_have_the_names_of_parts_where_these_are_names(parts, count, names):
+    assert value_names(parts, count) == names
+    field = Field("force", "float32", "N", "W", count)
+    about = {"links": parts} if parts else {}
+    topic = Topic(25, "/dh_drone/test", TopicDirection.OUT, 1.0, (field,), about=about)
+    assert topic.value_names(field) == names
+    assert TOPIC.value_names(TOPIC.fields[0]) == [""]

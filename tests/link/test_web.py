@@ -5,7 +5,6 @@ import contextlib
 import gc
 import importlib.util
 import math
-import shutil
 import socket
 import ssl
 from pathlib import Path
@@ -17,8 +16,8 @@ from workbench.common.errors import WorkbenchError
 from workbench.link.backplane import Published
 from workbench.link.server import acceptor, web
 from workbench.link.server.config import ServerConfig
-from workbench.link.server.web import LARGEST_MESSAGE
-from workbench.link.wire import Decoder, Frame
+from workbench.link.server.web import MAX_WEB_MESSAGE_BYTES
+from workbench.link.wire import Decoder, WireFrame
 
 PAGE = {
     "index.html",
@@ -44,16 +43,17 @@ served = load("web_client")
 
 
 @pytest.fixture
-def over_tls(tmp_path):
+def over_tls(certificate):
     """Return what a page over TLS is to do."""
-    if not shutil.which("openssl"):
-        pytest.skip("needs openssl")
-    return served.over_tls(tmp_path)
+    cert, key = certificate
+    return ServerConfig(port=0, web=True, tls_cert=cert, tls_key=key)
 
 
 def test_the_page_is_whole():
     assert set(web.page_files()) >= PAGE
-    assert not {name for name in web.page_files() if not name.endswith(tuple(web.TYPES))}
+    assert not {
+        name for name in web.page_files() if not name.endswith(tuple(web.MEDIA_TYPE_BY_SUFFIX))
+    }
 
 
 def test_files_come_with_strict_headers():
@@ -125,11 +125,11 @@ def test_a_foreign_host_is_refused_and_counted(path):
 @pytest.mark.parametrize("tls", [False, True], ids=["http", "https"])
 def test_who_only_knocks_makes_room_for_others(tls, request, monkeypatch):
     """The page is answered and a client stays in, however many connections ask for nothing."""
-    monkeypatch.setattr(acceptor, "MOST", 8)
-    for limit in ("BEGUN_AT_ONCE", "BEGIN_RATE"):  # so they begin in the order they came in
+    monkeypatch.setattr(acceptor, "MAX_BEGUN_CONNECTIONS", 8)
+    for limit in ("BEGINS_PER_TURN", "BEGIN_RATE_HZ"):  # so they begin in the order they came in
         monkeypatch.setattr(acceptor, limit, math.inf)
-    monkeypatch.setattr(acceptor, "HANDSHAKE_TIME", served.LIMIT)
-    monkeypatch.setattr(web, "IDLE_TIME", served.LIMIT)
+    monkeypatch.setattr(acceptor, "HANDSHAKE_TIMEOUT_S", served.LIMIT)
+    monkeypatch.setattr(web, "WEB_IDLE_TIMEOUT_S", served.LIMIT)
     config = request.getfixturevalue("over_tls") if tls else None
     trusted = ssl.create_default_context(cafile=config.tls_cert) if tls else None
 
@@ -161,7 +161,7 @@ def test_who_only_knocks_makes_room_for_others(tls, request, monkeypatch):
 
 
 def test_who_never_shakes_hands_is_cut_off(over_tls, monkeypatch):
-    monkeypatch.setattr(acceptor, "HANDSHAKE_TIME", 0.2)
+    monkeypatch.setattr(acceptor, "HANDSHAKE_TIMEOUT_S", 0.2)
 
     async def scenario(hub, page, client):
         reader, writer = await asyncio.open_connection("127.0.0.1", page.port)
@@ -327,7 +327,7 @@ def test_a_websocket_is_read_as_the_standard_says():
             (masked(bytes(126), 0x89), 1002),  # too long a ping
             (masked(b"", 0x09), 1002),  # a ping in parts
             (masked(served.said("ping", 1) * 1000, 0x02) + masked(bytes(60000), 0x80), 1009),
-            (masked(bytes(LARGEST_MESSAGE + 1)), 1009),
+            (masked(bytes(MAX_WEB_MESSAGE_BYTES + 1)), 1009),
             (b"\x82\xff" + (2**62).to_bytes(8, "big"), 1009),
         ]:
             reader, writer = await asyncio.open_connection("127.0.0.1", page.port)
@@ -403,7 +403,7 @@ def test_the_largest_message_is_taken():
             decoder = Decoder()
             await served.operations(link, decoder, 1)
             ping = served.said("ping", 2, id=1)
-            skipped = Frame(0x80, 0, 0, 1, 0, bytes(LARGEST_MESSAGE - 24 - len(ping)))
+            skipped = WireFrame(0x80, 0, 0, 1, 0, bytes(MAX_WEB_MESSAGE_BYTES - 24 - len(ping)))
             await link.send_bytes(skipped.to_bytes() + ping)
             assert (await served.operations(link, decoder, 1))[0]["op"] == "pong"
 
@@ -451,7 +451,7 @@ def test_a_connection_gets_one_answer():
     served.run(scenario)
 
 
-@pytest.mark.parametrize("size", [1, web.LONGEST_REQUEST])
+@pytest.mark.parametrize("size", [1, web.MAX_WEB_REQUEST_BYTES])
 def test_a_request_that_never_ends_is_cut_off(size):
     """In whatever pieces it comes: each read takes time."""
 
@@ -565,10 +565,8 @@ def test_data_goes_to_the_page_in_batches():
     served.run(scenario)
 
 
-@pytest.mark.skipif(not shutil.which("openssl"), reason="needs openssl")
-def test_with_a_certificate_all_goes_over_tls(tmp_path):
-    config = served.over_tls(tmp_path)
-    trusted = ssl.create_default_context(cafile=config.tls_cert)
+def test_with_a_certificate_all_goes_over_tls(over_tls):
+    trusted = ssl.create_default_context(cafile=over_tls.tls_cert)
 
     async def scenario(hub, page, client):
         assert page.address == f"https://127.0.0.1:{page.port}/"
@@ -580,4 +578,4 @@ def test_with_a_certificate_all_goes_over_tls(tmp_path):
         with pytest.raises(aiohttp.WSServerHandshakeError):
             await client.ws_connect(address, origin=origin.replace("https", "http"), ssl=trusted)
 
-    served.run(scenario, config)
+    served.run(scenario, over_tls)

@@ -1,5 +1,6 @@
 """Frames come out as they went in, however the bytes are cut, and nothing else comes out."""
 
+import contextlib
 import importlib.util
 import itertools
 import random
@@ -7,13 +8,21 @@ from pathlib import Path
 
 import pytest
 
-from workbench.link.wire import HEADER, LARGEST, Decoder, Flag, Frame, Kind, WireError
+from workbench.link.wire import (
+    FRAME_HEADER,
+    MAX_PAYLOAD_BYTES,
+    Decoder,
+    FrameFlag,
+    FrameKind,
+    WireError,
+    WireFrame,
+)
 
 ROOT = Path(__file__).resolve().parents[2]
 FRAMES = [
-    Frame(Kind.CONTROL, 0, 0, 1, 0, b'{"op":"ping"}'),
-    Frame(Kind.DATA, 8, Flag.HMAC | Flag.ACKNOWLEDGE, 2, -5, bytes(range(24)), b"p" * 16),
-    Frame(Kind.ACKNOWLEDGEMENT, 0, 0, 2, 0, b""),
+    WireFrame(FrameKind.CONTROL, 0, 0, 1, 0, b'{"op":"ping"}'),
+    WireFrame(FrameKind.DATA, 8, FrameFlag.ACKNOWLEDGE, 2, -5, bytes(range(24))),
+    WireFrame(FrameKind.ACKNOWLEDGEMENT, 0, 0, 2, 0, b""),
 ]
 STREAM = b"".join(frame.to_bytes() for frame in FRAMES)
 
@@ -32,8 +41,8 @@ def fuzz():
 
 
 def test_the_header_is_24_bytes():
-    assert HEADER.size == 24
-    assert len(STREAM) == 3 * 24 + 13 + 24 + 16
+    assert FRAME_HEADER.size == 24
+    assert len(STREAM) == 3 * 24 + 13 + 24
 
 
 def test_every_two_cuts_of_three_frames():
@@ -90,28 +99,37 @@ def test_frames_that_were_not_fetched_come_with_the_next_bytes():
 
 
 def test_a_larger_limit_counts_from_the_next_frame_on():
-    big = Frame(Kind.CONTROL, 0, 0, 1, 0, b" " * 5000)
+    big = WireFrame(FrameKind.CONTROL, 0, 0, 1, 0, b" " * 5000)
     decoder, found = Decoder(largest=4096), []
     for frame in decoder.feed(FRAMES[0].to_bytes() + big.to_bytes()):
         found.append(frame)
-        decoder.largest = LARGEST
+        decoder.largest = MAX_PAYLOAD_BYTES
     assert found == [FRAMES[0], big]
 
 
 def test_too_long_a_frame_is_not_waited_for():
     decoder = Decoder(largest=100)
-    head = Frame(Kind.DATA, 1, 0, 1, 0, b"x" * 101).to_bytes()[:24]
+    head = WireFrame(FrameKind.DATA, 1, 0, 1, 0, b"x" * 101).to_bytes()[:24]
     with pytest.raises(WireError) as error:
         list(decoder.feed(head))
     assert error.value.code == "length"
     assert decoder.waiting == 24
 
 
+def test_an_operation_has_a_limit_of_its_own_that_data_do_not_have():
+    sizes = {FrameKind.CONTROL: 0, FrameKind.DATA: 0}
+    for kind in sizes:
+        for size in (10, 11, 100):
+            decoder = Decoder(largest=100, largest_operation=10)
+            data = WireFrame(kind, 1, 0, 1, 0, b"x" * size).to_bytes()
+            with contextlib.suppress(WireError):
+                sizes[kind] = len(next(decoder.feed(data)).payload)
+    assert sizes == {FrameKind.CONTROL: 10, FrameKind.DATA: 100}
+
+
 def test_a_frame_that_nobody_would_take_is_not_made():
     with pytest.raises(WireError, match="65537 bytes after a header are too many"):
-        Frame(Kind.DATA, 1, 0, 1, 0, b"x" * (LARGEST + 1)).to_bytes()
-    with pytest.raises(WireError):
-        Frame(Kind.DATA, 1, Flag.HMAC, 1, 0, b"x" * (LARGEST - 15), bytes(16)).to_bytes()
+        WireFrame(FrameKind.DATA, 1, 0, 1, 0, b"x" * (MAX_PAYLOAD_BYTES + 1)).to_bytes()
 
 
 @pytest.mark.parametrize("step", [1, 10])
@@ -126,7 +144,7 @@ def test_work_grows_with_the_bytes_and_not_with_their_square(step, monkeypatch):
         return real(self)
 
     monkeypatch.setattr(Decoder, "_next_end", counted)
-    stream = Frame(Kind.DATA, 1, 0, 1, 0, b"x" * LARGEST).to_bytes() * 4
+    stream = WireFrame(FrameKind.DATA, 1, 0, 1, 0, b"x" * MAX_PAYLOAD_BYTES).to_bytes() * 4
     assert len(decoded(*(stream[i : i + step] for i in range(0, len(stream), step)))) == 4
     assert looks < 4 * 30
     looks = 0

@@ -2,18 +2,18 @@
 
 import asyncio
 import json
-import subprocess
 
 import aiohttp
 
-from workbench.link.backplane import Flight
-from workbench.link.drone_topics import Outfit, drone_topics
+from workbench.link.backplane import ServedFlight
+from workbench.link.drone_topics import drone_topics
 from workbench.link.server import web
 from workbench.link.server.admission import Admission
 from workbench.link.server.config import ServerConfig
 from workbench.link.server.hub import Hub
 from workbench.link.server.policy import Policy
-from workbench.link.wire import Frame, Kind
+from workbench.link.signal import TopicOptions
+from workbench.link.wire import FrameKind, WireFrame
 
 LIMIT = 300.0
 """Generous: nothing here is a matter of time [s]."""
@@ -23,7 +23,7 @@ def run(scenario, config=None, clients=16, an_address=4):
     """Run a test with a page that is served, within one loop."""
 
     async def served():
-        flight = Flight("x500", drone_topics(Outfit(4, 200, 8)), (), (8.0, 8.0, 0.4))
+        flight = ServedFlight("x500", drone_topics(TopicOptions(4, 200, 8)), (), (8.0, 8.0, 0.4))
         hub = Hub(Policy(flight), Admission(clients, an_address), lambda record: None)
         page = web.Page(hub, config or ServerConfig(port=0, web=True))
         await page.open()
@@ -35,19 +35,6 @@ def run(scenario, config=None, clients=16, an_address=4):
             await page.close()
 
     asyncio.run(served())
-
-
-def over_tls(folder):
-    """Return what a page over TLS is to do, with a certificate that is made in a folder."""
-    cert, key = folder / "cert.pem", folder / "key.pem"
-    subprocess.run(
-        ["openssl", "req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:P-256"]
-        + ["-nodes", "-days", "2", "-subj", "/CN=127.0.0.1", "-addext"]
-        + ["subjectAltName=IP:127.0.0.1", "-keyout", str(key), "-out", str(cert)],
-        check=True,
-        capture_output=True,
-    )
-    return ServerConfig(port=0, web=True, tls_cert=str(cert), tls_key=str(key))
 
 
 def join(page, client, **headers):
@@ -71,4 +58,4 @@ async def operations(socket, decoder, number):
 
 def said(op, seq=1, **values):
     payload = json.dumps({"op": op, **values}).encode()
-    return Frame(Kind.CONTROL, 0, 0, seq, 0, payload).to_bytes()
+    return WireFrame(FrameKind.CONTROL, 0, 0, seq, 0, payload).to_bytes()

@@ -3,20 +3,23 @@
 import json
 
 import pytest
+from pydrake.multibody.parsing import Parser
+from pydrake.multibody.plant import MultibodyPlant
 
 from workbench.control.mode import FlightMode
-from workbench.link.backplane import Request
+from workbench.link.backplane import ClientRequest
+from workbench.link.message_json import write_message
 from workbench.link.messages import (
+    ControlOwner,
+    DescribeVehicle,
     FlightOperation,
     GetParameters,
-    Hand,
     ReleaseControl,
     RequestControl,
     SetParameters,
-    write_message,
 )
-from workbench.live.network import ClientRequests
-from workbench.scenario.scenario import Action, FigureEight, Scenario, Start
+from workbench.live.client_requests import ClientRequests
+from workbench.scenario.scenario import Action, FigureEight, Scenario, ScenarioStart
 from workbench.session.session import Session
 from workbench.systems.bridge import Bridge
 
@@ -26,16 +29,18 @@ class Station:
 
     def __init__(self, scenario: Scenario | None = None) -> None:
         self.bridge = Bridge()
-        scenario = scenario or Scenario(start=Start(mode="off"))
+        scenario = scenario or Scenario(start=ScenarioStart(mode="off"))
         self.session = Session(scenario, bridge=self.bridge)
         self.did = []
-        self.requests = ClientRequests(
-            self.session, self.bridge, lambda action, by: self.did.append((action, by))
-        )
+        self.requests = ClientRequests(self.session, self.bridge, self.act)
+
+    def act(self, action: Action, by: str) -> None:
+        self.session.do(action)
+        self.did.append((action, by))
 
     def asks(self, operation, peer: int = 1) -> dict:
         """Return the answer as the client reads it, without the request's number."""
-        reply = self.requests.answer(Request(peer, operation))
+        reply = self.requests.answer(ClientRequest(peer, operation))
         assert (reply.peer, reply.answer.id) == (peer, operation.id)
         answer = json.loads(write_message(reply.answer))
         del answer["id"]
@@ -137,12 +142,30 @@ def test_anybody_reads_parameters(station):
     assert "rotor_8" not in values
 
 
+def test_a_reset_needs_control_and_is_reported_once(station):
+    refused = station.asks(FlightOperation(1, "reset", 1.5, 7))
+    assert (refused["code"], station.requests.resets) == ("not_holder", False)
+    done = station.asks(FlightOperation(2, "reset", 1.5, station.lease()))
+    assert done == {"op": "flight", "what": "reset", "applied_ns": 0}
+    assert station.requests.resets and not station.did
+
+
+def test_the_description_is_urdf_with_the_frames_of_the_drone(station):
+    """Read by Drake, whose frames have the names of ours."""
+    urdf = station.asks(DescribeVehicle(3))["urdf"]
+    plant = MultibodyPlant(1e-3)
+    Parser(plant).AddModelsFromString(urdf, "urdf")
+    names = {frame.name for frame in station.session.vehicle.frames}
+    assert {"base_link", "lidar_link"} <= names
+    assert all(plant.HasFrameNamed(name) for name in names)
+
+
 def test_an_operation_renews_the_lease(station):
     lease = station.lease()
     for _ in range(6):
         station.session.tick(0.25)
         assert station.asks(SetParameters(6, {"kp_roll": 90.0}, lease))["op"] == "parameters"
-    assert station.bridge.authority.state(station.session.time).hand is Hand.CLIENT
+    assert station.bridge.authority.state(station.session.time).hand is ControlOwner.CLIENT
 
 
 def test_nobody_flies_beside_a_path_of_the_scenario():
@@ -212,6 +235,6 @@ def test_many_questions_cost_little(station):
 def test_a_holder_that_goes_has_control_no_longer(station):
     station.lease()
     station.requests.gone(2)
-    assert station.bridge.authority.state(0.0).hand is Hand.CLIENT
+    assert station.bridge.authority.state(0.0).hand is ControlOwner.CLIENT
     station.requests.gone(1)
-    assert station.bridge.authority.state(0.0).hand is Hand.NOBODY
+    assert station.bridge.authority.state(0.0).hand is ControlOwner.NOBODY

@@ -2,7 +2,7 @@
 
 import pytest
 
-from workbench.live.flying import LONGEST_LAG, SLICE, WINDOW, FlightClock
+from workbench.live.flight_clock import FLIGHT_SLICE_S, MAX_FLIGHT_LAG_S, PACE_WINDOW_S, FlightClock
 
 STEP = 1 / 1024
 
@@ -58,12 +58,12 @@ def test_nothing_is_due_early():
     clock = FlightClock(STEP, 5.0)
     assert clock.slice == 8
     assert clock.due(5.0) == 0
-    assert clock.wait(5.0) == SLICE
-    assert clock.due(5.0 + 0.9 * SLICE) == 0
-    assert clock.due(5.0 + SLICE) == 8
-    clock.flown(8, 5.0 + SLICE)
-    assert clock.due(5.0 + 1.5 * SLICE) == 0
-    assert clock.wait(5.0 + 1.5 * SLICE) == pytest.approx(0.5 * SLICE)
+    assert clock.wait(5.0) == FLIGHT_SLICE_S
+    assert clock.due(5.0 + 0.9 * FLIGHT_SLICE_S) == 0
+    assert clock.due(5.0 + FLIGHT_SLICE_S) == 8
+    clock.flown(8, 5.0 + FLIGHT_SLICE_S)
+    assert clock.due(5.0 + 1.5 * FLIGHT_SLICE_S) == 0
+    assert clock.wait(5.0 + 1.5 * FLIGHT_SLICE_S) == pytest.approx(0.5 * FLIGHT_SLICE_S)
 
 
 def test_a_slow_machine_falls_behind_by_a_bound_and_says_so():
@@ -73,8 +73,8 @@ def test_a_slow_machine_falls_behind_by_a_bound_and_says_so():
     assert machine.flown == pytest.approx(5.0, abs=0.1)
     pace = machine.clock.pace(machine.now)
     assert pace.achieved == pytest.approx(0.5, abs=0.02)
-    assert pace.lag <= LONGEST_LAG + 2.0 * SLICE + 1e-9
-    assert pace.given_up == pytest.approx(5.0 - LONGEST_LAG, abs=0.05)
+    assert pace.lag <= MAX_FLIGHT_LAG_S + 2.0 * FLIGHT_SLICE_S + 1e-9
+    assert pace.given_up == pytest.approx(5.0 - MAX_FLIGHT_LAG_S, abs=0.05)
     assert pace.slow
     said = str(pace)
     assert "0.50 times real time instead of 1" in said
@@ -88,7 +88,7 @@ def test_a_machine_that_is_quick_again_is_on_time_again_and_says_so():
     before = machine.flown
     machine.run(5.0)
     # the bound it was behind by, and no more, is caught up
-    assert machine.flown - before == pytest.approx(5.0 + LONGEST_LAG, abs=0.03)
+    assert machine.flown - before == pytest.approx(5.0 + MAX_FLIGHT_LAG_S, abs=0.03)
     pace = machine.clock.pace(machine.now)
     assert not pace.slow
     assert pace.achieved == pytest.approx(1.0, abs=0.02)
@@ -101,8 +101,10 @@ def test_a_machine_that_slept_does_not_run_after_the_clock():
     machine.run(2.0)
     machine.now += 60.0
     machine.run(2.0)
-    assert machine.flown == pytest.approx(4.0 + LONGEST_LAG, abs=2 * SLICE)
-    assert machine.clock.pace(machine.now).given_up == pytest.approx(60.0 - LONGEST_LAG, abs=0.02)
+    assert machine.flown == pytest.approx(4.0 + MAX_FLIGHT_LAG_S, abs=2 * FLIGHT_SLICE_S)
+    assert machine.clock.pace(machine.now).given_up == pytest.approx(
+        60.0 - MAX_FLIGHT_LAG_S, abs=0.02
+    )
 
 
 def test_in_a_pause_nothing_is_due_and_nothing_is_owed_after_it():
@@ -116,16 +118,16 @@ def test_in_a_pause_nothing_is_due_and_nothing_is_owed_after_it():
     assert machine.clock.pace(machine.now).achieved == 0.0
     machine.clock.resume(machine.now)
     machine.run(1.0)
-    assert machine.flown == pytest.approx(2.0, abs=2 * SLICE)
+    assert machine.flown == pytest.approx(2.0, abs=2 * FLIGHT_SLICE_S)
     pace = machine.clock.pace(machine.now)
     assert (pace.given_up, pace.slow) == (0.0, False)
 
 
 def test_resuming_a_flight_that_goes_on_changes_nothing():
     machine = Machine(cost=STEP / 50.0)
-    machine.run(0.5 * SLICE)
+    machine.run(0.5 * FLIGHT_SLICE_S)
     machine.clock.resume(machine.now)
-    machine.run(0.6 * SLICE)
+    machine.run(0.6 * FLIGHT_SLICE_S)
     assert machine.steps == 8
 
 
@@ -133,7 +135,7 @@ def test_the_achieved_factor_is_that_of_the_last_second():
     machine = Machine(cost=2.0 * STEP)
     machine.run(30.0)
     machine.cost = STEP / 50.0
-    machine.run(3.0 * WINDOW)
+    machine.run(3.0 * PACE_WINDOW_S)
     assert machine.clock.pace(machine.now).achieved == pytest.approx(1.0, abs=0.02)
 
 
@@ -143,3 +145,10 @@ def test_a_new_speed_holds_from_then_on():
     machine.clock.set_speed(4.0, machine.now)
     machine.run(2.0)
     assert machine.flown == pytest.approx(10.0, abs=0.1)
+
+
+def test_a_machine_whose_slices_take_longer_than_the_window_is_told_its_own_pace():
+    machine = Machine(cost=1.5 * PACE_WINDOW_S / 8)
+    machine.run(6.0 * PACE_WINDOW_S)
+    assert machine.clock.slice == 8
+    assert machine.clock.pace(machine.now).achieved == pytest.approx(STEP / machine.cost, rel=1e-6)

@@ -8,11 +8,13 @@ import pytest
 
 from workbench.common.errors import WorkbenchError
 from workbench.live.flight import LiveFlight
-from workbench.live.flying import Flying
-from workbench.live.messages import Do, Order, Phase, TakenOver, Told
+from workbench.live.flying import FlightLoop
+from workbench.live.messages import ControllerChange, FlightNotice, Phase
+from workbench.live.orders import FlightOrder
 from workbench.logs.record import read_log
 from workbench.logs.replay import replay
-from workbench.scenario.scenario import Action, Scenario, load_scenario, save_scenario
+from workbench.scenario.scenario import Action, Scenario
+from workbench.scenario.scenario_file import load_scenario, save_scenario
 from workbench.session.session import Session
 from workbench.systems.bridge import Bridge
 
@@ -34,12 +36,14 @@ class KeptMessages:
 
 
 class Bench:
-    """A `Flying` that watches its law's file, and its wall clock."""
+    """A `FlightLoop` that watches its law's file, and its wall clock."""
 
     def __init__(self, scenario: Scenario) -> None:
         self.wall, self.messages, bridge = 0.0, KeptMessages(), Bridge()
         self.session = Session(scenario, bridge=bridge)
-        self.flying = Flying(self.session, bridge, {}, self.messages, lambda: self.wall, watch=True)
+        self.flying = FlightLoop(
+            self.session, bridge, {}, self.messages, lambda: self.wall, watch=True
+        )
 
     def fly(self, seconds: float) -> None:
         end = self.wall + seconds
@@ -49,7 +53,7 @@ class Bench:
             self.flying.fly()
 
     def said(self) -> list[str]:
-        return [message.said for message in self.messages.sent if isinstance(message, Told)]
+        return [message.said for message in self.messages.sent if isinstance(message, FlightNotice)]
 
 
 @pytest.fixture
@@ -92,7 +96,7 @@ def test_an_edited_law_flies_at_once_and_stays_after_a_reset(mine):
     assert second is not first and second.text.endswith("# edited\n")
     assert bench.said()[-1].startswith("mine has taken over at ")
     assert bench.session.time == 1.0 - 1 / 128  # the clock restarts, and a slice is not caught up
-    bench.flying._do(_order(Order(Do.RESET)))
+    bench.flying.do(_order(FlightOrder.RESET))
     assert bench.session.controller is second
 
 
@@ -102,9 +106,9 @@ def test_a_reset_of_a_script_that_let_a_law_take_over_tells_of_the_first_law(min
     bench.fly(0.5)
     in_place(mine, TEXT + "# of another law than the one that flies\n")
     bench.fly(0.5)
-    bench.flying._do(_order(Order(Do.RESET)))
+    bench.flying.do(_order(FlightOrder.RESET))
     bench.fly(0.1)
-    told = [each for each in bench.messages.sent if isinstance(each, TakenOver)]
+    told = [each for each in bench.messages.sent if isinstance(each, ControllerChange)]
     assert [each.controller.name for each in told[:2]] == ["lqi", "mine"]
     assert told[0].named == "lqi" and told[1].named == str(mine)
     assert "k_tilt" in told[1].values and "k_tilt" not in told[0].values
@@ -124,12 +128,12 @@ def test_a_law_without_what_the_script_sets_is_refused_before_it_breaks_the_flig
 def test_in_a_pause_a_law_takes_over_and_time_stands_and_a_broken_flight_waits_for_its_reset(mine):
     bench = Bench(Scenario(controller=str(mine)))
     bench.fly(0.25)
-    bench.flying._do(_order(Order(Do.PAUSE)))
+    bench.flying.do(_order(FlightOrder.PAUSE))
     renamed(mine, TEXT.replace('2.5, "acceleration per', '3.5, "acceleration per'))
     bench.fly(0.5)
     assert bench.session.time == 0.25 and bench.session.controller.text != TEXT
     assert bench.session.get("k_speed") == 2.5  # which flies goes on with its value
-    bench.flying._do(_order(Order(Do.RESUME)))
+    bench.flying.do(_order(FlightOrder.RESUME))
     text = bench.session.controller.text
     bench.session.tick = _broken
     bench.fly(0.1)
@@ -137,9 +141,9 @@ def test_in_a_pause_a_law_takes_over_and_time_stands_and_a_broken_flight_waits_f
     bench.fly(0.5)
     assert bench.session.controller.text == text
     with pytest.raises(WorkbenchError, match="reset it first"):
-        bench.flying._do(_order(Action(controller="lqi")))
+        bench.flying.do(_order(Action(controller="lqi")))
     del bench.session.tick
-    bench.flying._do(_order(Order(Do.RESET)))
+    bench.flying.do(_order(FlightOrder.RESET))
     bench.fly(0.5)
     assert bench.session.controller.text == TEXT
 
@@ -149,9 +153,9 @@ def _broken(duration: float) -> None:
 
 
 def _order(what):
-    from workbench.ipc.worker_process import Request
+    from workbench.ipc.worker_process import WorkerRequest
 
-    return Request(1, what)
+    return WorkerRequest(1, what)
 
 
 def test_what_was_flown_is_a_scenario_that_can_be_saved_and_flown_with_the_same_file(

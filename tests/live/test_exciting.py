@@ -5,7 +5,9 @@ import math
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
+from tests.live_orders import execute
 from workbench.common.errors import WorkbenchError
 from workbench.common.resources import models_dir
 from workbench.control.mode import FlightMode
@@ -13,12 +15,15 @@ from workbench.design.judge.loop_response import loop_responses
 from workbench.design.judge.measured_loop import measured_loop
 from workbench.design.linear.study import LinearStudy
 from workbench.design.step_response import unwrapped_yaw
-from workbench.ipc.worker_process import Answer, Refusal, Request
+from workbench.ipc.worker_process import WorkerRefusal, WorkerResult
 from workbench.live.alarms import Alarms
-from workbench.live.announcer import WARNING
+from workbench.live.announcer import WARNING_SEVERITY
+from workbench.live.excitation_guard import ExcitationGuard
 from workbench.live.flight import LiveFlight
-from workbench.live.flying import SLICE, Flying
-from workbench.live.messages import Changed, Do, Order, Pace, Phase, Report
+from workbench.live.flight_clock import FLIGHT_SLICE_S
+from workbench.live.flying import FlightLoop
+from workbench.live.messages import FlightReport, Pace, Phase, ViewChange
+from workbench.live.orders import FlightOrder, FlyOn, KeepLog, MeasureLoop, NetworkOrder, SetSpeed
 from workbench.logs.record import read_log
 from workbench.logs.replay import replay
 from workbench.scenario.excitation import Excitation, Shape
@@ -31,9 +36,9 @@ from workbench.scenario.scenario import (
     Push,
     Rates,
     Scenario,
-    Start,
-    load_scenario,
+    ScenarioStart,
 )
+from workbench.scenario.scenario_file import load_scenario
 from workbench.scenario.sensors_config import SensorsConfig
 from workbench.session.checkpoint import Checkpoint
 from workbench.session.recording import Recording
@@ -62,42 +67,37 @@ class KeptMessages:
 
 
 class Bench:
-    """A `Flying` and its wall clock."""
+    """A `FlightLoop` and its wall clock."""
 
     def __init__(self, scenario: Scenario | None = None) -> None:
         self.wall = 0.0
         self.messages = KeptMessages()
         self.bridge = Bridge()
         self.session = Session(scenario, bridge=self.bridge)
-        self.flying = Flying(self.session, self.bridge, {}, self.messages, lambda: self.wall)
-        self.orders = 0
+        self.flying = FlightLoop(self.session, self.bridge, {}, self.messages, lambda: self.wall)
 
     def fly(self, seconds: float) -> None:
         end = self.wall + seconds
         while self.wall < end:
-            self.wall += min(SLICE, end - self.wall)
+            self.wall += min(FLIGHT_SLICE_S, end - self.wall)
             self.flying.fly()
 
     def fly_to(self, time: float) -> None:
         """Fly at once to the last control update until a simulated time [s]."""
-        self.obey(Order(Do.PAUSE))
-        self.obey(Order(Do.FLY_ON, time - self.session.time))
-        self.obey(Order(Do.RESUME))
+        self.execute(FlightOrder.PAUSE)
+        self.execute(FlyOn(time - self.session.time))
+        self.execute(FlightOrder.RESUME)
         assert 0.0 <= time - self.session.time < CONTROL
 
-    def obey(self, wanted: object) -> Answer | Refusal:
-        self.orders += 1
-        self.flying.obey([Request(self.orders, wanted)])
-        answer = self.messages.sent[-1]
-        assert answer.number == self.orders
-        return answer
+    def execute(self, wanted: object) -> WorkerResult | WorkerRefusal:
+        return execute(self.flying, wanted)
 
-    def excite(self, excitation: Excitation) -> Answer | Refusal:
-        return self.obey(Order(Do.EXCITE, excitation))
+    def excite(self, excitation: Excitation) -> WorkerResult | WorkerRefusal:
+        return self.execute(excitation)
 
     @property
-    def shown(self) -> Report:
-        return next(each for each in reversed(self.messages.sent) if isinstance(each, Report))
+    def shown(self) -> FlightReport:
+        return next(each for each in reversed(self.messages.sent) if isinstance(each, FlightReport))
 
     @property
     def asked(self) -> tuple[float, ...]:
@@ -140,17 +140,17 @@ def test_the_law_flies_it_from_its_very_beginning():
     began = bench.excite(dataclasses.replace(ONE_STEP, amplitude=2.0)).value
     assert began == 1.0
     bench.fly_to(1.5)
-    flown = bench.obey(Order(Do.GET_FLOWN)).value.recording
+    flown = bench.execute(FlightOrder.GET_FLOWN).value.recording
     spread = flown.commanded_speeds.max(axis=1) - flown.commanded_speeds.min(axis=1)
     assert spread[flown.time <= began].max() < 1e-3
     assert spread[flown.time == began + CONTROL] > 1.0
 
 
-def test_it_is_shown_before_the_order_is_answered():
+def test_it_is_shown_at_once():
     bench = Bench()
-    bench.excite(SQUARE)
-    report, answer = bench.messages.sent[-2:]
-    assert isinstance(answer, Answer)
+    answer = bench.excite(SQUARE)
+    assert isinstance(answer, WorkerResult)
+    report = bench.shown
     assert report.exciting.excitation == SQUARE
     assert report.exciting.began == answer.value == 0.0
     assert report.exciting.round == 1
@@ -166,7 +166,7 @@ def test_rounds_are_counted_and_begin_at_exact_times():
     assert bench.shown.exciting.round == 2
     assert bench.shown.exciting.began == 0.5 + length
     bench.fly_to(0.5 + 2 * length + CONTROL)
-    bench.obey(Order(Do.SET_SPEED, 1.0))
+    bench.execute(SetSpeed(1.0))
     assert bench.shown.exciting.round == 3
     assert bench.shown.exciting.began == 0.5 + 2 * length
     begins = [action.at for action in bench.done if action.velocity[1] < 0.0]
@@ -180,15 +180,15 @@ def test_rounds_are_counted_and_begin_at_exact_times():
 )
 def test_what_is_flown_depends_on_the_order_alone_not_on_the_pace(excitation):
     flown = []
-    for speed in (0.5, 1.0, 4.0):
+    for speed in (0.5, 4.0):
         bench = Bench()
-        bench.obey(Order(Do.SET_SPEED, speed))
+        bench.execute(SetSpeed(speed))
         bench.fly_to(0.3)
         bench.excite(excitation)
         bench.fly(1.6 / speed)
         bench.fly_to(2.0)
         flown.append(bench)
-    states = [bench.obey(Order(Do.GET_CHECKPOINT)).value for bench in flown]
+    states = [bench.execute(FlightOrder.GET_CHECKPOINT).value for bench in flown]
     for bench, state in zip(flown, states, strict=True):
         # how the time was cut is no state of the flight
         assert dataclasses.replace(state, due=2.0) == dataclasses.replace(states[0], due=2.0)
@@ -221,11 +221,11 @@ def test_a_flight_with_it_is_the_same_again_as_a_scenario(excitation):
     bench.fly_to(0.5)
     bench.excite(excitation)
     bench.fly(0.4)
-    bench.obey(Action(set={"kp_roll": 60.0}))
+    bench.execute(Action(set={"kp_roll": 60.0}))
     bench.fly(0.6)
-    bench.obey(Order(Do.STOP_EXCITING))
+    bench.execute(FlightOrder.STOP_EXCITING)
     bench.fly(0.5)
-    flown = bench.obey(Order(Do.GET_FLOWN)).value
+    flown = bench.execute(FlightOrder.GET_FLOWN).value
     again = Session(flown.scenario)
     again.run()
     assert_equal_to_the_bit(flown.recording, again.recording())
@@ -234,10 +234,10 @@ def test_a_flight_with_it_is_the_same_again_as_a_scenario(excitation):
 def test_a_flight_with_it_is_replayed_from_its_log(tmp_path):
     bench = Bench()
     path = tmp_path / "flight.mcap"
-    bench.obey(Order(Do.KEEP_LOG, str(path)))
+    bench.execute(KeepLog(str(path)))
     bench.excite(TURN)
     bench.fly(1.3)
-    bench.obey(Order(Do.STOP_EXCITING))
+    bench.execute(FlightOrder.STOP_EXCITING)
     bench.fly(0.3)
     bench.flying._network.close()
     record = read_log(path)
@@ -246,18 +246,85 @@ def test_a_flight_with_it_is_replayed_from_its_log(tmp_path):
     assert replay(record).equal
 
 
+def test_steps_begin_at_rest_also_after_the_flight_back_and_out_of_motion():
+    """Within 2 % of the command, which the numbers of a step need; the first one is ordered at
+    more than the speed that it commands."""
+    bench = Bench()
+    bench.execute(Action(velocity=[2.0, 0.0, 0.0]))
+    bench.fly(0.5)
+    bench.excite(dataclasses.replace(ONE_STEP, repeats=True))
+    assert (bench.shown.exciting.round, bench.asked[0]) == (0, 0.0)
+    begun = set()
+    while bench.shown.exciting.round < 2 and bench.session.time < 15.0:
+        bench.fly(0.25)
+        if bench.shown.exciting.round:
+            begun.add(bench.shown.exciting.began)
+    flown = bench.session.recording()
+    speeds = [np.abs(flown.v_WB[flown.time == each][0]) for each in begun]
+    assert len(speeds) == 2 and np.max(speeds) < 0.02
+    assert bench.session.time < 11.0
+
+
+def test_a_step_of_the_yaw_rate_begins_at_rest_soon_after_the_turn_back():
+    bench = Bench()
+    bench.excite(Excitation("yaw", Shape.STEP, 0.2, 1.0, repeats=True))
+    while bench.shown.exciting.round < 2 and bench.session.time < 20.0:
+        bench.fly(0.25)
+    began = bench.shown.exciting.began
+    flown = bench.session.recording()
+    assert abs(flown.w_WB[flown.time == began][0][2]) < 0.02 * 0.2
+    assert began < 6.0
+
+
+def test_a_torque_about_the_vertical_begins_once_the_drone_no_longer_turns():
+    bench = Bench()
+    bench.execute(Action(yaw_rate=0.3))
+    bench.fly(1.0)
+    bench.excite(Excitation("torque_yaw", Shape.STEP, 0.05, 1.0))
+    assert bench.shown.exciting.round == 0
+    while not bench.shown.exciting.round and bench.session.time < 20.0:
+        bench.fly(0.25)
+    flown = bench.session.recording()
+    assert abs(flown.w_WB[flown.time == bench.shown.exciting.began][0][2]) < 0.05
+
+
+def test_a_step_of_an_attitude_begins_level_after_the_flight_back():
+    """Within 2 % of the setpoint, which its numbers need, though the flight back has pitched it."""
+    bench = Bench()
+    bench.excite(Excitation("pitch", Shape.STEP, 0.1, 0.5, repeats=True))
+    while bench.shown.exciting.round < 2 and bench.session.time < 20.0:
+        bench.fly(0.25)
+    began = bench.shown.exciting.began
+    flown = bench.session.recording()
+    pitch = Rotation.from_quat(flown.q_WB, scalar_first=True).as_euler("ZYX")[:, 1]
+    assert np.abs(pitch).max() > 0.1
+    assert abs(pitch[flown.time == began][0]) < 0.02 * 0.1
+    assert began < 8.0
+
+
+def test_a_step_that_never_comes_to_rest_is_flown_nevertheless():
+    """In turbulence; 3 s after it has become no slower."""
+    bench = Bench(HIGH)
+    bench.execute(Action(set={"turbulence": 15.4}))
+    bench.fly(1.0)
+    bench.excite(ONE_STEP)
+    assert bench.shown.exciting.round == 0
+    bench.fly(5.0)
+    assert bench.shown.exciting.round == 1
+
+
 def test_stopping_lets_it_hover_where_it_is():
     bench = Bench()
     bench.excite(dataclasses.replace(ONE_STEP, period=5.0))
     bench.fly(1.0)
     assert bench.asked == (1.0, 0.0, 0.0, 0.0)
-    assert bench.obey(Order(Do.STOP_EXCITING)).value == bench.session.time
+    assert bench.execute(FlightOrder.STOP_EXCITING).value == bench.session.time
     assert bench.shown.exciting is None
     assert bench.asked == (0.0, 0.0, 0.0, 0.0)
     bench.fly(4.0)
     assert abs(bench.session.snapshot().v_WB[0]) < 0.01
     assert bench.session.snapshot().p_WB[0] > 0.5
-    assert isinstance(bench.obey(Order(Do.STOP_EXCITING)), Answer)  # twice is no fault
+    assert isinstance(bench.execute(FlightOrder.STOP_EXCITING), WorkerResult)  # twice is no fault
     assert len(bench.done) == 2
 
 
@@ -269,14 +336,14 @@ def test_any_other_order_that_flies_ends_it(case):
         (Action(request="hold"), (0.0, 0.0, 0.0, 0.0)),
         (Action(request="land"), (0.0, 0.0, 0.0, 0.0)),
         (Action(request="stop"), (0.0, 0.0, 0.0, 0.0)),
-        (Order(Do.RESET), (0.0, 0.0, 0.0, 0.0)),
-        (Order(Do.GIVE_BACK), (0.0, 0.0, 0.0, 0.0)),
+        (FlightOrder.RESET, (0.0, 0.0, 0.0, 0.0)),
+        (NetworkOrder.GIVE_BACK, (0.0, 0.0, 0.0, 0.0)),
     ]:
         with case(order, asked):
             bench = Bench()
             bench.excite(SQUARE)
             bench.fly(0.1)
-            assert isinstance(bench.obey(order), Answer)
+            assert isinstance(bench.execute(order), WorkerResult)
             assert bench.shown.exciting is None
             assert bench.asked == asked
             before = list(bench.done)
@@ -291,9 +358,9 @@ def test_any_other_order_that_flies_ends_it(case):
         Action(set={"kp_roll": 60.0}),
         Action(go_to=[0.0, 0.0, -5.0]),
         Action(request="take_off", height=-1.0),
-        Order(Do.SET_SPEED, 2.0),
-        Order(Do.TAKE_OVER),
-        Order(Do.EXCITE, dataclasses.replace(SQUARE, period=0.0)),
+        SetSpeed(2.0),
+        NetworkOrder.TAKE_OVER,
+        dataclasses.replace(SQUARE, period=0.0),
     ],
     ids=str,
 )
@@ -301,7 +368,7 @@ def test_what_does_not_fly_or_is_refused_leaves_it_alone(order):
     bench = Bench()
     bench.excite(SQUARE)
     bench.fly(0.1)
-    bench.obey(order)
+    bench.execute(order)
     assert bench.shown.exciting.excitation == SQUARE
     assert bench.asked == (0.0, -0.6, 0.0, 0.0)
 
@@ -317,12 +384,27 @@ def test_another_one_takes_its_place():
     assert bench.asked == (0.0, 0.0, 0.0, 0.3)
 
 
+def test_one_that_takes_its_place_goes_back_to_where_the_first_began(monkeypatch):
+    """Before an obstacle the drone is sent there: not to where it was when it was asked again."""
+    bench = Bench()
+    began = bench.session.snapshot().p_WB
+    bench.excite(Excitation("x", Shape.STEP, 1.0, 2.0))
+    bench.fly(1.0)
+    assert bench.session.snapshot().p_WB[0] > began[0] + 0.3
+    bench.excite(Excitation("y", Shape.STEP, 1.0, 2.0))
+    bench.fly(0.1)
+    monkeypatch.setattr(ExcitationGuard, "obstacle", lambda self: "a wall is 0.1 m ahead")
+    bench.fly(0.1)
+    assert "goes back to where it began" in bench.shown.excitation_ended
+    assert bench.done[-1].go_to == pytest.approx(began, abs=1e-6)
+
+
 def test_what_the_script_flies_ends_it_at_an_exact_step():
     script = [Action(at=0.4, yaw_rate=0.2)]
     recordings = []
     for speed in (0.5, 4.0):
         bench = Bench(Scenario(script=script))
-        bench.obey(Order(Do.SET_SPEED, speed))
+        bench.execute(SetSpeed(speed))
         bench.excite(SQUARE)
         bench.fly(0.8 / speed)
         assert bench.shown.exciting is None
@@ -330,7 +412,7 @@ def test_what_the_script_flies_ends_it_at_an_exact_step():
         bench.fly_to(1.0)
         # the script acts at the 52nd update, and is seen at the next one
         assert [action.at for action in bench.done][-1] == 53 * CONTROL
-        recordings.append(bench.obey(Order(Do.GET_FLOWN)).value)
+        recordings.append(bench.execute(FlightOrder.GET_FLOWN).value)
     assert_equal_to_the_bit(recordings[0].recording, recordings[1].recording)
     again = Session(recordings[0].scenario)
     again.run()
@@ -349,7 +431,7 @@ def test_a_landing_that_the_battery_asks_for_ends_it():
     bench = Bench()
     bench.excite(TURN)
     bench.fly(0.5)
-    bench.obey(Action(set={"battery_reserve": 0.9, "battery_duration": 1.0}))
+    bench.execute(Action(set={"battery_reserve": 0.9, "battery_duration": 1.0}))
     bench.fly(0.5)
     assert bench.session.snapshot().mode is FlightMode.LANDING
     assert bench.shown.exciting is None
@@ -370,7 +452,7 @@ def test_a_flight_that_breaks_ends_it(monkeypatch):
     assert bench.shown.phase is Phase.BROKEN
     assert bench.shown.exciting is None
     assert "reset it first" in bench.excite(SQUARE).said
-    assert "reset it first" in bench.obey(Order(Do.GET_CHECKPOINT)).said
+    assert "reset it first" in bench.execute(FlightOrder.GET_CHECKPOINT).said
 
 
 @pytest.mark.parametrize("mode", ["off", "taking off", "landing"])
@@ -380,10 +462,10 @@ def test_a_drone_that_does_not_fly_is_not_excited(mode):
         "taking off": Action(request="take_off", height=2.0),
         "landing": Action(request="land"),
     }
-    start = Start(mode="hovering" if mode == "landing" else "off")
+    start = ScenarioStart(mode="hovering" if mode == "landing" else "off")
     bench = Bench(Scenario(start=start))
     if orders[mode]:
-        bench.obey(orders[mode])
+        bench.execute(orders[mode])
     bench.fly(1.0)
     said = bench.excite(ONE_STEP).said
     assert f"the drone is {mode}: it can be excited once it hovers" in said
@@ -396,7 +478,7 @@ def test_what_is_out_of_the_limits_of_the_flight_is_refused():
     for axis, name in limits.items():
         limit = bench.session.get(name)
         most = Excitation(axis, Shape.STEP, limit, 1.0)
-        assert isinstance(bench.excite(most), Answer)
+        assert isinstance(bench.excite(most), WorkerResult)
         said = bench.excite(dataclasses.replace(most, amplitude=-1.01 * limit)).said
         assert f"within ±{limit:g}" in said
     said = bench.excite(dataclasses.replace(most, amplitude=math.nan)).said
@@ -421,19 +503,19 @@ def test_an_instant_in_the_middle_of_it_is_what_the_flight_is():
     bench = Bench()
     bench.excite(SQUARE)
     bench.fly_to(0.35)
-    checkpoint = bench.obey(Order(Do.GET_CHECKPOINT)).value
+    checkpoint = bench.execute(FlightOrder.GET_CHECKPOINT).value
     assert isinstance(checkpoint, Checkpoint)
     assert checkpoint.velocity == (0.0, 0.6, 0.0)
     assert checkpoint == bench.session.checkpoint()
 
 
 def test_replays_are_saved_as_scenarios(tmp_path):
-    from workbench.scenario.scenario import save_scenario
+    from workbench.scenario.scenario_file import save_scenario
 
     bench = Bench()
     bench.excite(CHIRP)
     bench.fly_to(1.0)
-    flown = bench.obey(Order(Do.GET_FLOWN)).value
+    flown = bench.execute(FlightOrder.GET_FLOWN).value
     save_scenario(flown.scenario, tmp_path / "again.yaml")
     again = Session(load_scenario(tmp_path / "again.yaml"))
     again.run()
@@ -445,14 +527,7 @@ def test_replays_are_saved_as_scenarios(tmp_path):
     "excitation",
     [
         Excitation("x", Shape.STEP, 1.0, 2.0, repeats=True),
-        *(
-            pytest.param(Excitation(*rest, repeats=True), marks=pytest.mark.slow)
-            for rest in (
-                ("y", Shape.SQUARE, 1.0, 1.0),
-                ("z", Shape.CHIRP, 0.8, 3.0),
-                ("yaw", Shape.DOUBLET, 0.4, 2.0),
-            )
-        ),
+        Excitation("yaw", Shape.DOUBLET, 0.4, 2.0, repeats=True),
     ],
     ids=lambda e: e.shape.name,
 )
@@ -461,7 +536,7 @@ def test_an_excitation_that_repeats_in_wind_does_not_wander_off(excitation):
     bench = Bench(Scenario(script=[Action(at=0.0, set={"wind_x": 5.0, "wind_y": -3.0})]))
     bench.fly(4.0)
     begun = bench.session.snapshot()
-    assert isinstance(bench.excite(excitation), Answer)
+    assert isinstance(bench.excite(excitation), WorkerResult)
     bench.fly(40.0)
     assert bench.shown.exciting.round > 3
     assert bench.shown.excitation_ended == ""
@@ -492,15 +567,15 @@ def test_an_excitation_without_room_is_refused_and_nothing_moves(walled):
     assert "down, and the ground is 1." in said
     assert bench.done == []
     for change in ({"amplitude": -2.0}, {"axis": "y"}):
-        assert isinstance(bench.excite(dataclasses.replace(towards, **change)), Answer)
+        assert isinstance(bench.excite(dataclasses.replace(towards, **change)), WorkerResult)
 
 
 @pytest.mark.slow
 def test_an_excitation_stops_before_what_comes_into_its_way(walled):
     """There is room for it in still air; then a wind blows towards the wall."""
     bench = Bench(walled)
-    assert isinstance(bench.excite(Excitation("x", Shape.STEP, 0.8, 2.0, True)), Answer)
-    bench.obey(Action(set={"wind_x": 6.0}))
+    assert isinstance(bench.excite(Excitation("x", Shape.STEP, 0.8, 2.0, True)), WorkerResult)
+    bench.execute(Action(set={"wind_x": 6.0}))
     bench.fly(15.0)
     assert bench.shown.exciting is None
     assert "the drone goes back to where it began" in bench.shown.excitation_ended
@@ -519,8 +594,8 @@ def test_an_excitation_ends_when_the_drone_swings_at_a_step_that_no_pace_moves(g
     flown = []
     for speed in (0.5, 4.0):
         bench = Bench()
-        bench.obey(Order(Do.SET_SPEED, speed))
-        bench.obey(Action(set=gains))
+        bench.execute(SetSpeed(speed))
+        bench.execute(Action(set=gains))
         bench.excite(Excitation("x", Shape.STEP, 1.0, 2.0, repeats=True))
         bench.fly(3.0 / speed)
         assert bench.shown.exciting is None
@@ -533,14 +608,25 @@ def test_an_excitation_ends_when_the_drone_swings_at_a_step_that_no_pace_moves(g
 @pytest.mark.slow
 def test_a_hard_hit_is_told_and_a_landing_is_none(walled):
     bench = Bench(walled)
-    bench.obey(Action(velocity=[2.0, 0.0, 0.0]))
+    bench.execute(Action(velocity=[2.0, 0.0, 0.0]))
     bench.fly(3.0)
     assert bench.shown.hit.speed > 1.0
     bench = Bench()
-    bench.obey(Action(request="land"))
+    bench.execute(Action(request="land"))
     bench.fly(6.0)
     assert bench.session.snapshot().mode is FlightMode.OFF
     assert bench.shown.hit is None
+
+
+def test_what_hits_again_within_a_second_is_the_same_hit():
+    session = Session()
+    watch = Alarms(session, lambda said: None)
+    for speed in (5.0, 9.0):
+        watch.look_for_hit(np.array([speed, 0.0, 0.0]), 0.0)
+        assert watch.hit.speed == pytest.approx(5.0)
+    session.tick(1.0 + CONTROL)
+    watch.look_for_hit(session.state()[10:13] + [9.0, 0.0, 0.0], 0.0)
+    assert watch.hit.speed == pytest.approx(9.0)
 
 
 ENOUGH = 300.0
@@ -594,7 +680,7 @@ def test_a_load_acts_while_the_drone_is_asked_to_stay_and_ends(name, amplitude, 
     assert bench.done[1] == dataclasses.replace(AT_REST, at=began + 1.5, push=Push())
     assert bench.shown.exciting is None
     assert not bench.shown.excitation_ended
-    flown = bench.obey(Order(Do.GET_FLOWN)).value
+    flown = bench.execute(FlightOrder.GET_FLOWN).value
     loaded = flown.recording.between(began, began + 1.5)
     moved = row.moved(loaded.q_WB, loaded.p_WB, loaded.w_WB)
     assert 0.02 * most < np.abs(moved).max() < most
@@ -607,7 +693,7 @@ def test_a_load_ends_with_whoever_takes_over():
     bench = Bench()
     bench.excite(Excitation("force_y", Shape.SQUARE, 1.0, 1.0, repeats=True))
     bench.fly(0.25)
-    bench.obey(Action(request="land"))
+    bench.execute(Action(request="land"))
     bench.fly(0.25)
     assert bench.shown.exciting is None
     assert bench.session.get("push_y") == 0.0
@@ -627,7 +713,7 @@ def test_a_load_of_a_torque_about_yaw_is_turned_back():
 def test_a_load_beyond_its_parameters_range_is_refused():
     bench = Bench()
     refused = bench.excite(Excitation("torque_roll", Shape.STEP, 101.0, 1.0))
-    assert isinstance(refused, Refusal)
+    assert isinstance(refused, WorkerRefusal)
     assert "101 N·m" in refused.said and "±100 N·m" in refused.said
 
 
@@ -641,7 +727,7 @@ def test_a_gust_blows_once_and_the_drone_has_time_to_come_back():
     assert bench.done[0] == dataclasses.replace(AT_REST, at=began, gust=Gust([0.0, 6.0, 0.0], 1.5))
     bench.fly(4.0)
     assert bench.shown.exciting is None
-    flown = bench.obey(Order(Do.GET_FLOWN)).value
+    flown = bench.execute(FlightOrder.GET_FLOWN).value
     wind = flown.recording.wind_W[:, 1]
     assert wind.max() == pytest.approx(6.0, rel=0.01)
     assert wind[flown.recording.time > began + 1.51].max() == 0.0
@@ -652,19 +738,19 @@ def test_what_disturbs_the_drone_stands_among_the_events(tmp_path):
     """In words, beside the actions: of a push, a gust, the wind and faults, and of repairs."""
     bench = Bench()
     path = tmp_path / "disturbed.mcap"
-    bench.obey(Order(Do.KEEP_LOG, str(path)))
+    bench.execute(KeepLog(str(path)))
     bench.fly(0.1)
     bench.excite(Excitation("force_x", Shape.PULSE, 2.0, 0.25))
     bench.fly(0.5)
-    bench.obey(Action(push=Push(torque=[0.0, 0.0, 0.02])))
-    bench.obey(Action(gust=Gust([0.0, 3.0, 0.0])))
-    bench.obey(Action(set={"wind_x": 4.0, "wind_y": 0.0, "wind_z": 0.0, "turbulence": 7.7}))
-    bench.obey(Action(set={"turbulence": 3.0}))
-    bench.obey(Action(set={"rotor_2": 0.8}))
-    bench.obey(Action(set={"rotor_2": 1.0, "kp_roll": 200.0}))
+    bench.execute(Action(push=Push(torque=[0.0, 0.0, 0.02])))
+    bench.execute(Action(gust=Gust([0.0, 3.0, 0.0])))
+    bench.execute(Action(set={"wind_x": 4.0, "wind_y": 0.0, "wind_z": 0.0, "turbulence": 7.7}))
+    bench.execute(Action(set={"turbulence": 3.0}))
+    bench.execute(Action(set={"rotor_2": 0.8}))
+    bench.execute(Action(set={"rotor_2": 1.0, "kp_roll": 200.0}))
     bench.fly(0.1)
-    bench.obey(Order(Do.STOP_LOG))
-    said = read_log(path).series("events.said").values.tolist()
+    bench.execute(NetworkOrder.STOP_LOG)
+    said = read_log(path).flight["events.said"].values.tolist()
     assert said[said.index("a push of (2, 0, 0) N for 0.25 s") :] == [
         "a push of (2, 0, 0) N for 0.25 s",
         "a torque of (0, 0, 0.02) N·m for 0.1 s",
@@ -678,19 +764,19 @@ def test_what_disturbs_the_drone_stands_among_the_events(tmp_path):
     assert [each.action for each in read_log(path).done if each.action.gust is not None]
 
 
-MEASURE = Order(Do.MEASURE, (Injection("acceleration_z", 1.0, 3.0, 30.0, 4), False))
+MEASURE = MeasureLoop(Injection("acceleration_z", 1.0, 3.0, 30.0, 4), False)
 """Some 8.4 s: four periods, of which three are measured."""
 
 
 def measured(bench):
-    return [each.values["measured"] for each in bench.messages.sent if isinstance(each, Changed)]
+    return [each.values["measured"] for each in bench.messages.sent if isinstance(each, ViewChange)]
 
 
 @pytest.mark.slow
 def test_a_measurement_is_told_after_each_period_and_flies_again_from_what_was_done():
     bench = Bench()
     bench.fly(0.31)
-    assert isinstance(bench.obey(MEASURE), Answer)
+    assert isinstance(bench.execute(MEASURE), WorkerResult)
     bench.fly(1.0)
     assert 0.05 < bench.shown.measuring < 0.3
     bench.fly(9.0)
@@ -700,9 +786,9 @@ def test_a_measurement_is_told_after_each_period_and_flies_again_from_what_was_d
     model = loop_responses(LinearStudy().sampled(), ["acceleration_z"]).at(found.frequency)[0]
     np.testing.assert_allclose(found.response, model, rtol=0.1)
     first, last = bench.done
-    assert first.injection == MEASURE.value[0] and first.velocity[0] > 0.0
+    assert first.injection == MEASURE.injection and first.velocity[0] > 0.0
     assert last.injection == Injection() and last.go_to == pytest.approx([0.0, 0.0, 1.5])
-    flown = bench.obey(Order(Do.GET_FLOWN)).value
+    flown = bench.execute(FlightOrder.GET_FLOWN).value
     again = Session(flown.scenario)
     again.tick(bench.session.time)
     assert_equal_to_the_bit(again.recording(), flown.recording)
@@ -712,19 +798,19 @@ def test_a_measurement_is_told_after_each_period_and_flies_again_from_what_was_d
 @pytest.mark.parametrize(
     ("order", "said"),
     [
-        (Order(Do.STOP_EXCITING), ""),
+        (FlightOrder.STOP_EXCITING, ""),
         (Action(velocity=[0.5, 0.0, 0.0]), ""),
         (Action(request="land"), ""),
-        (Order(Do.EXCITE, ONE_STEP), ""),
+        (ONE_STEP, ""),
         (Action(set={"kp_velocity_z": 5.0}), "a parameter was changed"),
     ],
 )
 def test_another_order_ends_a_measurement(order, said):
     bench = Bench()
     bench.fly(0.2)
-    bench.obey(MEASURE)
+    bench.execute(MEASURE)
     bench.fly(1.0)
-    bench.obey(order)
+    bench.execute(order)
     bench.fly(0.1)
     assert bench.shown.measuring is None and bench.session.injecting is None
     assert said in bench.shown.excitation_ended
@@ -735,8 +821,8 @@ def test_another_order_ends_a_measurement(order, said):
 def test_a_landing_and_a_client_end_a_measurement_and_its_injection():
     """A battery that is at its reserve after 2 s; control that is given back."""
     bench = Bench()
-    bench.obey(Action(set={"battery_reserve": 0.9, "battery_duration": 20.0}))
-    bench.obey(MEASURE)
+    bench.execute(Action(set={"battery_reserve": 0.9, "battery_duration": 20.0}))
+    bench.execute(MEASURE)
     bench.fly(1.0)
     assert bench.shown.measuring is not None
     bench.fly(2.0)
@@ -744,9 +830,9 @@ def test_a_landing_and_a_client_end_a_measurement_and_its_injection():
     assert bench.shown.measuring is None and bench.session.injecting is None
 
     bench = Bench()
-    bench.obey(MEASURE)
+    bench.execute(MEASURE)
     bench.fly(1.0)
-    bench.obey(Order(Do.GIVE_BACK))
+    bench.execute(NetworkOrder.GIVE_BACK)
     bench.bridge.authority.request(7, "robot", bench.session.time)
     assert bench.session.injecting is not None
     bench.fly(0.5)
@@ -755,17 +841,17 @@ def test_a_landing_and_a_client_end_a_measurement_and_its_injection():
 
 
 def test_no_measurement_begins_on_the_ground_or_of_nothing():
-    bench = Bench(Scenario(start=Start(mode="off")))
-    assert "once it hovers" in bench.obey(MEASURE).said
+    bench = Bench(Scenario(start=ScenarioStart(mode="off")))
+    assert "once it hovers" in bench.execute(MEASURE).said
     bench = Bench()
-    wrong = Order(Do.MEASURE, (Injection("acceleration_w", 1.0), False))
-    assert "unknown loop point" in bench.obey(wrong).said
+    wrong = MeasureLoop(Injection("acceleration_w", 1.0), False)
+    assert "unknown loop point" in bench.execute(wrong).said
     assert bench.done == [] and bench.shown.measuring is None
 
 
 def test_a_drone_that_swings_ends_its_measurement():
     bench = Bench()
-    bench.obey(Order(Do.MEASURE, (Injection("roll_acceleration", 500.0, 3.0, 60.0, 3), False)))
+    bench.execute(MeasureLoop(Injection("roll_acceleration", 500.0, 3.0, 60.0, 3), False))
     bench.fly(3.0)
     assert "oscillates" in bench.shown.excitation_ended
     assert bench.session.injecting is None
@@ -777,7 +863,7 @@ def kept_events(bench):
     publish = network.event
 
     def keep(said, severity=0):
-        if severity == WARNING:
+        if severity == WARNING_SEVERITY:
             found.append(said)
         publish(said, severity)
 
@@ -785,17 +871,17 @@ def kept_events(bench):
     return found
 
 
-HIGH = Scenario(start=Start(position=[0.0, 0.0, 30.0]))
+HIGH = Scenario(start=ScenarioStart(position=[0.0, 0.0, 30.0]))
 
 
 def nudged(gains, seconds=6.0):
     """Warnings of a flight whose gains become these while it moves a little, and the flight."""
     bench = Bench(HIGH)
     told = kept_events(bench)
-    bench.obey(Action(set=gains))
-    bench.obey(Action(velocity=[0.5, 0.3, 0.0]))
+    bench.execute(Action(set=gains))
+    bench.execute(Action(velocity=[0.5, 0.3, 0.0]))
     bench.fly(0.5)
-    bench.obey(AT_REST)
+    bench.execute(AT_REST)
     bench.fly(seconds)
     return told, bench
 
@@ -831,10 +917,10 @@ def test_a_slow_swing_is_told_with_the_velocity_or_position_loop(case):
         with case(loop):
             bench = Bench(dataclasses.replace(HIGH, controller="pid"))
             told = kept_events(bench)
-            bench.obey(Action(set=gains))
-            bench.obey(Action(velocity=[0.9, 0.0, 0.0]))
+            bench.execute(Action(set=gains))
+            bench.execute(Action(velocity=[0.9, 0.0, 0.0]))
             bench.fly(0.7)
-            bench.obey(AT_REST)
+            bench.execute(AT_REST)
             for _ in range(30):
                 bench.fly(1.0)
                 if told:
@@ -876,10 +962,7 @@ SCENARIOS = [
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "name",
-    [
-        "paper-steps",
-        *(pytest.param(name, marks=pytest.mark.slow) for name in SCENARIOS if "steps" not in name),
-    ],
+    SCENARIOS,
 )
 def test_no_shipped_scenario_raises_an_alarm(name):
     scenario = load_scenario(models_dir() / "scenarios" / f"{name}.yaml")
@@ -895,11 +978,11 @@ def test_moderate_turbulence_is_no_slow_swing():
 def test_a_pilot_who_swings_the_stick_and_air_that_shakes_are_no_swing():
     bench = Bench(HIGH)
     told = kept_events(bench)
-    bench.obey(Action(set={"turbulence": 15.4}))
+    bench.execute(Action(set={"turbulence": 15.4}))
     for index in range(10):
-        bench.obey(Action(velocity=[1.5 * (-1) ** index, 0.0, 0.0]))
+        bench.execute(Action(velocity=[1.5 * (-1) ** index, 0.0, 0.0]))
         bench.fly(0.4)
-    bench.obey(AT_REST)
+    bench.execute(AT_REST)
     bench.fly(5.0)
     assert told == []
 
@@ -911,7 +994,7 @@ def test_nor_is_a_pilot_who_taps_unevenly():
     told = kept_events(bench)
     taps = ((-1.0, 0.4), (0.0, 1.7), (2.0, 0.7), (-1.0, 0.5), (2.0, 0.5), (-1.0, 0.5), (0.0, 1.3))
     for climb, lasting in taps:
-        bench.obey(Action(velocity=[0.0, 0.0, climb]))
+        bench.execute(Action(velocity=[0.0, 0.0, climb]))
         bench.fly(lasting)
     assert told == []
 
@@ -921,11 +1004,19 @@ def test_alarms_are_told_once_with_what_to_do_and_stand_in_the_log(walled, case)
     for scenario, act, seconds, said, remedy in (
         (walled, Action(velocity=[2.0, 0.0, 0.0]), 3.0, "hit something hard", "obstacles"),
         (
-            Scenario(start=Start(position=[0.0, 0.0, 0.6])),
-            Action(request="stop"),
+            Scenario(start=ScenarioStart(position=[0.0, 0.0, 0.6])),
+            Action(velocity=[0.0, 0.0, -1.5]),
             1.5,
             "hard touch-down, at ",
             "Sink more slowly",
+        ),
+        (hover, Action(request="stop"), 1.5, "fell with its rotors off, and hit", "STOP switches"),
+        (
+            dataclasses.replace(hover, controller="pd"),
+            Action(set={"rotor_1": 0.0}),
+            2.0,
+            "hit the ground at ",
+            "fly higher",
         ),
         (
             HIGH,
@@ -946,11 +1037,14 @@ def test_alarms_are_told_once_with_what_to_do_and_stand_in_the_log(walled, case)
         with case(said):
             bench = Bench(scenario)
             told = kept_events(bench)
-            answer = bench.obey(act)
-            assert isinstance(answer, Answer), answer
-            bench.fly(seconds)
+            answer = bench.execute(act)
+            assert isinstance(answer, WorkerResult), answer
+            while not any(said in each for each in told) and bench.wall < seconds:
+                bench.fly(0.1)
+            bench.fly(0.3)  # it is not told again
             (found,) = [each for each in told if said in each]
             assert remedy in found.split(". ")[1]
+            assert ("obstacles" in found) is (scenario is walled)
 
 
 def test_lost_real_time_is_told_once():
@@ -962,8 +1056,48 @@ def test_lost_real_time_is_told_once():
         watch.look_at_pace(slow, float(now))
     (said,) = told
     assert said.startswith("the flight is slower than real time: 0.60")
-    assert said.split(". ")[1].startswith("Hide the 3-D view")
+    assert said.split(". ")[1].startswith("Choose a lower speed")
     watch.begin()
     watch.look_at_pace(dataclasses.replace(slow, slow=False), 7.0)
     watch.look_at_pace(slow, 7.1)
     assert len(told) == 1
+
+
+def test_a_doublet_of_roll_is_flown_at_exact_steps_and_repeats_to_the_bit():
+    """Its setpoints replace those of the velocity loop; then the drone hovers where it began."""
+    doublet = Excitation("roll", Shape.DOUBLET, 0.1, 0.5)
+    bench = Bench()
+    bench.fly_to(0.25)
+    began = bench.excite(doublet).value
+    bench.fly(3.0)
+    given = [(each.at - began, each.setpoint.given) for each in bench.done if each.setpoint]
+    assert given[:3] == [(0.0, {"roll": 0.1}), (0.25, {"roll": -0.1}), (0.5, {})]
+    assert bench.shown.exciting is None
+    flown = bench.flying._flown()
+    roll = flown.recording.between(began, began + 0.25).q_WB[-1, 1] * 2.0
+    assert roll == pytest.approx(0.1, abs=0.02)
+    assert abs(flown.recording.p_WB[-1, 1]) < 0.1
+    again = Session(flown.scenario)
+    again.run()
+    assert_equal_to_the_bit(flown.recording, again.recording())
+
+
+def test_a_setpoint_that_the_law_or_the_room_forbids_is_refused():
+    bench = Bench()
+    bench.fly_to(0.25)
+    for excitation, said in (
+        (Excitation("roll_rate", Shape.STEP, 0.2, 0.5), "pd has no loop that follows"),
+        (Excitation("roll", Shape.STEP, 0.8, 0.5), "within ±0.7 rad"),
+    ):
+        assert said in bench.excite(excitation).said
+
+
+def test_who_takes_over_gets_a_level_setpoint():
+    bench = Bench()
+    bench.fly_to(0.25)
+    bench.excite(Excitation("pitch", Shape.STEP, 0.1, 2.0))
+    bench.fly(0.3)
+    bench.execute(Action(velocity=[0.5, 0.0, 0.0]))
+    bench.fly(0.3)
+    assert [each.setpoint.given for each in bench.done if each.setpoint] == [{"pitch": 0.1}, {}]
+    assert not bench.session._live.attitude_is_set

@@ -6,23 +6,25 @@ from multiprocessing import Pipe
 import numpy as np
 import pytest
 
+from tests.live_orders import execute
 from workbench.common.errors import FlightBrokenError, WorkbenchError
 from workbench.control.mode import FlightMode
 from workbench.ipc.send_queue import SendQueue
-from workbench.ipc.worker_process import Answer, Refusal, Request
-from workbench.live.flying import SLICE, Flying
-from workbench.live.messages import CLOSE, Do, Flown, Order, Phase, Report
+from workbench.ipc.worker_process import WorkerRefusal, WorkerRequest, WorkerResult
+from workbench.live.flight_clock import FLIGHT_SLICE_S
+from workbench.live.flying import FlightLoop
+from workbench.live.messages import CLOSE_MESSAGE, FlightReport, FlownSoFar, Phase
+from workbench.live.orders import FlightOrder, FlyOn, GetParameter, GetReading, SetSpeed
 from workbench.scenario.scenario import (
     Action,
     Gust,
     Push,
     Rates,
     Scenario,
+    ScenarioStart,
     SensorsConfig,
-    Start,
-    load_scenario,
-    save_scenario,
 )
+from workbench.scenario.scenario_file import load_scenario, save_scenario
 from workbench.session.recording import Recording
 from workbench.session.session import Session
 from workbench.systems.bridge import Bridge
@@ -45,33 +47,28 @@ class KeptMessages:
 
 
 class Bench:
-    """A `Flying` and its wall clock."""
+    """A `FlightLoop` and its wall clock."""
 
     def __init__(self, scenario: Scenario | None = None, settings=None, send_queue=None) -> None:
         self.wall = 0.0
         self.messages = send_queue or KeptMessages()
         self.bridge = Bridge()
         self.session = Session(scenario, settings, bridge=self.bridge)
-        self.flying = Flying(
+        self.flying = FlightLoop(
             self.session, self.bridge, settings or {}, self.messages, lambda: self.wall
         )
-        self.orders = 0
 
     def fly(self, seconds: float) -> None:
         end = self.wall + seconds
         while self.wall < end:
-            self.wall += min(SLICE, end - self.wall)
+            self.wall += min(FLIGHT_SLICE_S, end - self.wall)
             self.flying.fly()
 
-    def obey(self, wanted) -> Answer | Refusal:
-        self.orders += 1
-        self.flying.obey([Request(self.orders, wanted)])
-        answer = self.messages.sent[-1]
-        assert answer.number == self.orders
-        return answer
+    def execute(self, wanted) -> WorkerResult | WorkerRefusal:
+        return execute(self.flying, wanted)
 
-    def flown(self) -> Flown:
-        return self.obey(Order(Do.GET_FLOWN)).value
+    def flown(self) -> FlownSoFar:
+        return self.execute(FlightOrder.GET_FLOWN).value
 
 
 def assert_equal_to_the_bit(one: Recording, other: Recording) -> None:
@@ -95,25 +92,25 @@ def scripted() -> Scenario:
         Action(at=0.25 - 0.3 * STEP, velocity=[0.0, 0.5, 0.0], yaw_rate=0.3),
         Action(at=9.0, request="land"),
     ]
-    start = Start(position=[0.1, 0.2, 2.0], roll_pitch_yaw=[0.1, 0.2, 0.3])
+    start = ScenarioStart(position=[0.1, 0.2, 2.0], roll_pitch_yaw=[0.1, 0.2, 0.3])
     return Scenario(script=script, start=start, sensors=SensorsConfig(use=["imu"], seed=3))
 
 
 def test_orders_take_effect_at_the_present_step_and_are_answered_with_its_time():
     bench = Bench()
     bench.fly(0.25)
-    answer = bench.obey(Action(set={"kp_roll": 77.0}))
-    assert isinstance(answer, Answer)
+    answer = bench.execute(Action(set={"kp_roll": 77.0}))
+    assert isinstance(answer, WorkerResult)
     assert answer.value == bench.session.time == 0.25
     assert bench.session.get("kp_roll") == 77.0
-    assert bench.obey(Order(Do.GET, "kp_roll")).value == 77.0
+    assert bench.execute(GetParameter("kp_roll")).value == 77.0
 
 
 def test_a_gain_of_the_operator_forgets_no_stick_of_a_client():
     """A stick that leaves neutral ends a landing; one that is held since before does not."""
     bench = Bench()
     assert bench.bridge.moves(1.0, 0.0, 0.0, 0.0)
-    bench.obey(Action(set={"kp_roll": 77.0}))
+    bench.execute(Action(set={"kp_roll": 77.0}))
     assert not bench.bridge.moves(1.0, 0.0, 0.0, 0.0)
 
 
@@ -129,41 +126,46 @@ def test_an_operators_stick_ends_a_landing_in_the_air_as_it_leaves_neutral(case)
         (ahead, Action(go_to=[0.0, 0.0, 3.0]), True),
     ):
         with case(before, then):
-            bench = Bench(Scenario(start=Start(position=[0.0, 0.0, 3.0])))
+            bench = Bench(Scenario(start=ScenarioStart(position=[0.0, 0.0, 3.0])))
             for order in (before, Action(request="land")):
-                bench.obey(order)
+                bench.execute(order)
                 bench.fly(0.25)
             assert bench.session.snapshot().mode is FlightMode.LANDING
-            bench.obey(then)
+            bench.execute(then)
             bench.fly(0.25)
             assert (bench.session.snapshot().mode is not FlightMode.LANDING) == ends
 
 
 def test_a_report_that_shows_the_effect_goes_before_the_answer():
     bench = Bench()
-    bench.obey(Action(velocity=[0.5, 0.0, 0.0], yaw_rate=0.1))
-    report, answer = bench.messages.sent[-2:]
-    assert isinstance(answer, Answer)
-    assert isinstance(report, Report)
+    caller, connection = Pipe()
+    caller.send(WorkerRequest(1, Action(velocity=[0.5, 0.0, 0.0], yaw_rate=0.1)))
+    caller.send(WorkerRequest(2, FlyOn(1.0)))
+    caller.send(CLOSE_MESSAGE)
+    bench.flying.run(connection, lambda: True)
+    report, answer, refusal = bench.messages.sent[-3:]
+    assert answer == WorkerResult(1, 0.0)
+    assert refusal == WorkerRefusal(2, "the flight runs: pause it first")
+    assert isinstance(report, FlightReport)
     assert report.snapshot.reference[:4] == (0.5, 0.0, 0.0, 0.1)
 
 
 def test_a_live_flight_is_the_same_again_as_a_scenario(tmp_path):
     bench = Bench(scripted(), SETTINGS)
     bench.fly(0.25)
-    bench.obey(Action(velocity=[1.0, 0.0, 0.2]))  # at the step at which the script acts
-    bench.obey(Action(set={"kp_pitch": 60.0}))
+    bench.execute(Action(velocity=[1.0, 0.0, 0.2]))  # at the step at which the script acts
+    bench.execute(Action(set={"kp_pitch": 60.0}))
     bench.fly(0.1)
-    bench.obey(Action(gust=Gust([2.0, 1.0, 0.0], 0.5)))
-    bench.obey(Action(push=Push([0.0, 0.5, 0.0], [0.1, 0.0, 0.0], 0.2)))
-    bench.obey(Order(Do.SET_SPEED, 3.0))
+    bench.execute(Action(gust=Gust([2.0, 1.0, 0.0], 0.5)))
+    bench.execute(Action(push=Push([0.0, 0.5, 0.0], [0.1, 0.0, 0.0], 0.2)))
+    bench.execute(SetSpeed(3.0))
     bench.fly(0.3)
-    bench.obey(Order(Do.PAUSE))
-    bench.obey(Action(go_to=[1.0, 1.0, 2.0]))
-    bench.obey(Order(Do.FLY_ON, 0.1003))
-    bench.obey(Action(request="land", height=1.5))
-    bench.obey(Order(Do.RESUME))
-    bench.obey(Order(Do.SET_SPEED, 1.0))
+    bench.execute(FlightOrder.PAUSE)
+    bench.execute(Action(go_to=[1.0, 1.0, 2.0]))
+    bench.execute(FlyOn(0.1003))
+    bench.execute(Action(request="land", height=1.5))
+    bench.execute(FlightOrder.RESUME)
+    bench.execute(SetSpeed(1.0))
     bench.fly(0.5)
     flown = bench.flown()
     assert flown.recording.time[-1] > 1.5
@@ -180,7 +182,7 @@ def test_a_live_flight_equals_a_session_with_the_same_commands_at_the_same_times
     session = Session(scripted(), SETTINGS)
     for seconds, velocity in ((0.25, (1.0, 0.0, 0.2)), (0.375, (0.0, -1.0, 0.0))):
         bench.fly(seconds)
-        at = bench.obey(Action(velocity=list(velocity))).value
+        at = bench.execute(Action(velocity=list(velocity))).value
         session.tick(at - session.time)
         session.command(velocity)
     bench.fly(0.5)
@@ -199,8 +201,8 @@ def test_a_flight_without_any_order_is_its_scenario():
 
 def scripted_in_periods() -> Scenario:
     scenario = scripted()
-    for action, update in zip(scenario.script, (13, 32, 1152), strict=True):
-        action.at = update * PERIOD
+    acting = zip(scenario.script, (13, 32, 1152), strict=True)
+    scenario.script = [dataclasses.replace(each, at=update * PERIOD) for each, update in acting]
     return scenario
 
 
@@ -215,29 +217,34 @@ def test_what_is_refused_changes_nothing_and_is_not_in_the_script():
         (Action(request="take_off", height=1e4), "take_off"),
         (Action(gust=Gust([99.0, 0.0, 0.0], 1.0)), "gust_x"),
         (Action(push=Push([1.0, 0.0, 0.0], [0.0, 0.0, 0.0], 0.0)), "push_duration"),
-        (Order(Do.GET, "kp_rol"), "'kp_roll'"),
-        (Order(Do.READ, "imu"), "'imu'"),
-        (Order(Do.SET_SPEED, 0.0), "0.01 to 20"),
-        (Order(Do.SET_SPEED, 21.0), "0.01 to 20"),
-        (Order(Do.FLY_ON, 1.0), "pause"),
+        (GetParameter("kp_rol"), "'kp_roll'"),
+        (GetReading("imu"), "'imu'"),
+        (SetSpeed(0.0), "0.01 to 20"),
+        (SetSpeed(21.0), "0.01 to 20"),
+        (FlyOn(1.0), "pause"),
+        (SetSpeed("x"), "'x'"),
+        (GetParameter([]), "is no order"),
+        ("land", "is no order"),
+        (Action(gust=3.0), "gust is 3.0: give it a Gust"),
+        (Action(set=["kp_roll"]), "set is ['kp_roll']"),
     ):
-        answer = bench.obey(wanted)
-        assert isinstance(answer, Refusal), wanted
+        answer = bench.execute(wanted)
+        assert isinstance(answer, WorkerRefusal), wanted
         assert word in answer.said
     assert bench.flown().scenario.script == []
-    bench.obey(Order(Do.PAUSE))
+    bench.execute(FlightOrder.PAUSE)
     for duration in (-1.0, 61.0):
-        assert "60" in bench.obey(Order(Do.FLY_ON, duration)).said
+        assert "60" in bench.execute(FlyOn(duration)).said
     assert bench.session.time == 0.0
 
 
 def test_a_reset_begins_again_and_forgets_the_script():
     bench = Bench(Scenario(), SETTINGS)
-    bench.obey(Action(set={"kp_roll": 50.0}))
+    bench.execute(Action(set={"kp_roll": 50.0}))
     bench.fly(0.2)
-    assert bench.obey(Order(Do.RESET)).value == 0.0
+    assert bench.execute(FlightOrder.RESET).value == 0.0
     assert bench.session.get("kp_roll") == SETTINGS["kp_roll"]
-    bench.obey(Action(velocity=[0.0, 1.0, 0.0]))
+    bench.execute(Action(velocity=[0.0, 1.0, 0.0]))
     bench.fly(0.25)
     flown = bench.flown()
     assert flown.recording.time[-1] == 0.25
@@ -247,12 +254,12 @@ def test_a_reset_begins_again_and_forgets_the_script():
 
 def test_a_report_tells_a_flight_from_the_one_before_a_reset_at_any_time():
     bench = Bench()
-    bench.obey(Order(Do.PAUSE))
+    bench.execute(FlightOrder.PAUSE)
     numbers = []
     for _ in range(2):
-        bench.obey(Order(Do.RESET))  # time stands at 0
-        report = bench.messages.sent[-2]
-        assert isinstance(report, Report)
+        bench.execute(FlightOrder.RESET)  # time stands at 0
+        report = bench.messages.sent[-1]
+        assert isinstance(report, FlightReport)
         assert report.snapshot.time == 0.0
         numbers.append(report.flight)
     assert numbers == [2, 3]
@@ -261,14 +268,14 @@ def test_a_report_tells_a_flight_from_the_one_before_a_reset_at_any_time():
 def test_a_pause_holds_time_and_flying_on_moves_it():
     bench = Bench()
     bench.fly(0.125)
-    assert bench.obey(Order(Do.PAUSE)).value == 0.125
-    assert bench.messages.sent[-2].phase is Phase.PAUSED
+    assert bench.execute(FlightOrder.PAUSE).value == 0.125
+    assert bench.messages.sent[-1].phase is Phase.PAUSED
     bench.fly(1.0)
     assert bench.session.time == 0.125
-    assert bench.obey(Order(Do.FLY_ON, 0.5)).value == 0.625
-    assert bench.obey(Order(Do.FLY_ON, PERIOD)).value == 0.625 + PERIOD
-    bench.obey(Order(Do.RESUME))
-    assert bench.messages.sent[-2].phase is Phase.FLYING
+    assert bench.execute(FlyOn(0.5)).value == 0.625
+    assert bench.execute(FlyOn(PERIOD)).value == 0.625 + PERIOD
+    bench.execute(FlightOrder.RESUME)
+    assert bench.messages.sent[-1].phase is Phase.FLYING
     bench.fly(0.125)
     assert bench.session.time == 0.75 + PERIOD
 
@@ -290,11 +297,15 @@ def test_a_broken_flight_is_a_sentence_and_can_begin_again(monkeypatch, kind):
     assert (report.phase, report.said[:26]) == (Phase.BROKEN, "the flight broke off after")
     bench.fly(1.0)
     assert bench.session.time == 0.125  # it does not try again
-    for wanted in (Action(velocity=[1.0, 0.0, 0.0]), Order(Do.RESUME), Order(Do.FLY_ON, 1.0)):
-        assert "reset it first" in bench.obey(wanted).said
+    for wanted in (
+        Action(velocity=[1.0, 0.0, 0.0]),
+        FlightOrder.RESUME,
+        FlyOn(1.0),
+    ):
+        assert "reset it first" in bench.execute(wanted).said
     assert bench.flown().recording.time[-1] == 0.125
-    assert bench.obey(Order(Do.RESET)).value == 0.0
-    assert bench.messages.sent[-2].phase is Phase.FLYING
+    assert bench.execute(FlightOrder.RESET).value == 0.0
+    assert bench.messages.sent[-1].phase is Phase.FLYING
     bench.fly(0.25)
     assert bench.session.time == 0.25
 
@@ -306,15 +317,15 @@ def test_what_drake_refuses_is_a_sentence(monkeypatch, failure):
     def refuses(*arguments):
         raise failure
 
-    monkeypatch.setattr(bench.session, "act", refuses)
-    said = bench.obey(Action(set={"kp_roll": 50.0})).said
+    monkeypatch.setattr(bench.session, "do", refuses)
+    said = bench.execute(Action(set={"kp_roll": 50.0})).said
     assert said == f"the flight cannot do that: {' '.join(str(failure).split())}"
 
 
 def test_reports_come_sixty_times_a_second_whatever_the_speed():
     for speed in (1.0, 8.0):
         bench = Bench()
-        bench.obey(Order(Do.SET_SPEED, speed))
+        bench.execute(SetSpeed(speed))
         before = len(bench.messages.sent)
         bench.fly(0.5)
         assert 25 <= len(bench.messages.sent) - before <= 31
@@ -326,9 +337,9 @@ def test_a_reader_that_stands_still_does_not_stop_the_flight():
     send_queue = SendQueue(here)
     bench = Bench(send_queue=send_queue)
     for _ in range(400):
-        bench.fly(SLICE)
+        bench.fly(FLIGHT_SLICE_S)
         bench.flying.report()
-    assert bench.session.time == 400 * SLICE
+    assert bench.session.time == 400 * FLIGHT_SLICE_S
     there.close()
     send_queue.close(30.0)
     here.close()
@@ -336,20 +347,20 @@ def test_a_reader_that_stands_still_does_not_stop_the_flight():
 
 def test_a_flood_of_orders_does_not_stop_the_flight_and_closing_is_heard(monkeypatch):
     """Each turn of the loop takes so many orders at most, and flies what is due."""
-    monkeypatch.setattr("workbench.live.flying.MOST_ORDERS", 10)
+    monkeypatch.setattr("workbench.live.flying.MAX_ORDERS_PER_SLICE", 10)
     here, there = Pipe()
     bench = Bench()
     count = 30  # few enough for the pipe to take them all
     for number in range(count):
-        there.send(Request(number, Action(set={"kp_roll": 50.0 + number / count})))
-    there.send(CLOSE)
+        there.send(WorkerRequest(number, Action(set={"kp_roll": 50.0 + number / count})))
+    there.send(CLOSE_MESSAGE)
 
     def wanted() -> bool:
-        bench.wall += SLICE
+        bench.wall += FLIGHT_SLICE_S
         return True
 
     bench.flying.run(here, wanted)
-    times = [answer.value for answer in bench.messages.sent if isinstance(answer, Answer)]
+    times = [answer.value for answer in bench.messages.sent if isinstance(answer, WorkerResult)]
     assert len(times) == count
     assert len(set(times)) == 3  # at three steps
     assert times == sorted(times)

@@ -20,7 +20,7 @@ from workbench.control.mode import FlightMode
 from workbench.live.flight import LiveFlight
 from workbench.live.messages import Phase
 from workbench.plant.home import DEFAULT_HOME
-from workbench.scenario.scenario import Scenario, SensorsConfig, Start, VehicleConfig
+from workbench.scenario.scenario import Scenario, ScenarioStart, SensorsConfig, VehicleConfig
 from workbench.session.recording import Recording
 from workbench.session.session import Session
 
@@ -29,7 +29,7 @@ ENOUGH = 300.0
 """No test waits so long unless it fails [s]."""
 SCENARIO = Scenario(
     world="obstacle_field",
-    start=Start(mode="off"),
+    start=ScenarioStart(mode="off"),
     sensors=SensorsConfig(use=["imu", "lidar"], seed=5, keep=True),
 )
 SETTINGS = {"kp_roll": 90.0, "turbulence": 1.0}

@@ -14,14 +14,14 @@ from pathlib import Path
 import pytest
 
 from workbench.common.errors import WorkbenchError
-from workbench.ipc.worker_process import Answer
+from workbench.ipc.worker_process import WorkerResult
 from workbench.link import Client
 from workbench.link.backplane import ServerStatus
-from workbench.link.messages import Hand, Stage
+from workbench.link.messages import ControlOwner, LinkLossStage
 from workbench.link.server.config import ServerConfig
 from workbench.live.flight import LiveFlight
 from workbench.live.messages import Phase
-from workbench.live.network import ServerSupervisor
+from workbench.live.server_supervisor import ServerSupervisor
 
 ENOUGH = 300.0
 """No test waits so long unless it fails [s]."""
@@ -167,15 +167,15 @@ def test_the_view_shows_who_is_there_who_flies_and_the_log(flight, address, tmp_
         wait_for(lambda: [each.name for each in served(flight).clients] == ["Ada"])
         flight.pause().result(ENOUGH)  # so that no silence costs the lease
         with client.control():
-            wait_for(lambda: flight.latest().network.control.hand is Hand.CLIENT)
+            wait_for(lambda: flight.latest().network.control.hand is ControlOwner.CLIENT)
             control = flight.latest().network.control
-            assert (control.name, control.stage) == ("Ada", Stage.LIVE)
+            assert (control.name, control.stage) == ("Ada", LinkLossStage.LIVE)
             (peer,) = served(flight).clients
             assert control.peer == peer.peer
             flight.take_over().result(ENOUGH)
-            assert flight.latest().network.control.hand is Hand.OPERATOR
+            assert flight.latest().network.control.hand is ControlOwner.OPERATOR
             flight.give_back().result(ENOUGH)
-            assert flight.latest().network.control.hand is Hand.NOBODY
+            assert flight.latest().network.control.hand is ControlOwner.NOBODY
     wait_for(lambda: served(flight).clients == ())
     assert flight.stop_log().result(ENOUGH) == str(path)
     assert flight.latest().network.log == ""
@@ -203,7 +203,7 @@ def test_a_server_that_is_killed_is_started_again_at_the_same_address(flight, tm
             wait_for(lambda server=server: server not in children(flight.pid))
             wait_for(lambda: flight.latest().network.server is not None)
             assert (served(flight).address, served(flight).page) == (address, page)
-            assert flight.latest().network.control.hand is Hand.NOBODY
+            assert flight.latest().network.control.hand is ControlOwner.NOBODY
             wait_for(lambda: client.connected)
             assert client.ping() > 0.0
     assert flight.latest().network.said == ""
@@ -247,12 +247,16 @@ def dying(monkeypatch):
     def live(seconds):
         end = now[0] + seconds
         while now[0] < end:
-            list(supervisor.heard())
+            try:
+                for record in server.received(9) if (server := supervisor.attend()) else ():
+                    supervisor.note(record)
+            except EOFError:
+                supervisor.lost()
             if supervisor._ending:
                 supervisor._ending._thread.join()
             now[0] += 0.01
 
-    monkeypatch.setattr("workbench.live.network.ServerProcess", Dying)
+    monkeypatch.setattr("workbench.live.server_supervisor.ServerProcess", Dying)
     supervisor = ServerSupervisor(lambda: None, lambda: 0.0, lambda: now[0])
     return supervisor, begun, lasts, live
 
@@ -293,7 +297,7 @@ def test_a_server_that_cannot_be_started_again_is_given_up_with_a_sentence(dying
     ]  # fmt: skip
     assert "was killed; 5 restarts have failed" in supervisor.said
     assert not supervisor.starts_again and not supervisor.serves
-    assert supervisor.answers == [Answer(1, "here:7")]
+    assert supervisor.answers == [WorkerResult(1, "here:7")]
     lasts += [0.0]
     supervisor.serve(2, ServerConfig(port=0))
     live(0.05)
@@ -405,13 +409,26 @@ def test_the_operator_sends_a_client_away(flight, address):
         assert good.connected
 
 
+def test_who_has_control_starts_the_flight_again(flight, address):
+    with Client(address, topics=["drone_state"]) as client:
+        with pytest.raises(WorkbenchError, match="asked for control"):
+            client.control().request("reset")
+        wait_for(lambda: flight.latest().snapshot.time > 1.0)
+        number = flight.latest().flight
+        with client.control() as control:
+            control.request("reset")
+        wait_for(lambda: flight.latest().flight == number + 1)
+        wait_for(lambda: client.latest("drone_state").time < 1.0)
+        assert client.control_state.hand is ControlOwner.NOBODY
+
+
 def test_a_reset_of_the_flight_keeps_its_server(flight, address):
     with Client(address, name="Ada", topics=["/dh_drone/time_data"], rate=50) as client:
         wait_for(lambda: client.latest("/dh_drone/time_data") is not None)
         flight.pause().result(ENOUGH)
         with client.control() as control:
             assert flight.reset().result(ENOUGH) == 0.0
-            assert flight.latest().network.control.hand is Hand.NOBODY
+            assert flight.latest().network.control.hand is ControlOwner.NOBODY
             wait_for(lambda: control.lost)
         wait_for(lambda: client.ping() == 0.0)
         with client.control() as control:
@@ -433,6 +450,7 @@ def test_closing_a_flight_leaves_no_process(stopped):
     assert not is_running(server)
 
 
+@pytest.mark.slow
 def test_a_server_ends_with_a_flight_that_is_killed(flight):
     other = LiveFlight()
     other.wait(ENOUGH)

@@ -6,7 +6,8 @@ from pathlib import Path
 import pytest
 
 from workbench.common.errors import WorkbenchError
-from workbench.live.log_keeper import History, LogKeeper
+from workbench.common.resources import controllers_dir
+from workbench.live.log_keeper import ActionHistory, LogKeeper
 from workbench.logs.record import read_log
 from workbench.scenario.scenario import Action, Gust, Push, Scenario
 from workbench.session.session import Session
@@ -20,6 +21,11 @@ class Flight:
         self.session = Session(Scenario(), bridge=Bridge())
         self.keeper = LogKeeper(self.session, {}, self.session.parameters())
 
+    def take_over(self, law: Path) -> None:
+        action = Action(self.session.time, controller=str(law))
+        self.session.do(action)
+        self.keeper.act(action, "operator")
+
     def fly(self, seconds: float) -> None:
         self.session.tick(seconds)
         for sampled in self.session.drain():
@@ -29,6 +35,19 @@ class Flight:
 @pytest.fixture
 def flight() -> Flight:
     return Flight()
+
+
+@pytest.fixture
+def write_law(tmp_path):
+    """Write the shipped law under another name, which is in its text."""
+
+    def write(name: str) -> Path:
+        path = tmp_path / f"{name}.py"
+        text = (controllers_dir() / "pd.py").read_text(encoding="utf-8")
+        path.write_text(f"# {name}\n{text}", encoding="utf-8")
+        return path
+
+    return write
 
 
 def test_what_was_done_before_the_log_is_in_it(flight, tmp_path):
@@ -72,6 +91,20 @@ def test_a_flight_that_begins_anew_has_the_next_file(flight, tmp_path):
     assert len(flight.keeper.done) == 0
 
 
+def test_a_log_of_a_later_flight_has_the_laws_of_that_flight(flight, tmp_path, write_law):
+    """A law took over in the first flight, another one in the second, before its log begins."""
+    flight.take_over(write_law("first"))
+    flight.session.reset()
+    flight.keeper.begin_anew()
+    flight.take_over(write_law("second"))
+    path = flight.keeper.start(str(tmp_path / "flight.mcap"))
+    flight.fly(0.1)
+    flight.keeper.stop()
+    record = read_log(Path(path))
+    (text,) = record.laws.values()
+    assert "first" in record.law and "second" in text
+
+
 def test_a_log_that_cannot_go_on_says_so_and_the_flight_does(flight, tmp_path):
     folder = tmp_path / "folder"
     folder.mkdir()
@@ -98,8 +131,8 @@ ACTIONS = [
 
 
 @pytest.fixture
-def history() -> History:
-    history = History()
+def history() -> ActionHistory:
+    history = ActionHistory()
     for index, action in enumerate(ACTIONS):
         history.append(action, ("one", "operator", "link")[index % 3])
     return history
@@ -119,7 +152,7 @@ def test_nothing_is_left_once_it_is_cleared(history):
 
 
 def test_an_hour_of_steering_takes_a_few_megabytes():
-    history = History()
+    history = ActionHistory()
     for index in range(20 * 3600):
         history.append(Action(index / 20, velocity=[1.0, 0.0, 0.0], yaw_rate=0.1), "one")
     assert sys.getsizeof(history._numbers) + sys.getsizeof(history._who) < 5_000_000

@@ -9,24 +9,26 @@ from pydrake.geometry import Meshcat, MeshcatParams
 
 from workbench.live.messages import Pace
 from workbench.live.picture import (
-    AHEAD,
-    ARROWS,
-    CALM,
-    CAMERA_FARTHEST,
-    CAMERA_NEAREST,
-    DRONE,
-    LIDAR,
-    LONGEST,
-    MOST_POINTS,
-    ORBIT,
-    SHORTEST,
-    TRAIL,
-    Picture,
+    AHEAD_PATH,
+    ARROWS_PATH,
+    CABLES_PATH,
+    CAMERA_ORBIT_PATH,
+    DRONE_PATH,
+    LIDAR_PATH,
+    MAX_CAMERA_DISTANCE_M,
+    MAX_PICTURE_PERIOD_S,
+    MAX_SCAN_POINTS,
+    MIN_CAMERA_DISTANCE_M,
+    MIN_PICTURE_PERIOD_S,
+    PICTURE_CALM_S,
+    TRAIL_PATH,
+    LivePicture,
     move_camera,
     place_camera,
 )
 from workbench.scenario.scenario import Scenario, SensorsConfig
 from workbench.session.session import Session
+from workbench.session.snapshot import CableStatus
 
 FRAME = 1 / 60
 
@@ -49,13 +51,13 @@ class Page:
         pass
 
     def SetTransform(self, path, pose):
-        if path == DRONE:
+        if path == DRONE_PATH:
             self.poses.append(pose)
-        elif path.startswith(ARROWS):
-            self.matrices[path.removeprefix(f"{ARROWS}/")] = pose
+        elif path.startswith(ARROWS_PATH):
+            self.matrices[path.removeprefix(f"{ARROWS_PATH}/")] = pose
 
     def SetObject(self, path, shape, *look):
-        if path == LIDAR:
+        if path == LIDAR_PATH:
             self.clouds.append(shape.xyzs().T)
 
     def SetLine(self, path, vertices, line_width, rgba):
@@ -73,7 +75,7 @@ class Bench:
         session = Session()
         self.vehicle, self.snapshot = session.vehicle, session.snapshot()
         self.scan = None
-        self.picture = Picture(
+        self.picture = LivePicture(
             self.page, self._draw, self.vehicle, lambda: self.wall, lambda: self.scan
         )
 
@@ -96,17 +98,17 @@ class Bench:
 
 def test_a_flight_that_falls_behind_is_drawn_less_and_one_that_recovers_more():
     bench = Bench()
-    assert bench.show(2.0) == pytest.approx(2.0 / SHORTEST, abs=3)
+    assert bench.show(2.0) == pytest.approx(2.0 / MIN_PICTURE_PERIOD_S, abs=3)
     bench.show(5.0, lag=0.2)
-    assert bench.picture.period == LONGEST
-    assert bench.show(2.0, lag=0.2) <= 2.0 / LONGEST + 1
-    bench.show(6 * CALM)
-    assert bench.picture.period == SHORTEST
+    assert bench.picture.period == MAX_PICTURE_PERIOD_S
+    assert bench.show(2.0, lag=0.2) <= 2.0 / MAX_PICTURE_PERIOD_S + 1
+    bench.show(6 * PICTURE_CALM_S)
+    assert bench.picture.period == MIN_PICTURE_PERIOD_S
 
 
 def test_the_speed_of_the_flight_makes_no_more_pictures():
     bench = Bench()
-    assert bench.show(2.0, speed=10.0) <= 2.0 / SHORTEST + 1
+    assert bench.show(2.0, speed=10.0) <= 2.0 / MIN_PICTURE_PERIOD_S + 1
 
 
 def test_where_no_page_looks_on_nothing_is_drawn_until_one_does():
@@ -120,13 +122,13 @@ def test_the_trail_is_the_last_thirty_seconds_and_begins_anew_with_a_reset():
     bench = Bench()
     bench.show(40.0)
     path, points = bench.page.lines[-1]
-    assert path == TRAIL
+    assert path == TRAIL_PATH
     assert points[0, -1] - points[0, 0] == pytest.approx(30.0, abs=0.5)
     assert points[0, -1] == pytest.approx(bench.snapshot.p_WB[0], abs=0.5)
     assert len(bench.page.lines) < 200  # each is a new object for the page
     bench.snapshot = Session().snapshot()
     bench.show(1.0)
-    assert bench.page.deleted == [TRAIL]
+    assert bench.page.deleted == [TRAIL_PATH]
     assert bench.page.lines[-1][1].shape[1] <= 11
 
 
@@ -190,7 +192,7 @@ def test_the_lidar_is_shown_thinned_and_seldom_and_still_less_where_the_flight_i
     cloud = bench.page.clouds[-1]
     every = bench.scan.points_W()
     step = round(len(every) / len(cloud))
-    assert len(cloud) <= MOST_POINTS < len(every)
+    assert len(cloud) <= MAX_SCAN_POINTS < len(every)
     np.testing.assert_allclose(cloud, every[::step], atol=1e-5)  # points are 32-bit
     fly(5.0, lag=0.2)
     assert fly(4.0, lag=0.2) <= 2
@@ -202,16 +204,33 @@ def test_a_predicted_way_is_shown_until_its_time_is_over():
     way = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 1.0], [1.0, 1.0, 1.0]])
     bench.picture.foresee(bench.snapshot.time + 1.0, way)
     path, points = bench.page.lines[-1]
-    assert path == AHEAD
+    assert path == AHEAD_PATH
     np.testing.assert_array_equal(points, way.T)
     bench.show(0.9)
     assert bench.page.deleted == []
     bench.show(0.2)
-    assert bench.page.deleted == [AHEAD]
+    assert bench.page.deleted == [AHEAD_PATH]
     bench.show(0.5)
     bench.picture.foresee(99.0, way)
     bench.picture.foresee(0.0, np.empty((0, 3)))
-    assert bench.page.deleted == [AHEAD, AHEAD]
+    assert bench.page.deleted == [AHEAD_PATH, AHEAD_PATH]
+
+
+def test_a_cable_is_straight_while_taut_hangs_while_slack_and_is_gone_with_an_open_hook():
+    bench = Bench()
+    taut = CableStatus("sling", (0.0, 0.0, 2.0), (0.6, 0.0, 1.2), 1.0, 3.0)
+    slack = dataclasses.replace(taut, lower=(0.8, 0.0, 2.0), tension=0.0)
+    lines = []
+    for cables in ((taut,), (slack,), ()):
+        bench.snapshot = dataclasses.replace(bench.snapshot, cables=cables)
+        bench.show(0.05)
+        lines.append([points.T for path, points in bench.page.lines if path == f"{CABLES_PATH}/0"])
+    assert lines[0][-1].tolist() == [[0.0, 0.0, 2.0], [0.6, 0.0, 1.2]]
+    hung = lines[1][-1]
+    assert hung[[0, -1]].tolist() == [[0.0, 0.0, 2.0], [0.8, 0.0, 2.0]]
+    assert hung[4] == pytest.approx([0.4, 0.0, 2.0 - 0.26], abs=1e-3)  # 0.866 of a triangle's 0.3
+    assert np.linalg.norm(np.diff(hung, axis=0), axis=1).sum() == pytest.approx(1.0, abs=0.02)
+    assert bench.page.deleted == [CABLES_PATH]
 
 
 def test_meshcat_itself_takes_all_of_it():
@@ -230,14 +249,19 @@ def test_meshcat_itself_takes_all_of_it():
     meshcat = Watched()
     session = Session(Scenario(world="room", sensors=SensorsConfig(use=["lidar"])))
     session.tick(0.5)
-    picture = Picture(
+    picture = LivePicture(
         meshcat, lambda: None, session.vehicle, lambda: 0.0, lambda: session.reading("lidar")
     )
     picture.show(session.snapshot(), Pace(1.0, 1.0, 0.0, 0.0, False))
     picture.foresee(9.0, np.zeros((2, 3)))
-    for path in (f"{ARROWS}/thrust_4/head", f"{ARROWS}/wind/shaft", LIDAR, AHEAD):
+    for path in (
+        f"{ARROWS_PATH}/thrust_4/head",
+        f"{ARROWS_PATH}/wind/shaft",
+        LIDAR_PATH,
+        AHEAD_PATH,
+    ):
         assert meshcat.real._GetPackedObject(path), path
-    assert meshcat.real._GetPackedTransform(f"{ARROWS}/thrust_1")
+    assert meshcat.real._GetPackedTransform(f"{ARROWS_PATH}/thrust_1")
 
 
 @pytest.mark.parametrize("place", [math.nan, math.inf, 1e9])
@@ -283,13 +307,14 @@ def test_the_drone_is_where_it_looks_and_what_the_mouse_turns_around():
     snapshot = session.snapshot()
     move_camera(camera, np.array(snapshot.p_WB))
     assert camera.target == pytest.approx(snapshot.p_WB)
-    assert camera.orbit[0] == ORBIT
+    assert camera.orbit[0] == CAMERA_ORBIT_PATH
     assert camera.orbit[1] == pytest.approx(snapshot.p_WB)
     assert snapshot.p_WB[0] > 1.0
 
 
 @pytest.mark.parametrize(
-    ("reach", "distance"), [(0.001, CAMERA_NEAREST), (0.3, 2.1), (50.0, CAMERA_FARTHEST)]
+    ("reach", "distance"),
+    [(0.001, MIN_CAMERA_DISTANCE_M), (0.3, 2.1), (50.0, MAX_CAMERA_DISTANCE_M)],
 )
 def test_it_stands_as_far_off_as_the_drone_is_large(reach, distance):
     camera = Camera()
@@ -300,4 +325,4 @@ def test_it_stands_as_far_off_as_the_drone_is_large(reach, distance):
 def test_meshcat_has_that_point_of_orbit():
     meshcat = Meshcat(MeshcatParams(host="localhost"))
     move_camera(meshcat, np.array(Session().snapshot().p_WB))
-    assert ORBIT.encode() in meshcat._GetPackedTransform(ORBIT)
+    assert CAMERA_ORBIT_PATH.encode() in meshcat._GetPackedTransform(CAMERA_ORBIT_PATH)

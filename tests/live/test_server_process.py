@@ -4,13 +4,13 @@ from multiprocessing import Pipe
 
 import pytest
 
-from workbench.ipc.channel import Channel
-from workbench.link.backplane import Flight, Published
+from workbench.ipc.channel import RecordChannel
+from workbench.link.backplane import Published, ServedFlight
 from workbench.link.server.config import ServerConfig
-from workbench.live import network
-from workbench.live.network import ServerProcess
+from workbench.live import server_process
+from workbench.live.server_process import ServerProcess
 
-FLIGHT = Flight("x500", (), (), (8.0, 8.0, 0.4))
+FLIGHT = ServedFlight("x500", (), (), (8.0, 8.0, 0.4))
 KILOBYTE = b"x" * 1000
 
 
@@ -23,10 +23,10 @@ def server(monkeypatch):
         def __init__(self, module: str, what: str) -> None:
             self.connection = ours
 
-    monkeypatch.setattr(network, "ChildProcess", StandingStill)
+    monkeypatch.setattr(server_process, "ChildProcess", StandingStill)
     server = ServerProcess(ServerConfig(), FLIGHT)
     yield server
-    Channel.close(server)  # its own waits for the process
+    RecordChannel.close(server)  # its own waits for the process
     ours.close()
     theirs.close()
 

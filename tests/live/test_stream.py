@@ -5,8 +5,8 @@ import pytest
 
 from workbench.link.backplane import Published
 from workbench.live.flight import LiveFlight
-from workbench.live.messages import Streamed
-from workbench.live.stream import Stream
+from workbench.live.messages import StreamedRecords
+from workbench.live.stream import RecordStream
 
 ENOUGH = 300.0
 """No test waits so long unless it fails [s]."""
@@ -30,7 +30,7 @@ def at(t_ns):
 
 def test_a_reader_that_is_too_slow_is_told_how_much_is_left_out():
     send_queue = SendQueue()
-    stream = Stream(send_queue)
+    stream = RecordStream(send_queue)
     stream.flush()
     assert send_queue.sent == []
     stream.add(at(1))
@@ -42,7 +42,7 @@ def test_a_reader_that_is_too_slow_is_told_how_much_is_left_out():
     send_queue.open = True
     stream.add(at(5))
     stream.flush()
-    assert send_queue.sent == [Streamed((at(1),), 0), Streamed((at(5),), 3)]
+    assert send_queue.sent == [StreamedRecords((at(1),), 0), StreamedRecords((at(5),), 3)]
 
 
 @pytest.fixture
@@ -66,7 +66,7 @@ def test_every_sample_comes_once_and_in_order(flight):
 
 
 def test_what_nobody_takes_is_counted(monkeypatch):
-    monkeypatch.setattr("workbench.live.flight.MOST_STREAMED", 200)
+    monkeypatch.setattr("workbench.live.flight.MAX_STREAMED_SAMPLES", 200)
     with LiveFlight(stream=True) as flight:
         flight.wait(ENOUGH)
         flight.pause().result(ENOUGH)

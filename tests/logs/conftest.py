@@ -1,16 +1,14 @@
 """A short flight, flown once, and logs of it."""
 
-import json
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
 
-from workbench.gains.gains import flight_gains
+from workbench.gains.gain_choice import flight_gains
 from workbench.link.backplane import Sampled
 from workbench.link.topics import Topic
-from workbench.logs import log_child, log_process
 from workbench.logs.flight_log import FlightLog
 from workbench.scenario.scenario import Action, Push, Scenario
 from workbench.scenario.sensors_config import SensorsConfig
@@ -44,7 +42,7 @@ def fly(scenario: Scenario, done: list[Action], settings: dict[str, float]) -> F
     values = flight_gains(session.vehicle, scenario.vehicle.gains, settings)
     for action in done:
         session.tick(action.at - session.time)
-        session.act(action)
+        session.do(action)
     session.tick(scenario.duration - session.time)
     return Flown(
         scenario,
@@ -103,13 +101,3 @@ def log_of(tmp_path) -> Callable[..., Path]:
 def write(flown, tmp_path) -> Callable[..., Path]:
     """Write the flight's log, or that of some of its samples."""
     return lambda name="again.mcap", samples=None: write_log(flown, tmp_path / name, samples)
-
-
-@pytest.fixture
-def unheld(monkeypatch):
-    """Read logs in this process instead of a held one, which takes a third of a second to start."""
-
-    def answer(module, request, **limits):
-        return json.loads(json.dumps(log_child.read(request)))
-
-    monkeypatch.setattr(log_process, "run_limited", answer)

@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from workbench.logs.flight_contents import contents_of
-from workbench.logs.flight_record import FORCE, GYRO, FlightRecord, make_signal, parts
+from workbench.common.flight import Flight
+from workbench.common.series import make_series
+from workbench.logs.flight_contents import contents_of_flight
+from workbench.logs.logged_signal import ACCELEROMETER_SIGNALS, GYRO_SIGNALS, component_names
 
 TIME = np.arange(0.0, 20.0, 0.004)
 RATES, PHASES = np.random.default_rng(1).uniform(2.0, 12.0, (2, 3, 4))
@@ -18,25 +20,25 @@ def waves(time):
     return np.sin(time[:, None, None] * RATES + PHASES).sum(axis=2)
 
 
-def record(columns, time=TIME) -> FlightRecord:
+def record(columns, time=TIME) -> Flight:
     """Return a record of signals by name, each with its own time or with that of all."""
     signals = {}
     for name, values in columns.items():
         when, what = values if isinstance(values, tuple) else (time, values)
-        signals[name] = make_signal(name, "", when, what, end=time[-1])
-    return FlightRecord("made up", Path("made.up"), "made up", signals, end=time[-1])
+        signals[name] = make_series(name, "", when, what, end=time[-1])
+    return Flight("made up", Path("made.up"), "made up", signals, end=time[-1])
 
 
 def test_an_offset_is_positive_where_the_second_stream_is_late(case):
     for first, second, later in (
-        (parts("attitude.w_"), GYRO, "gyro"),
-        (GYRO, parts("estimate.w_"), "estimated rate"),
-        (parts("position_data."), parts("estimate."), "estimated position"),
-        (parts("velocity_data.v_"), parts("estimate.v_"), "estimated velocity"),
+        (component_names("attitude.w_"), GYRO_SIGNALS, "gyro"),
+        (GYRO_SIGNALS, component_names("estimate.w_"), "estimated rate"),
+        (component_names("position_data."), component_names("estimate."), "estimated position"),
+        (component_names("velocity_data.v_"), component_names("estimate.v_"), "estimated velocity"),
     ):
         for late in (0.037, -0.021):
             with case(later, late):
-                found = contents_of(
+                found = contents_of_flight(
                     record(
                         dict(zip(first, waves(TIME).T, strict=True))
                         | dict(zip(second, waves(TIME - late).T, strict=True))
@@ -54,10 +56,13 @@ def test_the_offset_of_an_attitude_is_that_of_its_rate(late):
     turn = Rotation.from_rotvec(0.3 * waves(TIME))
     gyro = (turn[:-1].inv() * turn[1:]).as_rotvec() / 0.004
     known = Rotation.from_rotvec(0.3 * waves(TIME - late)).as_quat(scalar_first=True)
-    found = contents_of(
+    found = contents_of_flight(
         record(
-            {name: (TIME[:-1] + 0.002, each) for name, each in zip(GYRO, gyro.T, strict=True)}
-            | dict(zip(parts("estimate.q_", "wxyz"), known.T, strict=True))
+            {
+                name: (TIME[:-1] + 0.002, each)
+                for name, each in zip(GYRO_SIGNALS, gyro.T, strict=True)
+            }
+            | dict(zip(component_names("estimate.q_", "wxyz"), known.T, strict=True))
         )
     )
     (offset,) = found.offsets
@@ -72,7 +77,9 @@ def test_motors_turn_for_as_long_as_they_were_measured():
     command = np.where(on, np.where(time >= 13.0, 1.0, 0.5), 0.0)
     kept = (time <= 6.0) | (time >= 8.0)
     motors = {f"motors.command_{i}": (time[kept], command[kept]) for i in (1, 2, 3, 4)}
-    found = contents_of(record(motors | dict.fromkeys((*GYRO, *FORCE), 0.0 * time), time))
+    found = contents_of_flight(
+        record(motors | dict.fromkeys((*GYRO_SIGNALS, *ACCELEROMETER_SIGNALS), 0.0 * time), time)
+    )
     assert found.turning == pytest.approx(8.0, abs=0.06)
     assert found.saturated == pytest.approx(1.0 / found.turning, rel=0.02)
     assert found.known_until == time[-1]

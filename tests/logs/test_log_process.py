@@ -9,16 +9,15 @@ import numpy as np
 import pytest
 from mcap.writer import MCAP0_MAGIC
 
-from tests.logs.test_flight_reader import MAPPING, SHARED, made_up_blackbox, usd_log
 from tests.logs.test_record import zstd_chunk
 from workbench.common.errors import WorkbenchError
 from workbench.logs import log_child, log_process
-from workbench.logs.array_files import PART, ArrayReader, ArrayWriter
+from workbench.logs.array_files import MAX_ARRAY_FILE_BYTES, ArrayReader, ArrayWriter
 from workbench.logs.flight_reader import open_log, read_flight
+from workbench.logs.readers import log_reader
+from workbench.logs.readers.log_reader import LogReader
 from workbench.logs.record import read_log
 from workbench.logs.replay import replay
-
-TABLE = "t;gx;m1;v\n" + "".join(f"{10 * i};{i};{1000 + i};{11100 - i}\n" for i in range(80))
 
 
 @pytest.fixture
@@ -41,31 +40,42 @@ def answering(monkeypatch, answer):
     )
 
 
-def test_every_log_is_read_by_a_process_that_may_read_its_files_alone(log, tmp_path, asked, case):
-    table, mapping, usd, bbl = (tmp_path / n for n in ("own.csv", "map.yaml", "log07", "a.bbl.gz"))
-    table.write_text(TABLE)
-    mapping.write_text(MAPPING)
-    usd.write_bytes(usd_log([(1000 * i, 1.0, 1.0) for i in range(9)]))
-    bbl.write_bytes(gzip.compress(made_up_blackbox(50)))
+def test_every_log_is_read_by_a_process_that_may_read_its_files_alone(
+    log, asked, case, monkeypatch
+):
+    reader = LogReader("made", "made", lambda *_: False, lambda _: None, 1, companions=("-a.txt",))
+    monkeypatch.setattr(log_reader, "log_readers", lambda: (reader,))
     for read, file, beside in (
-        (read_log, log, "flight.mapping.yaml"),
-        (read_flight, log, "flight.mapping.yaml"),
-        (open_log, str(log), "flight.mapping.yaml"),
-        (lambda path: read_flight(path, mapping), table, "map.yaml"),
-        (lambda path: read_flight(path, str(mapping)), str(table), "map.yaml"),
-        (read_flight, usd, "log07.mapping.yaml"),
-        (read_flight, bbl, "a.mapping.yaml"),
+        (read_log, log, []),
+        (read_flight, log, ["flight-a.txt"]),
+        (open_log, str(log), ["flight-a.txt"]),
     ):
         with case(file):
             read(file)
             (said,) = asked
             asked.clear()
             path = Path(file)
-            metadata = path.with_name(f"{path.name.split('.')[0]}_metadata.yaml")
             assert said["module"] == "workbench.logs.log_child"
-            assert said["reads"] == [path, path.with_name(beside), metadata]
+            assert said["reads"] == [path, *map(path.with_name, beside)]
             assert said["writes"] == [said["request"]["folder"]]
             assert said["seconds"] <= 5 and said["megabytes"] <= 512
+
+
+def test_a_compressed_file_may_take_twice_as_much_as_a_plain_one(tmp_path, monkeypatch):
+    """3 s and 4 s per megabyte, of which a compressed file counts double."""
+    allowed = []
+
+    def refuse(module, request, *, seconds, **limits):
+        allowed.append(seconds)
+        raise log_process.LimitedError("enough")
+
+    monkeypatch.setattr(log_process, "run_limited", refuse)
+    for start in (b"plain", b"\x1f\x8b"):
+        path = tmp_path / "a.mcap"
+        path.write_bytes(start + bytes(2_000_000 - len(start)))
+        with pytest.raises(WorkbenchError, match="enough"):
+            read_log(path)
+    assert allowed == [11.0, 19.0]
 
 
 def test_a_log_of_another_process_replays_to_the_bit(log):
@@ -74,10 +84,7 @@ def test_a_log_of_another_process_replays_to_the_bit(log):
 
 @pytest.mark.usefixtures("unheld")
 def test_a_compressed_log_is_the_log(log, tmp_path, case):
-    files = {"a.mcap": log.read_bytes(), "a.bbl": made_up_blackbox(100)}
-    if SHARED.exists():
-        files["a.ulg"] = (SHARED / "px4_ulog/sample.ulg").read_bytes()
-    for name, data in files.items():
+    for name, data in {"a.mcap": log.read_bytes()}.items():
         with case(name):
             plain, packed = tmp_path / name, tmp_path / f"{name}.gz"
             plain.write_bytes(data)
@@ -102,7 +109,7 @@ def test_progress_is_told_while_the_process_works(log, monkeypatch):
         (Path(request["folder"]) / "progress").write_bytes(bytes(50))
         assert half.wait(60.0)
         (Path(request["folder"]) / "progress").unlink()
-        return json.loads(json.dumps(log_child.read(request)))
+        return json.loads(json.dumps(log_child.read_to_arrays(request)))
 
     def tell(share):
         heard.append(share)
@@ -118,12 +125,12 @@ def test_an_answer_that_is_no_log_is_a_sentence(log, monkeypatch, case):
     good = {}
 
     def keep(request):
-        good.update(json.loads(json.dumps(log_child.read(request))))
+        good.update(json.loads(json.dumps(log_child.read_to_arrays(request))))
         return good
 
     answering(monkeypatch, keep)
     record = read_log(log)
-    imu = next(each for each in good["log"]["topics"] if each["short"] == "imu")
+    imu = next(each for each in good["log"]["topics"] if each["name"].endswith("/imu"))
 
     def spoilt(**changes):
         topics = [imu | changes]
@@ -146,7 +153,7 @@ def test_an_answer_that_is_no_log_is_a_sentence(log, monkeypatch, case):
     }.items():
 
         def wrong(request, said=said):
-            log_child.read(request)
+            log_child.read_to_arrays(request)
             return said
 
         with case(name):
@@ -158,7 +165,7 @@ def test_an_answer_that_is_no_log_is_a_sentence(log, monkeypatch, case):
 
 
 def test_arrays_come_back_as_they_were(tmp_path, monkeypatch):
-    monkeypatch.setattr("workbench.logs.array_files.PART", 100)
+    monkeypatch.setattr("workbench.logs.array_files.MAX_ARRAY_FILE_BYTES", 100)
     rng = np.random.default_rng(5)
     given = [
         rng.standard_normal(77),
@@ -179,7 +186,7 @@ def test_arrays_come_back_as_they_were(tmp_path, monkeypatch):
         other = reader.get(place)
         assert other.tolist() == one.tolist() and other.dtype == one.dtype
     assert reader.get(places[-1]) is reader.get(places[0])
-    assert PART < 128_000_000  # the largest file of a held process
+    assert MAX_ARRAY_FILE_BYTES < 128_000_000  # the largest file of a held process
 
 
 def test_a_chunk_that_states_too_much_costs_no_more_than_itself(log, tmp_path):

@@ -7,10 +7,13 @@ import numpy as np
 import pytest
 
 from workbench.common.errors import WorkbenchError
-from workbench.control.controller import load_controller
+from workbench.control.controller_file import load_controller
 from workbench.logs.record import read_log
-from workbench.logs.replay import again, replay
-from workbench.scenario.scenario import Action, Scenario, load_scenario
+from workbench.logs.replay import replay, replay_scenario
+from workbench.scenario.scenario import Action, Scenario
+from workbench.scenario.scenario_file import load_scenario
+
+pytestmark = pytest.mark.usefixtures("unheld")
 
 SCENARIO = """
 title: by hand
@@ -52,7 +55,7 @@ def test_a_hand_written_scenario_with_a_script_is_equal(log_of, tmp_path):
 
 
 def test_the_script_and_what_was_done_are_both_flown(log, flown, tmp_path):
-    script = again(read_log(log), "", tmp_path).script
+    script = replay_scenario(read_log(log), "", tmp_path).script
     assert [action.at for action in script] == [0.25, *(action.at for action in flown.done)]
 
 
@@ -143,4 +146,4 @@ def test_python_that_only_an_action_of_a_log_names_does_not_run(log, tmp_path):
         with pytest.raises(
             WorkbenchError, match=r"other\.py takes over, but the log does not have its text"
         ):
-            again(record, controller, tmp_path)
+            replay_scenario(record, controller, tmp_path)

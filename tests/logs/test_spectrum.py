@@ -5,7 +5,7 @@ import pytest
 import scipy.signal
 
 from workbench.common.errors import WorkbenchError
-from workbench.logs.spectrum import DETRENDS, WINDOWS, Welch, power_spectrum
+from workbench.logs.spectrum import WELCH_DETRENDS, WELCH_WINDOWS, WelchSettings, power_spectrum
 
 RATE = 250.0
 TIME = 3.0 + np.arange(5000) / RATE
@@ -13,10 +13,10 @@ NOISE = np.random.default_rng(3).normal(size=5000) + 2.0 + 0.01 * TIME
 
 
 def test_a_spectrum_is_that_of_scipy():
-    for window in WINDOWS:
-        for detrend in DETRENDS:
+    for window in WELCH_WINDOWS:
+        for detrend in WELCH_DETRENDS:
             for averages in (1, 7, 32):
-                found = power_spectrum(TIME, NOISE, Welch(window, averages, detrend))
+                found = power_spectrum(TIME, NOISE, WelchSettings(window, averages, detrend))
                 frequency, density = scipy.signal.welch(
                     NOISE,
                     RATE,
@@ -35,8 +35,10 @@ def test_a_spectrum_is_that_of_scipy():
 
 def test_a_sine_has_its_power_at_its_frequency():
     """Half the square of its amplitude, by the area below the peak."""
-    for window in WINDOWS:
-        found = power_spectrum(TIME, 3.0 * np.sin(2 * np.pi * 20.0 * TIME), Welch(window, 3))
+    for window in WELCH_WINDOWS:
+        found = power_spectrum(
+            TIME, 3.0 * np.sin(2 * np.pi * 20.0 * TIME), WelchSettings(window, 3)
+        )
         assert found.frequency[found.density.argmax()] == pytest.approx(20.0, abs=0.1)
         near = np.abs(found.frequency - 20.0) < 5.0
         assert np.trapezoid(found.density[near], found.frequency[near]) == pytest.approx(
@@ -50,8 +52,8 @@ def test_single_samples_that_are_missing_or_no_number_are_interpolated():
     kept[[700, 1500, 1501, 3000]] = False
     values = wave.copy()
     values[2500] = np.nan
-    found = power_spectrum(TIME[kept], values[kept], Welch())
-    whole = power_spectrum(TIME, wave, Welch())
+    found = power_spectrum(TIME[kept], values[kept], WelchSettings())
+    whole = power_spectrum(TIME, wave, WelchSettings())
     assert found.resampled
     assert found.rate == pytest.approx(RATE)
     peak = whole.density.argmax()
@@ -60,16 +62,27 @@ def test_single_samples_that_are_missing_or_no_number_are_interpolated():
 
 
 def test_what_has_no_spectrum_is_refused_with_a_sentence():
-    gap = (TIME < 8.0) | (TIME > 9.0)
     random = np.sort(np.random.default_rng(1).uniform(0.0, 10.0, 500))
     table = (
         (TIME[:9], "needs 16 samples, but there are only 9"),
-        (TIME[gap], "needs evenly spaced samples, but there are none from 8.00 to 9.00 s"),
         (np.cumsum(np.tile([0.01, 0.02], 500)), "these come every 0.01 to 0.02 s"),
         (np.zeros(50), "needs rising times"),
     )
     for time, said in table:
         with pytest.raises(WorkbenchError, match=f"imu.x: .*{said}"):
-            power_spectrum(time, np.zeros(len(time)), Welch(), "imu.x")
+            power_spectrum(time, np.zeros(len(time)), WelchSettings(), "imu.x")
     with pytest.raises(WorkbenchError):
-        power_spectrum(random, random, Welch())
+        power_spectrum(random, random, WelchSettings())
+
+
+def test_the_longest_part_without_a_gap_has_the_spectrum():
+    """As the spectrum of that part alone; a short gap is bridged within it."""
+    wave = np.sin(2.0 * np.pi * 7.0 * TIME)
+    kept = ((TIME < 5.0) | (TIME > 6.0)) & (np.abs(TIME - 9.0) > 0.004)
+    found = power_spectrum(TIME[kept], wave[kept], WelchSettings())
+    part = kept & (TIME > 6.0)
+    alone = power_spectrum(TIME[part], wave[part], WelchSettings())
+    assert found.part == (TIME[part][0], TIME[part][-1])
+    assert alone.part is None
+    assert np.array_equal(found.density, alone.density)
+    assert found.frequency[np.argmax(found.density)] == pytest.approx(7.0, abs=0.5)

@@ -7,10 +7,11 @@ import pytest
 import scipy.signal
 
 from workbench.common.errors import WorkbenchError
+from workbench.common.flight import Flight
+from workbench.common.series import make_series
 from workbench.logs.flight_log import LoggedFlight
 from workbench.logs.flight_reader import read_flight
-from workbench.logs.flight_record import FlightRecord, make_signal
-from workbench.logs.step_response import StepEstimate, step_response
+from workbench.logs.step_response import StepEstimate, identify_step_response
 from workbench.scenario.scenario import Action, Scenario
 
 FREQUENCY, DAMPING = 12.0, 0.6
@@ -42,12 +43,12 @@ def noise(seed: int, count: int, low: float, high: float, rate: float) -> np.nda
     return made / made.std()
 
 
-def record(time: np.ndarray, setpoint: np.ndarray, response: np.ndarray) -> FlightRecord:
+def record(time: np.ndarray, setpoint: np.ndarray, response: np.ndarray) -> Flight:
     signals = {
-        name: make_signal(name, "rad/s", time, values, end=float(time[-1]))
+        name: make_series(name, "rad/s", time, values, end=float(time[-1]))
         for name, values in ((SETPOINT, setpoint), (RESPONSE, response))
     }
-    return FlightRecord("made", Path("made"), "made", signals, end=float(time[-1]))
+    return Flight("made", Path("made"), "made", signals, end=float(time[-1]))
 
 
 def fly(
@@ -70,7 +71,7 @@ def fly(
     ("seed", "rate"), [(0, 200.0), pytest.param(2, 1000.0, marks=pytest.mark.slow)]
 )
 def test_a_measured_response_is_the_closed_form(seed, rate):
-    found = step_response(record(*fly(seed, rate=rate)), "roll_rate")
+    found = identify_step_response(record(*fly(seed, rate=rate)), "roll_rate")
     off = np.abs(found.values - true_step(found.time))
     assert found.trusted, found.doubts
     assert off[found.time > SETTLED].max() < 0.05
@@ -86,7 +87,7 @@ def test_a_measured_response_is_the_closed_form(seed, rate):
 def test_gaps_cost_nothing_but_their_time():
     time, setpoint, response = fly()
     kept = np.abs((time % 10.0) - 5.0) > 0.7
-    found = step_response(record(time[kept], setpoint[kept], response[kept]), "roll_rate")
+    found = identify_step_response(record(time[kept], setpoint[kept], response[kept]), "roll_rate")
     assert found.trusted, found.doubts
     assert np.abs(found.values - true_step(found.time)).max() < 0.06
     assert len(record(time[kept], setpoint[kept], response[kept])[SETPOINT].gaps) == 6
@@ -123,7 +124,7 @@ def test_poor_data_are_said_to_be_poor(case):
     for what, flown in poor_data().items():
         with case(what):
             try:
-                found = step_response(record(*flown), "roll_rate")
+                found = identify_step_response(record(*flown), "roll_rate")
             except WorkbenchError as error:
                 assert "there is no step response" in str(error)
             else:
@@ -140,10 +141,10 @@ def test_what_a_log_does_not_have_is_a_sentence(case):
         (f"{SETPOINT}:imu.angular_velocity.z", "unknown signal"),
     ):
         with case(loop), pytest.raises(WorkbenchError, match=said):
-            step_response(flight, loop)
+            identify_step_response(flight, loop)
 
 
-def flown(path: Path, seconds: float, actions: list[Action], turbulence: float) -> FlightRecord:
+def flown(path: Path, seconds: float, actions: list[Action], turbulence: float) -> Flight:
     log = LoggedFlight(path, Scenario(duration=seconds, script=actions), {"turbulence": turbulence})
     log.run(lambda share: None)
     return read_flight(path)
@@ -170,7 +171,7 @@ def test_a_flight_through_turbulence_gives_the_step_that_is_flown_in_calm_air(tm
             with case(axis, turbulence):
                 path = tmp_path / f"{axis}{turbulence}.mcap"
                 flight = flown(path, 60.0, pilot(seed, 60.0), turbulence)
-                found: StepEstimate = step_response(flight, f"v_{axis}")
+                found: StepEstimate = identify_step_response(flight, f"v_{axis}")
                 true = np.interp(6.0 + found.time, calm.time, calm.values) / 0.5
                 off = np.abs(found.values - true)[found.time > 0.6 * found.time[-1]]
                 assert found.trusted, found.doubts

@@ -13,8 +13,8 @@ from pydrake.systems.framework import Context, Diagram
 
 from workbench.diagram.core import make_vehicle_core
 from workbench.plant.description import Description
-from workbench.plant.loading import make_vehicle
 from workbench.plant.vehicle import Vehicle
+from workbench.setup import make_setup
 
 sys.path.append(str(Path(__file__).parent))  # for tests that import `reference_flight`
 
@@ -74,9 +74,9 @@ def make_rig(description: Description) -> Rig:
             for rotor in description.rotors
         ),
     )
-    vehicle = make_vehicle(airless)
-    diagram = make_vehicle_core(airless, vehicle, {"drag_area": 0.0, "air_density": 1.225})
-    return Rig(airless, vehicle, diagram, diagram.CreateDefaultContext())
+    setup = make_setup(settings={"drag_area": 0.0, "air_density": 1.225}, description=airless)
+    diagram = make_vehicle_core(setup)
+    return Rig(airless, setup.vehicle, diagram, diagram.CreateDefaultContext())
 
 
 @pytest.fixture

@@ -16,9 +16,9 @@ air has the part u across the axis,
 - RotorS' rotor drag -D ω u and rolling moment -R ω u (Furrer et al., RotorS, 2016, section 2.1),
 
 and the body, at the centre of mass, drag of half ρ A |v| v. A rotor's speed follows its command by
-a lag of first order whose two time constants blend around rest, as docs/descriptions.md says::
+a lag of first order whose two time constants blend around rest, as docs/theory.md says::
 
-    dω/dt = u / τ_up + (e - u) / τ_down      e = command - ω      u = (e + sqrt(e² + b²) - b) / 2
+    dω/dt = u / τ_up + (e - u) / τ_down   e = command - ω   u = e (1 + (e / sqrt(e² + b²))³) / 2
 
 A battery of the charge q (from 1 to 0) and the capacity C has the voltage U(q) without load. The
 drone hovers for the duration D with it, drawing the current C / D and the power P_h; power is the

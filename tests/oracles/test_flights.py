@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from workbench.control.mode import FlightMode
-from workbench.scenario.scenario import Action, Scenario, Start, VehicleConfig
+from workbench.scenario.scenario import Action, Scenario, ScenarioStart, VehicleConfig
 from workbench.session.session import Session
 
 ORACLES = Path(__file__).parent
@@ -27,19 +27,12 @@ def at(time, **what) -> Action:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "heading",
-    [
-        0.0,
-        -150.0,
-        *(pytest.param(heading, marks=pytest.mark.slow) for heading in (45.0, 90.0, 180.0)),
-    ],
-)
+@pytest.mark.parametrize("heading", [0.0, -150.0])
 def test_full_speed_level_and_back_to_hover(heading):
     ahead = [math.cos(math.radians(heading)), math.sin(math.radians(heading)), 0.0]
     flight = flown(
         duration=13.0,
-        start=Start(position=[0.0, 0.0, HIGH]),
+        start=ScenarioStart(position=[0.0, 0.0, HIGH]),
         script=[
             at(1.0, velocity=[FULL_SPEED * part for part in ahead]),
             at(8.0, velocity=[0.0, 0.0, 0.0]),
@@ -68,7 +61,7 @@ def test_a_minute_of_hover_after_a_flight():
     """From a take-off and a stop out of 2 m/s, so that there is something to drift from."""
     flight = flown(
         duration=75.0,
-        start=Start(mode="off"),
+        start=ScenarioStart(mode="off"),
         script=[
             at(0.0, request="take_off", height=2.0),
             at(6.0, velocity=[1.4, -1.4, 0.0]),
@@ -85,15 +78,15 @@ def test_a_minute_of_hover_after_a_flight():
 def test_take_off_and_landing():
     height = 1.5
     flight = flown(
-        duration=14.0,
-        start=Start(mode="off"),
-        script=[at(0.0, request="take_off", height=height), at(6.0, request="land")],
+        duration=11.0,
+        start=ScenarioStart(mode="off"),
+        script=[at(0.0, request="take_off", height=height), at(5.0, request="land")],
     )
     feet = flight.p_WB[:, 2] - flight.vehicle.ground_clearance
-    up = flight.between(4.0, 6.0)
+    up = flight.between(4.0, 5.0)
     assert up.p_WB[:, 2] == pytest.approx(np.full(len(up.time), height), abs=0.05)
     assert flight.p_WB[:, 2].max() <= height + 0.05
-    landed = int(np.flatnonzero((flight.time > 6.0) & (feet < 1e-3))[0])
+    landed = int(np.flatnonzero((flight.time > 5.0) & (feet < 1e-3))[0])
     assert np.abs(flight.v_WB[landed - 1 : landed + 20, 2]).max() <= 0.5
     assert np.abs(feet[-1]) <= 0.005
     assert np.abs(feet[landed:]).max() <= 0.005  # neither bounce nor sinking in
@@ -104,20 +97,18 @@ def test_take_off_and_landing():
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "spin",
+    ("rpy", "spin"),
     [
-        (3, 3, 3),
-        *(
-            pytest.param(spin, marks=pytest.mark.slow)
-            for spin in ((-3, 3, -3), (3, -3, 3), (-3, -3, -3))
-        ),
+        ((math.pi, 0, 0), (3, 3, 3)),
+        ((0, math.pi, 0), (-3, 3, -3)),
+        ((math.pi - 0.3, 0.3, 2.0), (3, -3, 3)),
+        ((math.pi, 0, 0), (-3, -3, -3)),
     ],
 )
-@pytest.mark.parametrize("rpy", [(math.pi, 0, 0), (0, math.pi, 0), (math.pi - 0.3, 0.3, 2.0)])
 def test_thrown_upside_down_it_recovers(spin, rpy):
     flight = flown(
         duration=8.0,
-        start=Start(
+        start=ScenarioStart(
             position=[0.0, 0.0, HIGH],
             roll_pitch_yaw=[float(angle) for angle in rpy],
             angular_velocity=[float(rate) for rate in spin],
@@ -137,7 +128,7 @@ def test_thrown_upside_down_it_recovers(spin, rpy):
 def test_a_step_along_x_leaves_height_and_y_alone(velocity):
     flight = flown(
         duration=6.0,
-        start=Start(position=[0.0, 0.0, HIGH]),
+        start=ScenarioStart(position=[0.0, 0.0, HIGH]),
         script=[at(1.0, velocity=[velocity, 0.0, 0.0])],
     )
     assert flight.v_WB[-1, 0] == pytest.approx(velocity, rel=0.01)
@@ -150,16 +141,16 @@ def test_a_square_of_waypoints_is_reached():
     corners = [[2.0, 0.0, 3.0], [2.0, 2.0, 3.0], [0.0, 2.0, 3.0], [0.0, 0.0, 3.0]]
     each = 6.0
     script = [at(each * index, go_to=corner) for index, corner in enumerate(corners)]
-    flight = flown(duration=4.0 * each, start=Start(position=[0.0, 0.0, 3.0]), script=script)
+    flight = flown(
+        duration=4.0 * each, start=ScenarioStart(position=[0.0, 0.0, 3.0]), script=script
+    )
     for index, corner in enumerate(corners):
         there = flight.between(each * index + each - 0.1, each * index + each)
         assert there.p_WB[0] == pytest.approx(corner, abs=0.02)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "compensation", [0.6, *(pytest.param(share, marks=pytest.mark.slow) for share in (0.0, 1.0))]
-)
+@pytest.mark.parametrize("compensation", [0.6, 0.0])
 def test_hover_commands_follow_the_battery_over_a_whole_discharge(tmp_path, compensation):
     """Hover takes the same thrust from each rotor to the end, so the charge falls evenly.
 
@@ -179,7 +170,7 @@ def test_hover_commands_follow_the_battery_over_a_whole_discharge(tmp_path, comp
         "battery_reserve": 0.0,
         "sag_compensation": compensation,
     }
-    start = Start(position=[0.0, 0.0, 50.0])
+    start = ScenarioStart(position=[0.0, 0.0, 50.0])
     session = Session(Scenario(vehicle=config, start=start, duration=0.95 * duration), settings)
     session.run()
     flight = session.recording()

@@ -11,7 +11,8 @@ from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource
 
 from workbench.diagram.airframe import add_airframe
-from workbench.gains.gains import flight_gains
+from workbench.gains.gain_choice import flight_gains
+from workbench.plant.loading import make_vehicle
 from workbench.scenario.scenario import Rates
 from workbench.session.integration import Integration
 
@@ -94,7 +95,9 @@ def flown_airframe(rig, state, speeds, time) -> np.ndarray:
     """Return the state (13) after a time as the workbench integrates the airframe, in no air."""
     builder = DiagramBuilder()
     airless = {**flight_gains(rig.vehicle), "drag_area": 0.0}
-    airframe = add_airframe(builder, rig.description, airless, rates=Rates())
+    airframe = add_airframe(
+        builder, rig.description, airless, vehicle=make_vehicle(rig.description), rates=Rates()
+    )
     source = builder.AddSystem(ConstantVectorSource(speeds))
     builder.Connect(source.get_output_port(), airframe.commands)
     simulator = Simulator(builder.Build())

@@ -8,12 +8,11 @@ from pydrake.autodiffutils import InitializeAutoDiff
 from pydrake.systems.framework import Context
 from pydrake.systems.primitives import Linearize
 
-from workbench.control.controller import load_controller
+from workbench.control.controller_file import load_controller
 from workbench.control.guidance import Guidance, Reference
 from workbench.diagram.core import make_flight_core
-from workbench.gains.gains import flight_gains
 from workbench.plant.description import read_description
-from workbench.plant.loading import make_vehicle
+from workbench.setup import make_setup
 
 GAINS = [row.name for row in load_controller().parameters]
 STEP = 1e-6
@@ -26,9 +25,9 @@ class Core:
     """A continuous flight core; its derivatives as a function of state, reference and gains."""
 
     def __init__(self, description):
-        self.vehicle = make_vehicle(description)
-        values = flight_gains(self.vehicle)
-        self.diagram = make_flight_core(load_controller(), description, self.vehicle, values)
+        setup = make_setup(description=description)
+        self.vehicle = setup.vehicle
+        self.diagram = make_flight_core(setup)
         self.gains = np.array(self.vector(self.diagram.CreateDefaultContext()).CopyToVector())
         self.twin = self.diagram.ToAutoDiffXd()
 
@@ -193,8 +192,8 @@ def test_linearize_of_hover_is_the_jacobian(core):
 
 def test_conversion_copies_everything(core, description):
     """Changed gains too: outputs and derivatives are equal at random places."""
-    values = {**flight_gains(core.vehicle), "kp_roll": 123.0, "max_tilt": 0.3}
-    diagram = make_flight_core(load_controller(), description, core.vehicle, values)
+    changed = {"kp_roll": 123.0, "max_tilt": 0.3}
+    diagram = make_flight_core(make_setup(settings=changed, description=description))
     twin = diagram.ToAutoDiffXd()
     rng = np.random.default_rng(23)
     for _ in range(50):

@@ -36,11 +36,11 @@ import numpy as np
 import pytest
 from scipy.linalg import expm, solve_discrete_are
 
-from workbench.control.controller import load_controller
-from workbench.control.flight_law import known_body, law_constants
+from workbench.control.controller_file import load_controller
+from workbench.control.law_constants import known_body, law_constants
 from workbench.design.judge.margins import loop_margins
 from workbench.design.linear.study import LinearStudy
-from workbench.scenario.scenario import Scenario, Start
+from workbench.scenario.scenario import Scenario, ScenarioStart
 from workbench.session.session import Session
 
 T = 1 / 128
@@ -286,20 +286,26 @@ def closed_loop(law, axis, g) -> control.StateSpace:
     return control.ss(columns[:, :-1], columns[:, -1:], out[None, :], 0.0, T)
 
 
+STEP_AT = 0.25
+"""[s]"""
+
+
 @pytest.mark.parametrize("law", [pid, lqi])
 def test_small_steps_of_pid_and_lqi_are_those_of_loops_by_hand(law, case):
     """On the full diagram, with the rule's gains, for 4 s; within half a percent of the step."""
     session = Session(
-        Scenario(controller=law.__name__, start=Start(position=[0.0, 0.0, 60.0]), duration=1000.0)
+        Scenario(
+            controller=law.__name__, start=ScenarioStart(position=[0.0, 0.0, 60.0]), duration=1000.0
+        )
     )
     g = session.parameters()
     for axis in PLANTS:
         session.reset()
-        session.tick(1.0)
+        session.tick(STEP_AT)
         session.command([STEP * (axis == each) for each in "xyz"], STEP * (axis == "yaw"))
         session.tick(4.0)
         flown = session.recording()
-        which = flown.time >= 1.0 - 1e-9
+        which = flown.time >= STEP_AT - 1e-9
         found = (flown.w_WB[:, 2] if axis == "yaw" else flown.v_WB[:, "xyz".index(axis)])[which]
         _, wanted = control.step_response(closed_loop(law, axis, g), np.arange(len(found)) * T)
         with case(axis):

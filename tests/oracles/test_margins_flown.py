@@ -8,13 +8,17 @@ these loops cross turns the phase as the delay does, and changes the size by les
 import numpy as np
 import pytest
 
-from workbench.control.controller import DEFAULT, SHIPPED, load_controller
-from workbench.control.flight_law import flight_law, law_constants
-from workbench.control.guidance import Setpoint
+from tests.jointed import drone, joint, link
+from workbench.control.controller_file import load_controller
+from workbench.control.flight_law import flight_law
+from workbench.control.guidance import LawSetpoint
+from workbench.control.installed_laws import DEFAULT_CONTROLLER, installed_laws
+from workbench.control.law_constants import law_constants
 from workbench.design.judge.margins import loop_margins
+from workbench.design.judge.modes import modes
 from workbench.design.linear.operating_point import OperatingPoint
 from workbench.design.linear.study import LinearStudy
-from workbench.scenario.scenario import Scenario, SensorsConfig, Start
+from workbench.scenario.scenario import Scenario, ScenarioStart, SensorsConfig, VehicleConfig
 from workbench.session.session import Session
 from workbench.systems.acceleration_estimate import sampled_estimate
 
@@ -38,35 +42,36 @@ STEADY = 5
 MOST = 40
 """Windows before growth or decay by this factor must have shown."""
 NOTHING: dict[str, float] = {}
-SOON = ("pitch", "velocity_z")
-OTHERS = {
-    "lqi": ("pitch", "velocity_x"),
-    "crazyflie": ("pitch", "pitch_rate"),
-    "mellinger": ("pitch", "velocity_x"),
-    "px4": ("pitch_rate",),
-    "ardupilot": ("pitch_rate", "velocity_x"),
-    "betaflight": ("pitch_rate",),
+OWN = ("pitch", "velocity_x", "velocity_z", "yaw_rate", "position_x")
+"""Loops of the default law, one of each kind: of those that differ in the axis alone, one."""
+FAST = {
+    "crazyflie": "pitch_rate",
+    "mellinger": "velocity_x",
+    "px4": "pitch_rate",
+    "ardupilot": "pitch_rate",
+    "betaflight": "pitch_rate",
 }
-"""Loops that swing fast; flights of all others are slow tests, and of all other laws. Climb by LQI
-and by `mellinger` is as large as rotors let it become before it can be seen to
-grow; that of laws with slow parts is in `design/linear/test_slow_parts.py`."""
+"""The loop of another law that is flown, if it is not that of pitch: one that swings fast. Climb by
+LQI and by `mellinger` is as large as rotors let it become before it can be seen to grow; that of
+laws with slow parts is in `design/linear/test_slow_parts.py`."""
 
 
-def each_loop(names=None, laws=SHIPPED, soon=()):
-    """Let a test fly loops of laws: all of the default one, and the fast ones of the others.
+ALL_LAWS = installed_laws()
+
+
+def each_loop(names=OWN, laws=(DEFAULT_CONTROLLER,), quick=()):
+    """Let a test fly loops of the default law, and a fast one of each other law.
 
     Args:
-        names: of loops.
-        laws: their names.
-        soon: which of the named loops are no slow test.
+        names: of loops of the default law.
+        laws: names of laws.
+        quick: which of the named loops are no slow test.
     """
     rows = []
     for law in map(load_controller, laws):
-        fast = OTHERS.get(law.name, SOON)
-        own = [loop.name for loop in law.loops] if law.name == DEFAULT else fast
-        for name in names or own:
-            quick = law.name == DEFAULT and name in (SOON[:1] if names is None else soon)
-            marks = () if quick else pytest.mark.slow
+        own = law.name == DEFAULT_CONTROLLER
+        for name in names if own else [FAST.get(law.name, "pitch")]:
+            marks = () if own and name in quick else pytest.mark.slow
             rows.append(pytest.param(law, name, marks=marks, id=f"{law.name}-{name}"))
     return pytest.mark.parametrize(("law", "loop"), rows, indirect=True)
 
@@ -93,7 +98,7 @@ def margins(law):
 @pytest.fixture(scope="module")
 def session(law):
     """Far from ground and ceiling."""
-    start = Start(position=[0.0, 0.0, 60.0])
+    start = ScenarioStart(position=[0.0, 0.0, 60.0])
     return Session(Scenario(controller=law.name, start=start, duration=1000.0))
 
 
@@ -144,9 +149,9 @@ class FlownLoop:
             self.computer.GetInputPort(name).Eval(self.context).tolist()
             for name in ("state", "reference", "guidance")
         )
-        setpoint = Setpoint(reference, guidance, [0.0] * 3)
-        gains, shares, probes = (
-            self.context.get_numeric_parameter(index).value().tolist() for index in range(3)
+        setpoint = LawSetpoint(reference, guidance, [0.0] * 3)
+        gains, probes = (
+            self.context.get_numeric_parameter(index).value().tolist() for index in range(2)
         )
         law = self.session.controller
         commands, filtered, memory = (
@@ -162,7 +167,6 @@ class FlownLoop:
             1.0,
             setpoint,
             gains,
-            shares,
             self.constants,
             loops,
             estimate,
@@ -209,30 +213,27 @@ def check(session, loop, found, gain, delay, settings=NOTHING) -> bool:
     return bool(swings[-1] > swings[0] or swings[-1] > GROWN * SMALL)
 
 
-@each_loop()
+@each_loop(laws=ALL_LAWS, quick=["pitch"])
 def test_the_gain_margin_is_where_the_flight_begins_to_diverge(session, margins, loop):
     found = margins[loop.name]
     assert not check(session, loop, found, 0.99 * found.gain_margin, 0.0)
     assert check(session, loop, found, 1.01 * found.gain_margin, 0.0)
 
 
-@pytest.mark.slow
-@each_loop(laws=("pd", "px4", "crazyflie"))
+@each_loop(("pitch", "position_x"), [law for law in ("pd", "px4") if law in ALL_LAWS])
 def test_the_delay_margin_is_where_the_flight_begins_to_diverge(session, margins, loop):
     found = margins[loop.name]
     assert not check(session, loop, found, 1.0, 0.95 * found.delay_margin)
     assert check(session, loop, found, 1.0, 1.05 * found.delay_margin)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("late", [False, pytest.param(True, marks=pytest.mark.slow)])
-@each_loop(SOON, laws=(DEFAULT,), soon=SOON[:1])
-def test_so_it_is_with_filters_on_the_way(session, margins, loop, late):
-    """Both margins of the filtered loop, of which less is left than without."""
+@each_loop(("pitch", "velocity_z"))
+def test_so_it_is_with_filters_on_the_way(session, margins, loop):
+    """The gain margin of one loop and the delay margin of another; less is left than without."""
     model = LinearStudy(Scenario(controller=session.controller.name)).sampled(gains=FILTERED)
     found = loop_margins(model, loop.point("actuator"))
     assert found.gain_margin < 0.95 * margins[loop.name].gain_margin
-    if late:
+    if loop.name == "velocity_z":
         assert not check(session, loop, found, 1.0, 0.95 * found.delay_margin, FILTERED)
         assert check(session, loop, found, 1.0, 1.05 * found.delay_margin, FILTERED)
     else:
@@ -240,13 +241,13 @@ def test_so_it_is_with_filters_on_the_way(session, margins, loop, late):
         assert check(session, loop, found, 1.01 * found.gain_margin, 0.0, FILTERED)
 
 
-@each_loop(("pitch", "velocity_x"), laws=(DEFAULT,))
+@each_loop(["pitch"])
 def test_so_it_is_on_an_estimate_of_the_motion(law, loop):
     """Behind filters, with an EKF on samples of all sensors that come at their own rates.
 
     Sensors have no noise, which would hide what is small. The model spreads samples over updates.
     """
-    start = Start(position=[0.0, 0.0, 60.0])
+    start = ScenarioStart(position=[0.0, 0.0, 60.0])
     scenario = Scenario(
         controller=law.name,
         estimator="ekf",
@@ -266,12 +267,36 @@ def test_so_it_is_on_an_estimate_of_the_motion(law, loop):
         assert check(session, loop, found, gain, delay, FILTERED) == grows, (gain, delay)
 
 
-@each_loop(("roll", "pitch"), laws=(DEFAULT,))
+@each_loop(["pitch"])
 def test_a_weaker_tilt_loop_diverges_under_its_velocity_loop(session, margins, loop):
     found = margins[loop.name]
     assert found.gain_reduction_margin > 0.0
     assert not check(session, loop, found, 1.01 * found.gain_reduction_margin, 0.0)
     assert check(session, loop, found, 0.99 * found.gain_reduction_margin, 0.0)
+
+
+@pytest.fixture(scope="module")
+def slung(tmp_path_factory):
+    """Return a scenario of a quadrotor with a load of a quarter of its mass, that swings."""
+    hinge = link("load", 0.25, (0.0, 0.0, -0.8)) + joint(
+        "swing", "universal", "base", "load", (0.0, 0.0, -0.1)
+    )
+    model = drone(tmp_path_factory.mktemp("slung"), hinge)
+    start = ScenarioStart(position=[0.0, 0.0, 60.0])
+    return Scenario(vehicle=VehicleConfig(model=model), start=start, duration=1000.0)
+
+
+@pytest.mark.parametrize("name", ["pitch", pytest.param("velocity_x", marks=pytest.mark.slow)])
+def test_so_it_is_with_a_load_that_swings(slung, name):
+    """Predicted from the model with the swing among its modes, and flown with the load."""
+    study, session = LinearStudy(slung), Session(slung)
+    model, loop = study.sampled(), session.controller.loop(name)
+    joints = [signal for signal, _ in study.vehicle.small_joint_signals]
+    swings = [mode for mode in modes(model, joints) if mode.joint.startswith("swing")]
+    assert {mode.joint for mode in swings} == {"swing::1", "swing::2"}
+    found = loop_margins(model, loop.point("actuator"))
+    assert not check(session, loop, found, 0.97 * found.gain_margin, 0.0)
+    assert check(session, loop, found, 1.03 * found.gain_margin, 0.0)
 
 
 def test_a_normal_flight_has_all_gates_open_and_nothing_injected(session):

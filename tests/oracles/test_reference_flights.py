@@ -25,7 +25,7 @@ from reference_flight import (
 
 from workbench.commands.cli import main
 from workbench.plant.variation import Variation
-from workbench.scenario.scenario import Rates, Scenario, Start, VehicleConfig
+from workbench.scenario.scenario import Rates, Scenario, ScenarioStart, VehicleConfig
 from workbench.session.open_loop import fly_open_loop
 from workbench.session.session import Session
 
@@ -71,7 +71,7 @@ def started(model: str, w_WB=(0.0, 0.0, 0.0), **start) -> dict:
     """Return vehicle and start of a scenario."""
     return {
         "vehicle": VehicleConfig(model=model),
-        "start": Start(position=HIGH, angular_velocity=list(w_WB), **start),
+        "start": ScenarioStart(position=HIGH, angular_velocity=list(w_WB), **start),
     }
 
 
@@ -119,16 +119,7 @@ def check_same(recording, reference):
 
 @pytest.mark.slow
 @VEHICLES
-@pytest.mark.parametrize(
-    ("seed", "w_WB"),
-    [
-        pytest.param(0, (0.0, 0.0, 0.0), marks=pytest.mark.slow),
-        pytest.param(1, (9.0, -8.0, 10.0), marks=pytest.mark.slow),
-        (2, (-6.0, 13.0, 4.0)),
-        pytest.param(3, (12.0, 5.0, -9.0), marks=pytest.mark.slow),
-    ],
-    ids=str,
-)
+@pytest.mark.parametrize(("seed", "w_WB"), [(0, (0.0, 0.0, 0.0)), (2, (-6.0, 13.0, 4.0))], ids=str)
 def test_a_tumbling_flight_is_the_references(printed, flown, model, w_WB, seed):
     vehicle = printed(model)
     time, commands = smooth_commands(vehicle, seed)
@@ -192,12 +183,12 @@ def test_a_controlled_flight_is_the_references_under_its_commands(printed, flown
 @pytest.mark.slow
 @pytest.mark.parametrize("most", [20.0, 40.0])
 def test_random_tumbling_flights_under_a_law_are_the_references(printed, most):
-    """24 flights of 5 s that begin at any attitude, each turning at up to `most` rad/s."""
+    """Eight flights of 5 s that begin at any attitude, the last one turning at `most` rad/s."""
     vehicle, rng = printed("dh_drone"), np.random.default_rng(round(most))
     fastest = 0.0
-    for _ in range(24):
+    for share in np.linspace(0.3, 1.0, 8):
         turn = rng.normal(size=3)
-        turn *= rng.uniform(0.3, 1.0) * most / np.linalg.norm(turn)
+        turn *= share * most / np.linalg.norm(turn)
         begun = started(
             "dh_drone",
             turn.tolist(),
@@ -232,7 +223,7 @@ def test_random_tumbling_flights_under_a_law_are_the_references(printed, most):
         ((1.0, 0.2, 0.3), 5.0, 1e-6),
         ((0.3, 1.0, -0.2), 5.0, 1e-6),
         ((0.5, -0.4, 1.0), 5.0, 1e-6),
-        ((0.5, -0.4, 1.0), 120.0, 1e-5),
+        ((0.5, -0.4, 1.0), 60.0, 1e-5),
     ],
     ids=str,
 )
@@ -244,7 +235,7 @@ def test_free_of_torque_a_body_keeps_momentum_and_energy(
     w_WB = 17.5 * np.array(axis) / np.linalg.norm(axis)
     still = np.zeros((1, len(vehicle.top)))
     begun = started(model, w_WB.tolist())
-    begun["start"].position[2] = 80e3  # it falls 71 km in two minutes
+    begun["start"].position[2] = 20e3  # it falls 18 km in a minute
     recording = flown(vehicle, begun, np.zeros(1), still, duration)
     momenta, energies = [], []
     for q, w_W in zip(recording.q_WB, recording.w_WB, strict=True):

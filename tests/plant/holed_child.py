@@ -4,7 +4,7 @@ import builtins
 from collections.abc import Mapping
 from typing import Any
 
-from workbench.ipc.limited import serve
+from workbench.ipc.limited import serve_one_request
 from workbench.plant.formats import xacro_child
 
 
@@ -14,4 +14,4 @@ def evaluate(text: str, symbols: Mapping[str, Any], _: object = None) -> Any:
 
 if __name__ == "__main__":
     vars(xacro_child)["evaluate"] = evaluate
-    serve(xacro_child.expand)
+    serve_one_request(xacro_child.expand)

@@ -3,7 +3,7 @@
 import pytest
 
 from workbench.common.errors import WorkbenchError
-from workbench.gains.gains import flight_gains, make_profile
+from workbench.gains.gain_choice import flight_gains, make_profile
 from workbench.plant.description import read_description
 from workbench.plant.formats.urdf_writer import stored_files
 from workbench.plant.loading import make_vehicle

@@ -4,9 +4,9 @@ import pytest
 from pydrake.math import RigidTransform
 
 from workbench.plant.drawable import (
-    disc_radius,
     inertia_box,
-    stand_ins,
+    rotor_disc_radius,
+    substitute_shapes,
     with_bumper,
     without_missing_meshes,
 )
@@ -45,20 +45,22 @@ def test_its_sides_stay_within_what_a_drone_measures(moment, side):
 def test_discs_of_neighbours_keep_apart():
     """0.45 of 0.4 m; a rotor right below does not count."""
     square = rotors((0.2, 0.2), (-0.2, 0.2), (-0.2, -0.2), (0.2, -0.2), (0.2, 0.2))
-    assert disc_radius("r0", square) == pytest.approx(0.18)
-    assert disc_radius("base", square) == 0.0
+    assert rotor_disc_radius("r0", square) == pytest.approx(0.18)
+    assert rotor_disc_radius("base", square) == 0.0
 
 
 def test_a_link_is_drawn_by_what_touches_else_a_disc_else_its_inertia():
     touching = (LinkShape("c", HERE, Sphere(0.1)), LinkShape("m", HERE, Mesh("a.stl", None)))
     inertial = Inertial(1.0, HERE, (0.01, 0.01, 0.01), (0.0, 0.0, 0.0))
     square = rotors((0.2, 0.0), (-0.2, 0.0))
-    assert [shape for _, shape in stand_ins(link(inertial, touching), square)] == [Sphere(0.1)]
-    (disc,) = stand_ins(link(inertial, name="r0"), square)
+    assert [shape for _, shape in substitute_shapes(link(inertial, touching), square)] == [
+        Sphere(0.1)
+    ]
+    (disc,) = substitute_shapes(link(inertial, name="r0"), square)
     assert disc[1] == Cylinder(pytest.approx(0.18), 0.004)
-    (box,) = stand_ins(link(inertial), square)
+    (box,) = substitute_shapes(link(inertial), square)
     assert isinstance(box[1], Box)
-    assert len(stand_ins(link(), square)) == 1
+    assert len(substitute_shapes(link(), square)) == 1
 
 
 def test_only_missing_meshes_are_replaced():

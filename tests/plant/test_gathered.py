@@ -14,10 +14,11 @@ from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
 from pydrake.multibody.tree import MultibodyForces
 from pydrake.systems.framework import DiagramBuilder
 
+from tests.installed import readable
 from workbench.common.resources import find_model
 from workbench.plant.description import read_description
 from workbench.plant.formats.urdf_writer import write_urdf
-from workbench.plant.gathered import gathered, link_of
+from workbench.plant.gathered import link_of, merged_model
 from workbench.plant.loading import make_vehicle
 from workbench.plant.model import Inertial, Link, LinkShape, Model
 from workbench.plant.multibody import add_plant
@@ -33,7 +34,7 @@ PUBLISHED = {
 FILES = [
     find_model("dh_drone"),
     *sorted(DRONES.glob("*.urdf*")),
-    *(SHARED / path for path in PUBLISHED),
+    *(SHARED / path for path in readable(PUBLISHED)),
 ]
 
 
@@ -184,7 +185,7 @@ def test_two_masses_far_from_the_base():
     ball = Inertial(3.0, RigidTransform([2.0, 0.0, 0.0]), (0.5, 0.5, 0.5), (0.0, 0.0, 0.0))
     turn = RollPitchYaw(0.0, -np.pi / 2.0, 0.0)  # x of the link is z of the base
     mast = a_link("mast", X_MB @ RigidTransform(turn, [0.0, 0.0, 2.0]), inertial=ball)
-    model = gathered(a_model(a_link("base", X_MB, inertial=point), mast), "base")
+    model = merged_model(a_model(a_link("base", X_MB, inertial=point), mast), "base")
     (body,) = model.links
     assert body.inertial.mass == 4.0
     assert body.inertial.X_LI.translation() == pytest.approx([0.25, 0.0, 3.0])
@@ -204,7 +205,7 @@ def test_a_lone_inertia_stays_as_it_is():
     X_LI = RigidTransform(RollPitchYaw(0.3, 0.2, 0.1), [0.1, 0.2, 0.3])
     own = Inertial(1.0, X_LI, (0.1, 0.2, 0.25), (0.01, 0.02, 0.03))
     base, bare = RigidTransform(), a_link("bare", RigidTransform([0.0, 0.0, 1.0]))
-    (body,) = gathered(a_model(a_link("base", base, inertial=own), bare), "base").links
+    (body,) = merged_model(a_model(a_link("base", base, inertial=own), bare), "base").links
     assert dataclasses.replace(body.inertial, X_LI=X_LI) == own
     assert body.inertial.X_LI.IsExactlyEqualTo(X_LI)
 
@@ -213,12 +214,12 @@ def test_a_lone_inertia_on_another_link_is_where_that_is():
     X_BL, X_LI = RigidTransform(RollPitchYaw(0.1, 0.2, 0.3), [0, 0, 1.0]), RigidTransform([1, 0, 0])
     own = Inertial(1.0, X_LI, (0.1, 0.2, 0.25), (0.0, 0.0, 0.0))
     links = a_link("base", RigidTransform()), a_link("box", X_BL, inertial=own)
-    (body,) = gathered(a_model(*links), "base").links
+    (body,) = merged_model(a_model(*links), "base").links
     assert body.inertial.X_LI.IsNearlyEqualTo(X_BL @ X_LI, 1e-12)
 
 
 def test_without_any_mass_there_is_no_inertia():
-    (body,) = gathered(a_model(a_link("base", RigidTransform())), "base").links
+    (body,) = merged_model(a_model(a_link("base", RigidTransform())), "base").links
     assert body.inertial is None
 
 
@@ -227,7 +228,7 @@ def test_without_any_mass_there_is_no_inertia():
 def test_a_shape_tells_the_link_it_comes_from(link, drone):
     names = {"base", link}
     links = [a_link(name, RigidTransform(), "ball", "ball", "a::b") for name in sorted(names)]
-    (body,) = gathered(a_model(*links), "base").links
+    (body,) = merged_model(a_model(*links), "base").links
     assert len(body.collisions) == 3 * len(names)
     found = {link_of(f"{drone}::{collision.name}", drone) for collision in body.collisions}
     assert found == names

@@ -8,9 +8,9 @@ from pydrake.math import RigidTransform, RollPitchYaw
 from pydrake.multibody.tree import RotationalInertia
 
 from workbench.common.errors import WorkbenchError
-from workbench.plant.description import repair_inertias
 from workbench.plant.model import Inertial, Link, Model
 from workbench.plant.remarks import Remarks
+from workbench.plant.repaired_inertia import repair_inertias, with_stated_body
 
 SOURCE = Path("drone.urdf")
 
@@ -101,3 +101,19 @@ def test_no_inertia_at_all_is_a_point_mass():
 def test_what_has_no_plain_meaning_is_refused(mass, moments, said):
     with pytest.raises(WorkbenchError, match=rf"drone.urdf: link 'base' .*{said}"):
         repaired(mass, moments)
+
+
+def test_a_body_of_a_sidecar_has_its_numbers_in_their_places(tmp_path):
+    """It is stated as xx, yy, zz, xy, xz, yz."""
+    path = tmp_path / "drone.rotors.yaml"
+    path.write_text(
+        "body: {mass: 2.0, center_of_mass: [0.1, 0.2, 0.3],"
+        " inertia: [0.02, 0.03, 0.04, 0.001, 0.002, 0.003]}\n"
+    )
+    link = Link("base", RigidTransform(), None, (), ())
+    model = Model(SOURCE, "drone", (link,), (), (), (), ())
+    body = with_stated_body(model, "base", path, Remarks()).links[0].inertial
+    assert body.mass == 2.0 and list(body.X_LI.translation()) == [0.1, 0.2, 0.3]
+    rows = [[0.02, 0.001, 0.002], [0.001, 0.03, 0.003], [0.002, 0.003, 0.04]]
+    assert matrix_in_L(body) == pytest.approx(np.array(rows), abs=1e-15)
+    assert body.matrix == pytest.approx(np.array(rows), abs=1e-15)

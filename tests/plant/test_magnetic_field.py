@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from workbench.plant.home import DEFAULT_HOME, Home
-from workbench.plant.magnetic_field import magnetic_field
+from workbench.plant.magnetic_field import earth_magnetic_field
 
 G10, G11, H11 = -29350.0, -1410.3, 4545.5
 """Of the IGRF-14 for 2025.0 [nT]."""
@@ -35,12 +35,12 @@ def test_at_the_equator_it_is_that_of_the_formula_by_hand(case):
         with case(longitude):
             weaker = (A / EQUATOR) ** 3 * 1e-9
             expected = weaker * np.array([east, -G10, up])
-            assert magnetic_field(home(0.0, longitude)) == pytest.approx(expected, abs=1e-15)
+            assert earth_magnetic_field(home(0.0, longitude)) == pytest.approx(expected, abs=1e-15)
 
 
 def test_at_the_pole_it_is_twice_as_strong_and_downwards():
     """Looked at along longitude 0: east is the earth's y, north its -x, up its z."""
-    found = magnetic_field(home(90.0, 0.0, 2000.0))
+    found = earth_magnetic_field(home(90.0, 0.0, 2000.0))
     weaker = (A / (POLE + 2.0)) ** 3 * 1e-9
     assert found == pytest.approx(weaker * np.array([-H11, G11, 2.0 * G10]), abs=1e-15)
 
@@ -67,20 +67,22 @@ def test_it_is_the_gradient_of_the_igrfs_first_degree(case):
             east = (-math.sin(p), math.cos(p), 0.0)
             up = (math.cos(t) * math.cos(p), math.cos(t) * math.sin(p), math.sin(t))
             expected = 1e-9 * np.array([B @ east, B @ np.cross(up, east), B @ up])
-            found = magnetic_field(home(latitude, longitude))
+            found = earth_magnetic_field(home(latitude, longitude))
             assert found == pytest.approx(expected, abs=1e-12)
 
 
 def test_it_is_as_near_to_the_earths_field_as_is_said(case):
     for latitude, longitude, altitude, real, share, angle in CALCULATED:
         with case((latitude, longitude)):
-            found = magnetic_field(home(latitude, longitude, altitude)) / MICRO
+            found = earth_magnetic_field(home(latitude, longitude, altitude)) / MICRO
             strength, true = np.linalg.norm(found), np.linalg.norm(real)
             assert strength == pytest.approx(true, rel=share)
             assert math.degrees(math.acos(found @ real / strength / true)) < angle
-    assert magnetic_field(DEFAULT_HOME) == pytest.approx(magnetic_field(home(*CALCULATED[0][:3])))
+    assert earth_magnetic_field(DEFAULT_HOME) == pytest.approx(
+        earth_magnetic_field(home(*CALCULATED[0][:3]))
+    )
 
 
 def test_a_field_that_is_stated_is_taken():
     stated = (1e-6, 2e-5, -4e-5)
-    assert tuple(magnetic_field(Home(0.8, 0.1, 488.0, stated))) == stated
+    assert tuple(earth_magnetic_field(Home(0.8, 0.1, 488.0, stated))) == stated

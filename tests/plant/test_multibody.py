@@ -45,9 +45,9 @@ def test_gravity_points_down(dh_drone):
 
 
 @pytest.mark.parametrize("kind", ["revolute", "continuous", "prismatic"])
-def test_a_joint_that_is_no_rotor_does_not_move(quad, write, kind):
+def test_a_joint_that_is_no_rotor_moves(quad, write, kind):
     description = read_description(write(quad.replace("</robot>", ARM.format("gripper", kind))))
-    assert built(description)[0].num_positions() == 7
+    assert built(description)[0].num_positions() == 8
 
 
 def test_a_fixed_joint_may_stay(quad, write):

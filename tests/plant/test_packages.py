@@ -119,7 +119,7 @@ def test_folders_that_lead_in_a_circle_are_walked_once(make, tmp_path, monkeypat
     source = make("a/b/c/d/a.urdf", package(deep, "drone"))
     for name in ("loop", "other_loop"):  # 2¹² ways down, more than are walked
         (tmp_path / "env" / name).symlink_to(tmp_path / "env")
-    monkeypatch.setattr(packages, "_DEPTH", 10**9)
+    monkeypatch.setattr(packages, "_PACKAGE_SEARCH_DEPTH", 10**9)
     monkeypatch.setenv("ROS_PACKAGE_PATH", str(tmp_path / "env"))
     assert PackageFinder(source).folder("drone") == tmp_path / deep
 
@@ -128,7 +128,7 @@ def test_the_walk_ends_after_so_many_folders(make, tmp_path, monkeypatch):
     names = [f"env/a{i}/b.txt" for i in range(20)]
     source = make("a/b/c/d/a.urdf", *names, package("env/z", "drone"))
     monkeypatch.setenv("ROS_PACKAGE_PATH", str(tmp_path / "env"))
-    monkeypatch.setattr(packages, "_MOST_FOLDERS", 10)
+    monkeypatch.setattr(packages, "_MAX_SEARCHED_FOLDERS", 10)
     assert PackageFinder(source).folder("drone") is None
 
 
@@ -143,7 +143,7 @@ def test_a_home_folder_and_what_is_above_are_not_searched_deeply(make, tmp_path,
 
 def test_after_a_thousand_names_no_more_are_looked_for(make, monkeypatch):
     finder = PackageFinder(make("ws/a.urdf", "ws/drone/model.sdf"))
-    monkeypatch.setattr(packages, "_MOST_NAMES", 2)
+    monkeypatch.setattr(packages, "_MAX_NAMED_PACKAGES", 2)
     assert [finder.folder(name) for name in ("a", "b", "drone")] == [None, None, None]
 
 

@@ -7,13 +7,14 @@ import pytest
 import trimesh
 from pydrake.math import RigidTransform, RollPitchYaw, RotationMatrix
 
+from tests.jointed import drone, joint, link
 from workbench.common.resources import find_model
 from workbench.plant.description import read_description
 from workbench.plant.loading import load_vehicle
 from workbench.plant.meshes.gltf import write_gltf
-from workbench.plant.meshes.parts import Part
+from workbench.plant.meshes.parts import MeshPart
 from workbench.plant.model import Link, LinkShape, Model
-from workbench.plant.reach import Reach, reach
+from workbench.plant.reach import ReachSphere, reach_sphere
 from workbench.plant.rotors import Rotor
 from workbench.plant.shapes import Box, Capsule, Cylinder, Ellipsoid, Mesh, Sphere
 
@@ -45,7 +46,7 @@ def rotor(link: str, hub=HUB, axis=(0.0, 0.0, 1.0)) -> Rotor:
     ],
 )
 def test_a_shape_alone_is_held_about_its_own_middle(shape, radius):
-    found = reach(model_of(body(shape)), "base", ())
+    found = reach_sphere(model_of(body(shape)), "base", ())
     assert found.p_BC == pytest.approx(X_ODD.translation(), abs=1e-3)
     assert radius <= found.radius + 1e-12
     assert found.radius == pytest.approx(radius, rel=2e-3)
@@ -57,15 +58,15 @@ def test_all_that_touches_and_all_that_is_drawn_counts():
     link = Link(
         "base", RigidTransform(), None, (drawn,), (LinkShape("c", RigidTransform(), Sphere(0.3)),)
     )
-    assert reach(model_of(link), "base", ()) == Reach(
+    assert reach_sphere(model_of(link), "base", ()) == ReachSphere(
         (pytest.approx(0.9), 0.0, 0.0), pytest.approx(1.2)
     )
 
 
 def test_places_are_those_in_the_body_frame():
     X_ML = RigidTransform(RollPitchYaw(0.0, 0.0, 2.0), [1.0, 2.0, 3.0])
-    plain = reach(model_of(body(Box((0.6, 0.4, 0.2)))), "base", ())
-    moved = reach(model_of(body(Box((0.6, 0.4, 0.2)), X_ML=X_ML)), "base", ())
+    plain = reach_sphere(model_of(body(Box((0.6, 0.4, 0.2)))), "base", ())
+    moved = reach_sphere(model_of(body(Box((0.6, 0.4, 0.2)), X_ML=X_ML)), "base", ())
     assert moved.p_BC == pytest.approx(plain.p_BC)
     assert moved.radius == pytest.approx(plain.radius)
 
@@ -81,7 +82,7 @@ def test_a_blade_counts_with_all_places_it_comes_to(angle):
         for name, hub in (("one", [0.5, 0.0, 0.2]), ("other", [-0.5, 0.0, 0.2]))
     ]
     rotors = [rotor("one"), rotor("other", (-0.5, 0.0, 0.2))]
-    found = reach(model_of(*links), "base", rotors)
+    found = reach_sphere(model_of(*links), "base", rotors)
     hubs = [math.hypot(x - found.p_BC[0], found.p_BC[1]) for x in (0.5, -0.5)]
     assert found.radius == pytest.approx(max(hubs) + 0.1, abs=1e-5)
 
@@ -95,7 +96,7 @@ def test_a_sphere_holds_every_place_of_a_leaning_blade():
         body(Box((0.3, 0.3, 0.1))),
         Link("prop", X_BL, None, (LinkShape("b", RigidTransform([0.2, 0, 0]), shape, None),), ()),
     )
-    found = reach(model_of(*links), "base", [rotor("prop", axis=tuple(axis))])
+    found = reach_sphere(model_of(*links), "base", [rotor("prop", axis=tuple(axis))])
     corners = [
         X_BL @ np.array([0.2 + 0.2 * i, 0.025 * j, 0.01 * k])
         for i in (-1, 1)
@@ -119,7 +120,7 @@ def test_a_sphere_holds_every_place_of_a_leaning_blade():
 def test_a_drawn_mesh_counts_as_drake_places_it(tmp_path):
     """Written with z up, 1 m long along z."""
     box = trimesh.creation.box(extents=[0.1, 0.2, 1.0])
-    part = Part((), np.array(box.vertices), np.array(box.faces))
+    part = MeshPart((), np.array(box.vertices), np.array(box.faces))
     path = tmp_path / "mast.gltf"
     path.write_bytes(write_gltf([part], None))
     link = Link(
@@ -129,7 +130,7 @@ def test_a_drawn_mesh_counts_as_drake_places_it(tmp_path):
         (LinkShape("v", RigidTransform([0, 0, 0.5]), Mesh("m", path), None),),
         (LinkShape("c", RigidTransform(), Sphere(0.1)),),
     )
-    found = reach(model_of(link), "base", ())
+    found = reach_sphere(model_of(link), "base", ())
     assert found.p_BC == pytest.approx((0.0, 0.0, 0.45), abs=1e-6)
     assert found.radius == pytest.approx(math.hypot(0.05, 0.1, 0.55), abs=1e-6)
 
@@ -142,20 +143,30 @@ def test_a_mesh_that_is_not_there_does_not_count():
         (LinkShape("v", X_ODD, Mesh("gone", None), None),),
         (LinkShape("c", RigidTransform(), Sphere(0.1)),),
     )
-    assert reach(model_of(link), "base", ()).radius == pytest.approx(0.1)
+    assert reach_sphere(model_of(link), "base", ()).radius == pytest.approx(0.1)
 
 
 def test_hubs_count_where_propellers_have_no_shape():
-    found = reach(model_of(body(Sphere(0.1), RigidTransform())), "base", [rotor("base")])
+    found = reach_sphere(model_of(body(Sphere(0.1), RigidTransform())), "base", [rotor("base")])
     assert found.p_BC[0] == pytest.approx(0.2)
     assert found.radius == pytest.approx(math.hypot(0.3, 0.2 - found.p_BC[2]))
 
 
 def test_the_shipped_drone_reaches_to_its_blades_tips():
     description = read_description(find_model("dh_drone"))
-    found = reach(description.model, description.base_link, description.rotors)
+    found = reach_sphere(description.model, description.base_link, description.rotors)
     tips = 0.25 + 0.127  # arm and blade, from its constants
     height = load_vehicle(find_model("dh_drone")).rotors[0].p_BR[2]
     level = math.hypot(tips, height - found.p_BC[2])
     assert level <= found.radius < level + 0.005
     assert found.p_BC[:2] == pytest.approx((0.0, 0.0), abs=1e-9)
+
+
+@pytest.mark.parametrize("limits", [(-0.7, 0.2), (-0.2, 0.7)])
+def test_a_load_that_slides_is_held_at_either_end_of_its_way(tmp_path, limits):
+    """A ball on a slider at the middle of the drone: its radius, and the longer way."""
+    ball = link("ball", 0.1, shape='<sphere radius="0.1"/>')
+    limit = '<limit lower="{}" upper="{}" effort="-1" velocity="-1"/>'.format(*limits)
+    slider = joint("slide", "prismatic", "base", "ball", (0, 0, 0), (0, 0, 1), limit)
+    model = read_description(drone(tmp_path, ball + slider)).model
+    assert reach_sphere(model, "base", ()).radius == pytest.approx(0.1 + 0.7, abs=1e-6)

@@ -11,7 +11,6 @@ from workbench.plant.remarks import Remarks
 
 BLOCK = "".join(f"<link{i}>prop{i}_link</link{i}><joint{i}>spin_{i}</joint{i}>" for i in range(4))
 BLOCK = f'<plugin filename="libSetVelocity.so">{BLOCK}</plugin>'
-PROPERTIES = (("kf", "1e-9"), ("km", "1e-11"), ("thrust2weight", "3"))
 SIDECAR = """
 rotors:
   - {joint: spin_2, direction: cw, motor_constant: 3.0e-5, moment_constant: 0.02,
@@ -88,17 +87,6 @@ def test_the_first_of_two_blocks_counts(model):
     rotors, remarks = read(model(BLOCK, BLOCK))
     assert len(rotors) == 4
     assert ("ignored", "velocity plugin") in remarks
-
-
-def test_properties_alone_count(model):
-    rotors, _ = read(model(properties=PROPERTIES))
-    assert rotors[0].moment_constant == pytest.approx(0.01)
-
-
-def test_properties_beside_motor_models_are_noted(model):
-    rotors, remarks = read(model(*[motor(i) for i in range(4)], properties=PROPERTIES))
-    assert rotors[0].moment_constant == 0.02
-    assert remarks == [("ignored", "properties")]
 
 
 @pytest.mark.parametrize("plugins", [[], [BLOCK], [motor(0)], ["<plugin filename='other'/>"]])

@@ -9,7 +9,7 @@ from workbench.plant.model import DeclaredSensor, Link, Model, NamedFrame
 from workbench.plant.remarks import Remarks
 from workbench.plant.sensor_reader import read_sensors
 from workbench.plant.sensors import (
-    QUIET,
+    NO_NOISE,
     Barometer,
     DepthCamera,
     Gps,
@@ -172,8 +172,8 @@ def test_an_imu_has_noise_along_each_axis(read, kind):
         )
     )
     assert isinstance(imu, Imu)
-    assert imu.angular_velocity == (QUIET, Noise(0.1, 0.2, 0.3, 0.4), QUIET)
-    assert imu.linear_acceleration == (QUIET, QUIET, Noise(0.1, 0.2, 0.3, 0.4))
+    assert imu.angular_velocity == (NO_NOISE, Noise(0.1, 0.2, 0.3, 0.4), NO_NOISE)
+    assert imu.linear_acceleration == (NO_NOISE, NO_NOISE, Noise(0.1, 0.2, 0.3, 0.4))
 
 
 @pytest.mark.parametrize("opening", ["<noise><type>gaussian</type>", '<noise type="gaussian">'])
@@ -187,15 +187,15 @@ def test_an_old_imu_has_one_noise_for_all_axes(read, opening):
 def test_a_silent_imu_is_quiet_and_without_remark(read):
     remarks = Remarks()
     (imu,) = read(sensor("imu"), remarks)
-    assert imu.angular_velocity == imu.linear_acceleration == (QUIET, QUIET, QUIET)
+    assert imu.angular_velocity == imu.linear_acceleration == (NO_NOISE, NO_NOISE, NO_NOISE)
     assert remarks.found == []
 
 
 @pytest.mark.parametrize(
     ("attribute", "noise", "kind"),
     [
-        ('type="none"', QUIET, None),
-        ('type="pink"', QUIET, "ignored"),
+        ('type="none"', NO_NOISE, None),
+        ('type="pink"', NO_NOISE, "ignored"),
         ("", Noise(0.1, 0.2), "assumed"),
     ],
 )
@@ -317,7 +317,7 @@ def test_a_sonar_is_a_range_finder_without_its_cone(read):
     cone = "<sonar>\n<min>0.02</min>\n<max>5</max>\n<radius>1.3</radius>\n</sonar>"
     (found,) = read(sensor("sonar", cone), remarks)
     assert isinstance(found, RangeFinder)
-    assert (found.min_range, found.max_range, found.noise) == (0.02, 5.0, QUIET)
+    assert (found.min_range, found.max_range, found.noise) == (0.02, 5.0, NO_NOISE)
     (remark,) = remarks.found
     assert (remark.kind, "cone" in remark.text) == ("assumed", True)
 
@@ -350,15 +350,15 @@ def test_a_magnetometer_has_noise_along_each_axis(read):
     )
     assert isinstance(found, Magnetometer)
     assert (found.kind, found.rate) == ("magnetometer", 50.0)
-    assert found.magnetic_field == (QUIET, Noise(0.5, 4e-7), Noise(0.5, 4e-7))
-    assert bare.magnetic_field == (QUIET,) * 3
+    assert found.magnetic_field == (NO_NOISE, Noise(0.5, 4e-7), Noise(0.5, 4e-7))
+    assert bare.magnetic_field == (NO_NOISE,) * 3
     assert remarks.found == []
 
 
 def test_a_magnetometers_noise_as_strong_as_the_earths_field_is_in_gauss(read):
     remarks = Remarks()
     (found,) = read(sensor("magnetometer", field_noise(3e-3)), remarks)
-    assert found.magnetic_field == (QUIET, *[Noise(5e-5, pytest.approx(3e-7))] * 2)
+    assert found.magnetic_field == (NO_NOISE, *[Noise(5e-5, pytest.approx(3e-7))] * 2)
     (remark,) = remarks.found
     assert (remark.kind, "gauss" in remark.text) == ("repaired", True)
 

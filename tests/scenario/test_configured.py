@@ -4,14 +4,21 @@ import logging
 
 import pytest
 
+from workbench.commands.chosen_vehicle import chosen_scenario
 from workbench.commands.cli import Parser
-from workbench.commands.options import add_vehicle_options, with_vehicle
+from workbench.commands.options import add_vehicle_options
 from workbench.common.errors import WorkbenchError
 from workbench.common.resources import worlds_dir
-from workbench.plant.remarks import Remark
-from workbench.plant.worlds.world import EMPTY, World
-from workbench.scenario.configured import MOST_TOLD, read_configured_world, tell_start, tell_world
-from workbench.scenario.scenario import Scenario, VehicleConfig, load_scenario
+from workbench.plant.remarks import DescriptionRemark
+from workbench.plant.worlds.world import EMPTY_WORLD, World
+from workbench.scenario.configured import (
+    MAX_LOGGED_REMARKS,
+    log_world_remarks,
+    read_configured_world,
+    warn_of_start_contact,
+)
+from workbench.scenario.scenario import Scenario, VehicleConfig
+from workbench.scenario.scenario_file import load_scenario
 
 WORLD = "obstacles: [{name: post, shape: {sphere: 1}}]"
 
@@ -61,19 +68,25 @@ def test_packages_of_the_vehicle_serve_the_world(tmp_path):
 def test_the_command_line_names_a_world():
     parser = Parser()
     add_vehicle_options(parser)
-    assert with_vehicle(Scenario(), parser.parse_args(["--world", "room"])).world == "room"
-    assert with_vehicle(Scenario(world="room"), parser.parse_args([])).world == "room"
+    assert chosen_scenario(parser.parse_args(["--world", "room"]), Scenario()).world == "room"
+    assert chosen_scenario(parser.parse_args([]), Scenario(world="room")).world == "room"
 
 
 def test_remarks_are_said_one_by_one_and_then_summed_up(caplog):
-    remarks = [Remark("missing", EMPTY.source, f"model '{i}'", "gone") for i in range(9)]
-    ignored = Remark("ignored", EMPTY.source, "a lamp", "out")
+    remarks = [
+        DescriptionRemark("missing", EMPTY_WORLD.source, f"model '{i}'", "gone") for i in range(9)
+    ]
+    ignored = DescriptionRemark("ignored", EMPTY_WORLD.source, "a lamp", "out")
     with caplog.at_level(logging.INFO):
-        tell_world(World(EMPTY.source, "w", remarks=(ignored, *remarks)))
-    assert caplog.messages[:MOST_TOLD] == [f"empty: model '{i}': gone" for i in range(MOST_TOLD)]
-    assert caplog.messages[MOST_TOLD:] == ["empty: and so on, 9 missing, 1 not used in all"]
+        log_world_remarks(World(EMPTY_WORLD.source, "w", remarks=(ignored, *remarks)))
+    assert caplog.messages[:MAX_LOGGED_REMARKS] == [
+        f"empty: model '{i}': gone" for i in range(MAX_LOGGED_REMARKS)
+    ]
+    assert caplog.messages[MAX_LOGGED_REMARKS:] == [
+        "empty: and so on, 9 missing, 1 not used in all"
+    ]
     caplog.clear()
-    tell_world(EMPTY)
+    log_world_remarks(EMPTY_WORLD)
     assert caplog.messages == []
 
 
@@ -88,5 +101,5 @@ def test_remarks_are_said_one_by_one_and_then_summed_up(caplog):
 )
 def test_a_start_in_an_obstacle_is_said(caplog, clearance, distance, said):
     with caplog.at_level(logging.INFO):
-        tell_start("box", clearance, distance)
+        warn_of_start_contact("box", clearance, distance)
     assert caplog.messages == said

@@ -76,7 +76,7 @@ def test_a_chirp_of_any_period_ends_as_it_began_and_rises_tenfold(period):
 
 def test_what_cannot_be_flown_is_refused(case):
     for change, said in [
-        ({"axis": "roll"}, "axis is 'roll': give one of x, y, z, yaw"),
+        ({"axis": "rol"}, "axis is 'rol': give one of x, y, z, yaw, roll"),
         ({"axis": 3}, "axis is 3"),
         (
             {"shape": "step"},

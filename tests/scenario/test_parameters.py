@@ -7,30 +7,34 @@ import numpy as np
 import pytest
 
 from workbench.common.errors import WorkbenchError
-from workbench.control.controller import load_controller
-from workbench.control.flight_law import PLAIN, ComputerSettings
-from workbench.control.flight_mode import Settings
+from workbench.control.controller_file import load_controller
+from workbench.control.flight_law import UNFILTERED_COMPUTER, ComputerSettings
+from workbench.control.flight_mode import FlightModeSettings
 from workbench.dynamics.air.settings import AirSettings
-from workbench.estimation.gyro import UNFILTERED, GyroSettings
+from workbench.estimation.gyro import GyroSettings
 from workbench.estimation.settings import (
     ESTIMATORS,
     TRUTH,
     ComplementarySettings,
     EkfSettings,
 )
-from workbench.gains.gains import flight_gains
+from workbench.gains.gain_choice import flight_gains
+from workbench.parameters.parameter_table import split_setting
 from workbench.plant.payload import Payload
-from workbench.scenario.parameters import SENSOR_KINDS, parameter_table, split_setting
-from workbench.scenario.scenario import Action, Scenario, SensorsConfig, Start
+from workbench.plant.sensors import CORE_SENSORS, sensor_kinds
+from workbench.scenario.scenario import Action, Scenario, ScenarioStart, SensorsConfig
 from workbench.session.session import Session
 
-TABLE = parameter_table()
+TABLE = load_controller().table
 NAMES = [row.name for row in TABLE]
-NEVER = [row.name for row in TABLE.of("rotors")[4:]]
-"""Rows that no flight of a quadrotor has."""
-SOMETIMES = [row.name for row in TABLE if row.system in (*SENSOR_KINDS, "obstacles")]
+NEVER = [row.name for row in (*TABLE.of("rotors")[4:], *TABLE.of("cables"))]
+"""Rows that no flight of a quadrotor without cables has."""
+KINDS = [each.kind for each in CORE_SENSORS]
+"""The shipped drone has a sensor of each."""
+SOMETIMES = [row.name for row in TABLE if row.system in (*KINDS, "obstacles")]
 """Rows of systems that a flight without sensors in an empty world does not have."""
-FLOWN = [row for row in TABLE if row.name not in NEVER and row.system not in (*ESTIMATORS, "gauge")]
+NOT_FLOWN = (*ESTIMATORS, "gauge", *(set(sensor_kinds()) - set(KINDS)))
+FLOWN = [row for row in TABLE if row.name not in NEVER and row.system not in NOT_FLOWN]
 FLOWN_NAMES = [row.name for row in FLOWN]
 
 
@@ -42,7 +46,7 @@ def full(settings=None, estimator=TRUTH) -> Session:
     scenario = Scenario(
         world="room",
         estimator=estimator,
-        start=Start(position=[0.0, 0.0, 5.0]),
+        start=ScenarioStart(position=[0.0, 0.0, 5.0]),
         script=[Action(at=0.1, velocity=[1.0, 1.0, 1.0], yaw_rate=0.2)],
         sensors=SensorsConfig(use=["all"], rates={"depth_camera": 2.0, "lidar": 2.0}),
     )
@@ -75,12 +79,15 @@ def test_a_row_is_complete_and_its_default_allowed(case):
 
 def test_rows_stand_in_the_order_that_their_system_reads_them():
     assert TABLE.of("controller") == load_controller().parameters
-    assert tuple(row.name for row in TABLE.of("modes")) == Settings._fields
+    assert tuple(row.name for row in TABLE.of("modes")) == FlightModeSettings._fields
     assert tuple(row.name for row in TABLE.of("payload")) == Payload._fields
     assert [row.name for row in TABLE.of("battery")] == ["battery_duration", "sag_compensation"]
     assert tuple(row.name for row in TABLE.of("air")) == AirSettings._fields
-    assert GyroSettings(**{row.name: row.default for row in TABLE.of("gyro")}) == UNFILTERED
-    assert ComputerSettings(**{row.name: row.default for row in TABLE.of("computer")}) == PLAIN
+    assert GyroSettings(**{row.name: row.default for row in TABLE.of("gyro")}) == GyroSettings()
+    assert (
+        ComputerSettings(**{row.name: row.default for row in TABLE.of("computer")})
+        == UNFILTERED_COMPUTER
+    )
     assert EkfSettings(**{row.name: row.default for row in TABLE.of("ekf")}) == EkfSettings()
     own = {row.name: row.default for row in TABLE.of("complementary")}
     assert ComplementarySettings(**own) == ComplementarySettings()
@@ -90,8 +97,8 @@ def test_rows_stand_in_the_order_that_their_system_reads_them():
     assert tuple(row.name for row in TABLE.of("computer")) == ComputerSettings._fields
     rotors = [row.name for row in TABLE.of("rotors")]
     assert rotors == [f"rotor_{number}" for number in range(1, 13)]
-    systems = ("controller", "modes", "battery", "air", "payload", "obstacles", "rotors")
-    systems += ("gauge", "gyro", "computer", "ekf", "complementary", *SENSOR_KINDS)
+    systems = ("controller", "modes", "battery", "air", "payload", "cables", "obstacles", "rotors")
+    systems += ("gauge", "gyro", "computer", "ekf", "complementary", *sensor_kinds())
     assert sum(len(TABLE.of(system)) for system in systems) == len(TABLE.rows)
 
 
@@ -137,7 +144,7 @@ def test_rows_of_an_estimator_are_those_of_flights_on_it(case, estimator, plain_
                 **built,
                 row.name: row.minimum,
             }
-            session.tick(0.25)
+            session.tick(0.125)  # the GPS has spoken once
             assert np.isfinite(session.state()).all()
             with pytest.raises(WorkbenchError, match=f"--estimator {estimator}"):
                 plain_session.get(row.name)
@@ -162,10 +169,9 @@ def test_what_nothing_in_the_flight_has_is_answered_with_a_remedy(case, plain_se
     for name in [*SOMETIMES, *NEVER]:
         with case(name):
             remedies = {"warning_distance": "--world room"}
-            remedies |= {
-                row.name: f"--sensors {kind}" for kind in SENSOR_KINDS for row in TABLE.of(kind)
-            }
+            remedies |= {row.name: f"--sensors {kind}" for kind in KINDS for row in TABLE.of(kind)}
             remedies |= dict.fromkeys(NEVER, "dh_drone has 4 rotors")
+            remedies |= {row.name: "dh_drone has no cables" for row in TABLE.of("cables")}
             value = TABLE.find(name).maximum
             for act in (partial(plain_session.set, name, value), partial(plain_session.get, name)):
                 with pytest.raises(WorkbenchError) as caught:
@@ -196,7 +202,7 @@ def eventful() -> Session:
         Action(at=0.5, go_to=[1.0, 1.0, 3.0]),
         Action(at=0.8, request="land"),
     ]
-    return Session(Scenario(start=Start(position=[0.0, 0.0, 2.0]), script=script))
+    return Session(Scenario(start=ScenarioStart(position=[0.0, 0.0, 2.0]), script=script))
 
 
 def motion(session) -> np.ndarray:
@@ -230,7 +236,7 @@ def test_every_row_of_the_controller_is_of_effect(case, eventful_motion):
 def test_the_drone_takes_off_even_with_the_least_pull_to_a_height():
     least = TABLE.find("kp_position_z").minimum
     script = [Action(at=0.0, request="take_off", height=1.0)]
-    scenario = Scenario(duration=4.0, start=Start(mode="off"), script=script)
+    scenario = Scenario(duration=4.0, start=ScenarioStart(mode="off"), script=script)
     session = Session(scenario, {"kp_position_z": least})
     session.run()
     assert session.snapshot().p_WB[2] > 0.9

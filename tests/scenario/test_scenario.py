@@ -13,13 +13,12 @@ from workbench.scenario.scenario import (
     Push,
     Rates,
     Scenario,
+    ScenarioStart,
     SensorsConfig,
-    Start,
     VehicleConfig,
-    check_scenario,
-    load_scenario,
-    save_scenario,
 )
+from workbench.scenario.scenario_check import check_scenario
+from workbench.scenario.scenario_file import load_scenario, save_scenario
 from workbench.session.session import Session
 
 TEXT = """title: a test
@@ -71,7 +70,7 @@ def test_a_file_is_read_and_what_it_leaves_out_is_the_default(write):
         title="a test",
         vehicle=VehicleConfig(model="dh_drone", args={"mass": "2.0"}),
         rates=Rates(control_period=1 / 256),
-        start=Start(mode="off", position=[1.0, 2.0, 3.0]),
+        start=ScenarioStart(mode="off", position=[1.0, 2.0, 3.0]),
         duration=5.0,
         script=[
             Action(at=1.0, request="take_off", height=2.0),

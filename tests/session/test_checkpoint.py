@@ -15,8 +15,8 @@ from workbench.scenario.scenario import (
     Push,
     Rates,
     Scenario,
+    ScenarioStart,
     SensorsConfig,
-    Start,
     VehicleConfig,
 )
 from workbench.session.checkpoint import Checkpoint
@@ -52,10 +52,13 @@ CASES = {
         Scenario(script=[GUSTY, GUST, PUSH, *STEERED], sensors=SensorsConfig(seed=7)),
         1.3 + 0.4 * PERIOD,
     ),
-    "while the rotors spool up": (Scenario(start=Start(mode="off"), script=[TAKE_OFF]), 0.4),
-    "in take-off": (Scenario(start=Start(mode="off"), script=[TAKE_OFF]), 1.5),
+    "while the rotors spool up": (
+        Scenario(start=ScenarioStart(mode="off"), script=[TAKE_OFF]),
+        0.4,
+    ),
+    "in take-off": (Scenario(start=ScenarioStart(mode="off"), script=[TAKE_OFF]), 1.5),
     "during a landing": (Scenario(script=[*STEERED, LAND]), 1.501),
-    "as it touches down": (Scenario(start=Start(position=[0, 0, 0.4]), script=[LAND]), 2.0),
+    "as it touches down": (Scenario(start=ScenarioStart(position=[0, 0, 0.4]), script=[LAND]), 2.0),
     "with a late controller": (Scenario(vehicle=LATE, script=STEERED), 1.003),
     "with a weak rotor": (Scenario(script=[WEAK, *STEERED]), 1.7),
     "during a figure of eight": (Scenario(figure_eight=FigureEight()), 3.3),
@@ -98,25 +101,10 @@ def assert_equal_from(time: float, flight: Recording, fork: Recording) -> None:
             assert flown.tobytes() == getattr(fork, field.name).tobytes(), field.name
 
 
-OFTEN = (
-    "a period before an update of the flight mode",
-    "with time owed",
-    "in a gust, with turbulence and a push",
-    "in take-off",
-    "near walls, as they are measured",
-    "with periods that are not exact",
-)
-"""Instants at which flights go on in every run; the others are slow tests."""
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("scenario", "time"),
-    [
-        pytest.param(*CASES[name], marks=() if name in OFTEN else pytest.mark.slow, id=name)
-        for name in CASES
-        if name not in ON_THE_GROUND
-    ],
+    [pytest.param(*case, id=name) for name, case in CASES.items() if name not in ON_THE_GROUND],
 )
 def test_a_flight_goes_on_from_an_instant_to_the_bit(scenario, time):
     flight, fork = flown_to(scenario, time), watched(scenario)
@@ -142,6 +130,7 @@ def test_on_the_ground_it_goes_on_to_a_tenth_of_a_millimetre(name):
     assert fork.state() == pytest.approx(flight.state(), abs=1e-4)
 
 
+@pytest.mark.slow
 def test_what_a_case_is_named_after_is_so():
     """The checkpoints above lie where they are said to."""
     modes = {

@@ -9,7 +9,7 @@ import pytest
 from workbench.common.errors import WorkbenchError
 from workbench.plant.sensors import Imu, Noise
 from workbench.plant.variation import Variation
-from workbench.scenario.configured import tell_gyro_bias
+from workbench.scenario.configured import warn_of_gyro_bias
 from workbench.scenario.scenario import Action, Scenario, SensorsConfig, VehicleConfig
 from workbench.session.session import Session
 
@@ -93,7 +93,7 @@ def test_a_gyro_bias_that_tilts_the_complementary_filter_is_told(
     )
     values = {"complementary_kp": 0.5, "complementary_ki": 0.02} | settings
     with caplog.at_level("INFO", "workbench"):
-        tell_gyro_bias(
+        warn_of_gyro_bias(
             dataclasses.replace(vehicle, sensors=biased), Scenario(estimator=estimator), values
         )
     assert said in caplog.text

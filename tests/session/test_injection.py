@@ -22,7 +22,7 @@ def positions(session):
 def test_it_flies_again_to_the_bit_whatever_the_slices():
     live = Session(scenario())
     live.tick(0.3125)
-    live.act(Action(injection=ASKED))
+    live.do(Action(injection=ASKED))
     for duration in (0.0131, 0.7, 1.0003, 1.9):
         live.tick(duration)
     scripted = Session(scenario(Action(at=0.3125, injection=ASKED)))
@@ -38,10 +38,10 @@ def test_it_flies_again_to_the_bit_whatever_the_slices():
 def test_one_that_ends_leaves_nothing_behind():
     """It returns to rest, and the law is as it was: gates of 1, and nothing added."""
     session = Session(scenario())
-    session.act(Action(injection=ASKED))
+    session.do(Action(injection=ASKED))
     session.tick(0.5)
     assert 0.0 < session.injecting < 0.5
-    session.act(Action(injection=Injection()))
+    session.do(Action(injection=Injection()))
     assert session.injecting is None
     session.tick(6.0)
     assert np.abs(session.state()[10:13]).max() < 1e-3
@@ -52,7 +52,7 @@ def test_one_that_ends_leaves_nothing_behind():
 @pytest.mark.slow
 def test_a_fork_goes_on_without_it():
     session = Session(scenario())
-    session.act(Action(injection=ASKED))
+    session.do(Action(injection=ASKED))
     session.tick(1.0)
     fork = Session(scenario())
     fork.begin_from(session.checkpoint())

@@ -12,10 +12,10 @@ from pydrake.math import RotationMatrix
 from scipy.spatial.transform import Rotation
 
 from workbench.commands.printing import to_json
-from workbench.scenario.scenario import Action, Scenario, SensorsConfig, Start
+from workbench.plant.faults import Fault
+from workbench.scenario.scenario import Action, Scenario, ScenarioStart, SensorsConfig
 from workbench.session.session import Session
 from workbench.session.snapshot import Snapshot
-from workbench.systems.sensors.faults import Fault
 
 RATES = {"imu": 100.0, "gps": 5.0, "lidar": 10.0, "depth_camera": 4.0}
 PLAIN = (type(None), bool, int, float, str, enum.IntEnum)
@@ -27,7 +27,7 @@ def session():
         Action(at=0.0, velocity=[1.0, -0.5, 0.3], yaw_rate=0.3, set={"wind_y": 4.0}),
         Action(at=0.5, set={"barometer_fault": 3.0}),
     ]
-    start = Start(position=[0.5, 0.4, 1.2], roll_pitch_yaw=[0.1, -0.2, 0.5])
+    start = ScenarioStart(position=[0.5, 0.4, 1.2], roll_pitch_yaw=[0.1, -0.2, 0.5])
     sensors = SensorsConfig(use=["all"], rates=RATES, latency={"gps": 0.05})
     session = Session(Scenario(world="room", start=start, script=script, sensors=sensors))
     session.tick(1.25)
@@ -101,7 +101,7 @@ def test_displacement_is_from_the_start_and_orientation_in_angles(now):
 
 
 def test_displacement_is_also_from_a_place_that_nobody_named():
-    session = Session(Scenario(start=Start(mode="off")))
+    session = Session(Scenario(start=ScenarioStart(mode="off")))
     assert session.snapshot().displacement == (0.0, 0.0, 0.0)
 
 
@@ -127,7 +127,7 @@ def test_the_lidar_is_summed_up(session, now):
 
 
 def test_a_lidar_that_sees_nothing_has_no_direction():
-    high = Start(position=[0.0, 0.0, 90.0])
+    high = ScenarioStart(position=[0.0, 0.0, 90.0])
     session = Session(Scenario(start=high, sensors=SensorsConfig(use=["lidar"])))
     session.tick(0.125)
     lidar = session.snapshot().lidar
@@ -151,7 +151,7 @@ def test_the_clearance_points_to_the_nearest_wall(now):
 
 
 def test_the_warning_is_given_below_its_distance():
-    scenario = Scenario(world="room", start=Start(position=[4.0, 0.0, 1.5]))
+    scenario = Scenario(world="room", start=ScenarioStart(position=[4.0, 0.0, 1.5]))
     for distance, warning in ((0.3, False), (1.0, True)):
         session = Session(scenario, {"warning_distance": distance})
         clearance = session.snapshot().clearance

@@ -1,6 +1,8 @@
 """A payload as live parameters. Oracles: closed forms, and a description that has it as a link."""
 
 import shutil
+from dataclasses import dataclass, fields, replace
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -8,22 +10,20 @@ import pytest
 
 from workbench.common.errors import WorkbenchError
 from workbench.design.linear.derivatives import Derivatives
-from workbench.design.linear.operating_point import HOVER, OperatingPoint
-from workbench.design.linear.study import (
-    REMOVABLE,
-    FlightDerivatives,
-    LinearStudy,
-    sampled_model,
-)
+from workbench.design.linear.flight_derivatives import FlightDerivatives
+from workbench.design.linear.operating_point import HOVER_POINT, OperatingPoint
+from workbench.design.linear.sampled_model import sampled_model
+from workbench.design.linear.study import REMOVABLE, LinearStudy
 from workbench.design.linear.trim import find_trim
 from workbench.design.rollout.engine import RolloutEngine
 from workbench.diagram.core import make_flight_core
-from workbench.plant.description import read_description
+from workbench.plant.description import Description, read_description
 from workbench.plant.gravity import GRAVITY
 from workbench.plant.loading import make_vehicle
 from workbench.plant.payload import NO_PAYLOAD
-from workbench.scenario.scenario import Action, Scenario, Start, VehicleConfig
+from workbench.scenario.scenario import Action, Scenario, ScenarioStart, VehicleConfig
 from workbench.session.session import Session
+from workbench.setup import Setup
 from workbench.systems.acceleration_estimate import sampled_estimate
 
 UNEVEN = Path(__file__).parents[1] / "oracles/uneven_quad.urdf"
@@ -60,6 +60,21 @@ def welded(tmp_path_factory) -> Path:
     return path
 
 
+@dataclass(frozen=True, eq=False)
+class Laden(Setup):
+    """A setup of which another vehicle flies than its law knows.
+
+    Attributes:
+        laden: the description of what flies.
+    """
+
+    laden: Description
+
+    @cached_property
+    def flown(self) -> Description:
+        return self.laden
+
+
 def state(session) -> np.ndarray:
     return session.state().copy()
 
@@ -69,7 +84,9 @@ def state(session) -> np.ndarray:
 def test_the_error_of_height_is_the_weight_that_the_law_does_not_know(known):
     """Hover has no integral action: mass kp_position kp_velocity e = unknown mass g."""
     script = [Action(at=1.0, set={"payload_mass": 0.4, "known_payload_mass": known})]
-    session = Session(Scenario(duration=16.0, start=Start(position=[0, 0, 5]), script=script))
+    session = Session(
+        Scenario(duration=16.0, start=ScenarioStart(position=[0, 0, 5]), script=script)
+    )
     session.run()
     stiffness = session.get("kp_position_z") * session.get("kp_velocity_z")
     sag = (0.4 - known) * GRAVITY / ((session.vehicle.mass + known) * stiffness)
@@ -82,8 +99,8 @@ def test_a_place_beside_the_middle_tilts_a_drone_whose_law_does_not_know_it():
     """And one whose law knows it hovers level, where it was."""
     beside = {"payload_mass": 0.3, "payload_x": 0.05, "payload_size_z": 0.1}
     for known, moves in ((0.0, True), (0.3, False)):
-        session = Session(Scenario(start=Start(position=[0.0, 0.0, 5.0])))
-        session.act(Action(set={**beside, "known_payload_mass": known}))
+        session = Session(Scenario(start=ScenarioStart(position=[0.0, 0.0, 5.0])))
+        session.do(Action(set={**beside, "known_payload_mass": known}))
         session.tick(8.0)
         found = state(session)
         assert (np.abs(found[4:6]).max() > 0.02) == moves
@@ -92,7 +109,7 @@ def test_a_place_beside_the_middle_tilts_a_drone_whose_law_does_not_know_it():
 
 @pytest.mark.parametrize(
     ("known", "at"),
-    [({}, HOVER), ({}, OperatingPoint((2.0, -1.0, 0.5), 0.2)), (KNOWN, HOVER)],
+    [({}, HOVER_POINT), ({}, OperatingPoint((2.0, -1.0, 0.5), 0.2)), (KNOWN, HOVER_POINT)],
     ids=["unknown", "unknown, in a climbing turn", "known"],
 )
 def test_linear_models_are_those_of_a_description_that_has_it_as_a_link(welded, known, at):
@@ -102,14 +119,14 @@ def test_linear_models_are_those_of_a_description_that_has_it_as_a_link(welded, 
     sampled, continuous = study.sampled(at, values), study.continuous(at, values)
 
     whole, bare = read_description(welded), read_description(UNEVEN)
-    vehicle, rates = make_vehicle(whole if known else bare), study.scenario.rates
-    derivatives = Derivatives(study.controller, whole, vehicle, study.gains, rates)
+    law_knows = whole if known else bare
+    base = replace(study.setup, description=law_knows, vehicle=make_vehicle(law_knows))
+    setup = Laden(**{each.name: getattr(base, each.name) for each in fields(base)}, laden=whole)
+    derivatives, rates = Derivatives(setup), setup.rates
     _, rate = sampled_estimate(rates.control_period)
     trim = find_trim(derivatives, make_vehicle(whole), study.gains, at, rate)
-    delays = study.scenario.vehicle.variation.delays(rates.physics_step, rates.control_period)
-    core = FlightDerivatives(
-        make_flight_core(study.controller, whole, vehicle, study.gains), study.controller, vehicle
-    )
+    delays = setup.variation.delays(rates.physics_step, rates.control_period)
+    core = FlightDerivatives(make_flight_core(setup), setup.controller, setup.vehicle)
     for found, wanted in (
         (sampled, sampled_model(derivatives, trim, rates, rate, delays).lean(REMOVABLE)),
         (continuous, core.model(trim, dict(study.gains))),
@@ -128,13 +145,13 @@ def test_linear_models_are_those_of_a_description_that_has_it_as_a_link(welded, 
 
 def test_contact_carries_it_too(welded):
     """Fallen and at rest: as a drone that has it as a link. Dropped: as one that never had it."""
-    start = Start(mode="off", position=[0.0, 0.0, 0.2], roll_pitch_yaw=[0.2, -0.1, 0.3])
+    start = ScenarioStart(mode="off", position=[0.0, 0.0, 0.2], roll_pitch_yaw=[0.2, -0.1, 0.3])
     whole = Session(Scenario(vehicle=VehicleConfig(str(welded)), start=start))
     session = Session(Scenario(vehicle=LYING, start=start), CARRIED)
     empty = Session(Scenario(vehicle=LYING, start=start))
     area = {"drag_area": empty.get("drag_area")}
     for each in (whole, session, empty):
-        each.act(Action(set=area))
+        each.do(Action(set=area))
         each.tick(0.5)
     assert state(session) == pytest.approx(state(whole), abs=1e-6)
     assert np.abs(state(session) - state(empty)).max() > 1e-3
@@ -165,7 +182,7 @@ def test_the_state_goes_on_when_it_changes():
     session.command([3.0, 0.0, 1.0], 0.4)
     session.tick(1.0)
     before = state(session)
-    session.act(Action(set={**CARRIED, **KNOWN}))
+    session.do(Action(set={**CARRIED, **KNOWN}))
     assert state(session).tobytes() == before.tobytes()
     session.tick(1 / 128)
     assert np.abs(state(session) - before).max() < 0.04
@@ -177,7 +194,7 @@ def test_a_flight_goes_on_from_an_instant_with_its_payload():
         Action(at=0.2, set={**CARRIED, "known_payload_mass": 0.1}),
         Action(at=0.5, request="land"),
     ]
-    scenario = Scenario(duration=6.0, start=Start(position=[0.0, 0.0, 0.6]), script=script)
+    scenario = Scenario(duration=6.0, start=ScenarioStart(position=[0.0, 0.0, 0.6]), script=script)
     flown, other = Session(scenario), Session(scenario)
     for time in (0.4, 4.0):
         flown.tick(time - flown.time)
@@ -208,7 +225,7 @@ def test_nonsense_is_refused_and_nothing_of_it_is_set(values, said):
     acts = (
         lambda: Session(settings=values),
         lambda: Session(Scenario(script=[Action(at=1.0, set=values)])),
-        lambda: session.act(Action(set={"payload_size_z": 0.1, **values})),
+        lambda: session.do(Action(set={"payload_size_z": 0.1, **values})),
         lambda: engine.fly([{}, values], "x", 1.0, duration=0.1),
         lambda: LinearStudy().sampled(gains=values),
     )
@@ -222,8 +239,8 @@ def test_nonsense_is_refused_and_nothing_of_it_is_set(values, said):
 def test_what_a_script_sets_at_once_is_looked_at_as_a_whole():
     """Mass first would be refused at the old place, and the place first with the old mass."""
     session = Session(settings={"payload_x": 5.0})
-    session.act(Action(set={"known_payload_mass": 0.5, "payload_x": 0.0}))
-    session.act(Action(set={"payload_x": 5.0, "known_payload_mass": 0.0}))
+    session.do(Action(set={"known_payload_mass": 0.5, "payload_x": 0.0}))
+    session.do(Action(set={"payload_x": 5.0, "known_payload_mass": 0.0}))
     assert (session.get("payload_x"), session.get("known_payload_mass")) == (5.0, 0.0)
 
 

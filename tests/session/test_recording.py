@@ -122,12 +122,20 @@ def test_a_csv_file_has_every_number_under_its_name_and_unit(recording, tmp_path
     assert column("command.yaw_rate [rad/s]").tolist() == recording.reference[:, 3].tolist()
     assert column("mode [1]").tolist() == recording.mode.tolist()
     assert column("charge [1]").tolist() == recording.charge.tolist()
+    assert not any(name.startswith("setpoint") for name in rows[0])
     assert [p.name for p in path.parent.iterdir()] == ["flight.csv"]
+    reference = recording.reference.copy()
+    reference[:, 7] = np.arange(N) % 2  # it goes to a place in every other row
+    dataclasses.replace(recording, reference=reference).write_csv(path)
+    with path.open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    wanted = np.where(reference[:, 7] == 1.0, reference[:, 5], np.nan)
+    np.testing.assert_array_equal(column("setpoint.y [m]"), wanted)
 
 
 def test_what_cannot_be_written_is_named(recording, tmp_path):
     (tmp_path / "file").write_text("")
-    with pytest.raises(WorkbenchError, match=f"{tmp_path}/file/a.csv: cannot be written"):
+    with pytest.raises(WorkbenchError, match=f"{tmp_path}/file: cannot be made"):
         recording.write_csv(tmp_path / "file" / "a.csv")
     (tmp_path / "folder").mkdir()
     with pytest.raises(WorkbenchError, match="cannot be written"):

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from workbench.common.errors import WorkbenchError
-from workbench.logs.contents import gains_text
+from workbench.logs.contents import logged_gains_text
 from workbench.scenario.scenario import Action, Scenario, SensorsConfig, VehicleConfig
 from workbench.session.recording import Recording
 from workbench.session.session import Session
@@ -99,7 +99,7 @@ def test_another_law_has_its_own_gains_within_the_same_limits_and_its_settings_w
     file = tmp_path / "soft.yaml"
     first = Session()
     values = {**first.parameters(), "kp_roll": 71.0}
-    file.write_text(gains_text(first.vehicle.name, values, "pd"), encoding="utf-8")
+    file.write_text(logged_gains_text(first.vehicle.name, values, "pd"), encoding="utf-8")
     scenario = Scenario(vehicle=VehicleConfig(gains=str(file)))
     flight = Session(scenario, {"max_speed": 3.0, "kp_velocity_x": 1.1})
     flight.tick(0.1)

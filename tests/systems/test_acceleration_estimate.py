@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from workbench.systems.acceleration_estimate import (
-    TIME_CONSTANT,
+    ESTIMATE_TIME_CONSTANT_S,
     make_acceleration_estimate,
     sampled_estimate,
 )
@@ -27,7 +27,7 @@ def sampled_response(velocities, period) -> np.ndarray:
 def test_the_continuous_filter_is_the_filtered_derivative():
     system = make_acceleration_estimate()
     blocks = [system.A(), system.B()[:, V_WB], system.C(), system.D()[:, V_WB]]
-    expected = control.tf([1, 0], [TIME_CONSTANT, 1])
+    expected = control.tf([1, 0], [ESTIMATE_TIME_CONSTANT_S, 1])
     frequencies = np.logspace(-1, 4, 50)
     wanted = expected(1j * frequencies)
     for axis in range(3):
@@ -49,8 +49,10 @@ def test_sampled_it_follows_a_ramp_as_the_continuous_filter_does(period):
     """s / (1 + s tau) answers a t with a (1 - exp(-t / tau)), and in the end with a."""
     times = np.arange(200) * period
     found = sampled_response(3.0 * times, period)
-    assert found == pytest.approx(3.0 * (1.0 - np.exp(-times / TIME_CONSTANT)), abs=1e-10)
-    late = np.arange(0.0, 40 * TIME_CONSTANT, period)
+    assert found == pytest.approx(
+        3.0 * (1.0 - np.exp(-times / ESTIMATE_TIME_CONSTANT_S)), abs=1e-10
+    )
+    late = np.arange(0.0, 40 * ESTIMATE_TIME_CONSTANT_S, period)
     assert sampled_response(5.0 - 2.0 * late, period)[-1] == pytest.approx(-2.0, rel=1e-12)
 
 
@@ -60,7 +62,7 @@ def test_sampled_fast_it_is_the_continuous_filter():
     times = np.arange(0.0, 0.5, period)
     sine = np.sin(2 * np.pi * 5 * times)
     wanted = control.forced_response(
-        control.tf([1, 0], [TIME_CONSTANT, 1]), times, sine
+        control.tf([1, 0], [ESTIMATE_TIME_CONSTANT_S, 1]), times, sine
     ).outputs.ravel()
     peak = float(np.abs(wanted).max())
     assert sampled_response(sine, period) == pytest.approx(wanted, abs=0.01 * peak)

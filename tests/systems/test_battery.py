@@ -8,7 +8,7 @@ from pydrake.systems.analysis import Simulator
 
 from workbench.dynamics.rotors import loaded_voltage, power_share
 from workbench.plant.vehicle import BatteryPack
-from workbench.systems.battery import PERIOD, Battery
+from workbench.systems.battery import BATTERY_PERIOD_S, Battery
 
 DURATION = 40.0
 
@@ -28,12 +28,14 @@ def charge_after(vehicle, seconds, share=1.0, duration=DURATION):
 @pytest.mark.parametrize("seconds", [0.0, 10.0, 20.0, 39.0])
 def test_hover_takes_charge_evenly_and_lasts_its_duration(vehicle, seconds):
     left = 1.0 - seconds / DURATION
-    assert charge_after(vehicle, seconds) == pytest.approx(left, abs=1.01 * PERIOD / DURATION)
+    assert charge_after(vehicle, seconds) == pytest.approx(
+        left, abs=1.01 * BATTERY_PERIOD_S / DURATION
+    )
 
 
 def test_hover_ends_with_its_duration(vehicle):
-    assert charge_after(vehicle, DURATION - 2 * PERIOD) > 0.0
-    assert charge_after(vehicle, DURATION + 2 * PERIOD) == 0.0
+    assert charge_after(vehicle, DURATION - 2 * BATTERY_PERIOD_S) > 0.0
+    assert charge_after(vehicle, DURATION + 2 * BATTERY_PERIOD_S) == 0.0
 
 
 def test_power_goes_with_thrust_to_the_three_halves(vehicle):

@@ -5,11 +5,11 @@ import dataclasses
 import numpy as np
 import pytest
 
-from workbench.link.authority import Effect
-from workbench.link.backplane import Command
-from workbench.scenario.scenario import Action, Rates, Scenario, Start
+from workbench.link.authority import SilenceEffect
+from workbench.link.backplane import VelocityCommand
+from workbench.scenario.scenario import Action, Rates, Scenario, ScenarioStart
 from workbench.session.session import Session
-from workbench.systems.bridge import MOST_COMMANDS, Bridge
+from workbench.systems.bridge import MAX_WAITING_COMMANDS, Bridge
 
 STEP = Rates().physics_step
 
@@ -28,7 +28,7 @@ class Flight:
         self.seq += 1
         t_ns = round(self.session.time * 1e9)
         lease = self.lease if lease is None else lease
-        command = Command(1, self.seq, t_ns, lease, 15, velocity, yaw_rate)
+        command = VelocityCommand(1, self.seq, t_ns, lease, 15, velocity, yaw_rate)
         self.bridge.command(command, self.session.time)
 
     def fly(self, steps: int) -> None:
@@ -39,7 +39,7 @@ class Flight:
 def test_a_command_acts_just_before_the_next_control_update():
     flight = Flight()
     flight.fly(9)  # the grant's HOLD came with the first update
-    assert [(each.at / STEP, each.what) for each in flight.done] == [(0, Effect.HOLD)]
+    assert [(each.at / STEP, each.what) for each in flight.done] == [(0, SilenceEffect.HOLD)]
     flight.send(0.0, 0.0, 0.0)
     flight.send(1.0, 0.0, 0.0)
     flight.fly(6)  # the session stands at the update at step 8 until a whole period is due
@@ -64,7 +64,7 @@ def test_silence_of_half_a_second_holds(phase):
     assert last.what.velocity == (1.0, 0.0, 0.0)
     flight.fly(1024)
     held = flight.done[-1]
-    assert held.what is Effect.HOLD
+    assert held.what is SilenceEffect.HOLD
     assert held.at - last.at == 0.5
 
 
@@ -73,7 +73,7 @@ def test_a_repeated_command_renews_and_is_no_news():
     for _ in range(40):
         flight.send(0.0, 0.0, 0.0)
         flight.fly(64)
-    assert [each.what for each in flight.done] == [Effect.HOLD]
+    assert [each.what for each in flight.done] == [SilenceEffect.HOLD]
     assert flight.bridge.authority.state(flight.session.time).age < 0.1
 
 
@@ -109,16 +109,16 @@ def test_a_flood_leaves_the_neutral_command_and_the_newest():
     """In the mailbox: the first is the one without which a new holder may not fly."""
     flight = Flight()
     flight.send(0.0, 0.0, 0.0)
-    for number in range(1, 10 * MOST_COMMANDS + 1):
+    for number in range(1, 10 * MAX_WAITING_COMMANDS + 1):
         flight.send(number / 512, 0.0, 0.0)
     flight.fly(8)
     assert flight.session.time == 8 * STEP
     assert flight.bridge.refused() == []
-    assert flight.done[-1].what.velocity == (10 * MOST_COMMANDS / 512, 0.0, 0.0)
-    for _ in range(10 * MOST_COMMANDS):
+    assert flight.done[-1].what.velocity == (10 * MAX_WAITING_COMMANDS / 512, 0.0, 0.0)
+    for _ in range(10 * MAX_WAITING_COMMANDS):
         flight.send(9.0, 0.0, 0.0)  # above the limit, so that each is told
     flight.fly(8)
-    assert len(flight.bridge.refused()) == MOST_COMMANDS
+    assert len(flight.bridge.refused()) == MAX_WAITING_COMMANDS
 
 
 @pytest.mark.slow
@@ -136,7 +136,7 @@ def test_a_flood_leaves_the_neutral_command_and_the_newest():
 )
 def test_a_script_flies_the_same_to_the_bit(rates):
     """Commands, silence, HOLD and LAND: what came into force, as actions of a scenario."""
-    scenario = Scenario(rates=rates, start=Start(position=[0.0, 0.0, 2.0]))
+    scenario = Scenario(rates=rates, start=ScenarioStart(position=[0.0, 0.0, 2.0]))
     flight = Flight(scenario)
     random = np.random.default_rng(5)
     flight.fly(3)
@@ -145,13 +145,13 @@ def test_a_script_flies_the_same_to_the_bit(rates):
         flight.fly(int(random.integers(1, 90)))
         flight.send(*random.uniform(-2.0, 2.0, 3), yaw_rate=float(random.uniform(-0.3, 0.3)))
     flight.fly(round(9.0 / rates.physics_step))
-    effects = [each.what for each in flight.done if isinstance(each.what, Effect)]
-    assert effects == [Effect.HOLD, Effect.HOLD, Effect.LAND]
+    effects = [each.what for each in flight.done if isinstance(each.what, SilenceEffect)]
+    assert effects == [SilenceEffect.HOLD, SilenceEffect.HOLD, SilenceEffect.LAND]
     script = [
         Action(each.at, velocity=[0.0, 0.0, 0.0], yaw_rate=0.0)
-        if each.what is Effect.HOLD
+        if each.what is SilenceEffect.HOLD
         else Action(each.at, velocity=[0.0, 0.0, 0.0], yaw_rate=0.0, request="land")
-        if each.what is Effect.LAND
+        if each.what is SilenceEffect.LAND
         else Action(each.at, velocity=list(each.what.velocity), yaw_rate=each.what.yaw_rate)
         for each in flight.done
     ]
@@ -172,6 +172,18 @@ def test_a_bridge_changes_no_bit_of_a_flight():
     plain, bridged = (session.recording() for session in flights)
     assert np.array_equal(plain.p_WB, bridged.p_WB)
     assert np.array_equal(plain.reference, bridged.reference)
+
+
+def test_a_reset_forgets_what_waits():
+    flight = Flight()
+    flight.fly(9)
+    flight.done.clear()
+    flight.send(0.0, 0.0, 0.0)  # into the mailbox, until the next update
+    flight.send(1.0, 0.0, 0.0, lease=flight.lease + 1)
+    flight.bridge.reset()
+    assert flight.bridge.drain() == [] and flight.bridge.refused() == []
+    flight.fly(16)
+    assert flight.done == [] and flight.bridge.refused() == []
 
 
 def test_a_reset_leaves_nobody_in_control():

@@ -8,7 +8,7 @@ from scipy.optimize import brentq
 
 from workbench.plant.vehicle import BatteryPack
 from workbench.systems.battery import (
-    SETTLING_TIME,
+    CHARGE_SETTLING_TIME_S,
     ChargeGauge,
     charge_by_voltage,
     next_charge,
@@ -60,7 +60,7 @@ def test_an_error_at_the_start_falls_as_that_of_a_first_order(case):
             known, true = discharge(PACK, start, 3.0, 200.0)
             time = DT * np.arange(1, len(known) + 1)
             assert true == pytest.approx(1.0 - 3.0 * time / 900.0)
-            wanted = (start - 1.0) * np.exp(-time / SETTLING_TIME)
+            wanted = (start - 1.0) * np.exp(-time / CHARGE_SETTLING_TIME_S)
             assert known - true == pytest.approx(wanted, abs=1e-9)
 
 
@@ -69,7 +69,7 @@ def test_noise_of_the_voltage_is_left_as_far_as_the_gain_lets_it():
     known, true = discharge(PACK, 1.0, 0.2, 4400.0, noise=0.1)
     straight = (true > 0.3) & (true < 0.65)  # a deviation and more from where the slope changes
     slope = (11.9 - 10.9) / (0.8 - 0.15)
-    gain = 1.0 - math.exp(-DT / SETTLING_TIME)
+    gain = 1.0 - math.exp(-DT / CHARGE_SETTLING_TIME_S)
     wanted = 0.1 / slope * math.sqrt(gain / (2.0 - gain))
     assert 0.8 * wanted < (known - true)[straight].std() < 1.25 * wanted
     assert known[straight] == pytest.approx(true[straight], abs=0.01)
@@ -83,7 +83,7 @@ def test_the_gauge_tells_the_observer_a_noisy_voltage_and_the_law_the_loaded_one
     gauge.GetInputPort("noise").FixValue(context, [0.5])
     context.SetDiscreteState([0.9])
     told = 0.8 + 0.2 * (12.3 - 11.9) / (12.6 - 11.9)
-    wanted = 0.9 - math.expm1(-DT / SETTLING_TIME) * (told - 0.9) - 20.0 * DT / 900.0
+    wanted = 0.9 - math.expm1(-DT / CHARGE_SETTLING_TIME_S) * (told - 0.9) - 20.0 * DT / 900.0
     (found,) = gauge.EvalUniquePeriodicDiscreteUpdate(context).get_vector(0).CopyToVector()
     assert found == pytest.approx(wanted, abs=1e-12)
 

@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 from pydrake.autodiffutils import InitializeAutoDiff
 
-from workbench.control.controller import load_controller
-from workbench.control.flight_law import allocate, commanded_wrench, flight_law, law_constants
-from workbench.control.guidance import LIFT, MOTORS, Setpoint
+from workbench.control.controller_file import load_controller
+from workbench.control.flight_law import allocate, commanded_wrench, flight_law
+from workbench.control.guidance import LIFT_FIELD, MOTORS_FIELD, LawSetpoint
+from workbench.control.law_constants import law_constants
 from workbench.plant.thrust_frame import thrust_frame
-from workbench.systems.controller import SHORT, ContinuousController_
+from workbench.systems.controller import DERIVATIVE_STEP_S, ContinuousController_
 
 LAW = load_controller()
 PORTS = ("state", "acceleration", "reference", "guidance")
@@ -29,17 +30,25 @@ def output(controller, context, signals) -> np.ndarray:
 
 def pure(vehicle, signals, gains) -> list[float]:
     commands = [0.0] * len(vehicle.rotors)
-    whole = [1.0] * len(vehicle.rotors)
     constants = law_constants(vehicle)
     state, acceleration, reference, guidance = signals
     wrench = (0.0, 0.0, 0.0, 0.0)
-    if guidance[LIFT] > 0.0:
-        setpoint, memory = Setpoint(reference, guidance, [0.0] * 3), LAW.initial_memory
+    if guidance[LIFT_FIELD] > 0.0:
+        setpoint, memory = LawSetpoint(reference, guidance, [0.0] * 3), LAW.initial_memory
         law = flight_law(LAW).wrench
         wrench, _ = law(
-            state, acceleration, 1.0, setpoint, gains, memory, [0.0] * 4, SHORT, constants, None
+            state,
+            acceleration,
+            1.0,
+            setpoint,
+            gains,
+            memory,
+            [0.0] * 4,
+            DERIVATIVE_STEP_S,
+            constants,
+            None,
         )
-    allocate(wrench, guidance[LIFT], guidance[MOTORS], whole, constants, commands)
+    allocate(wrench, guidance[LIFT_FIELD], guidance[MOTORS_FIELD], constants, commands)
     return commands
 
 

@@ -4,15 +4,11 @@ import numpy as np
 import pytest
 from pydrake.systems.analysis import Simulator
 
-from workbench.control.controller import load_controller
-from workbench.control.flight_law import (
-    FILTERED,
-    PLAIN,
-    flight_law,
-    known_vehicle,
-    law_constants,
-)
-from workbench.control.guidance import Setpoint
+from workbench.control.controller_file import load_controller
+from workbench.control.flight_law import UNFILTERED_COMPUTER, flight_law
+from workbench.control.guidance import LawSetpoint
+from workbench.control.law_constants import law_constants
+from workbench.control.law_signals import FILTER_STATE_COUNT
 from workbench.plant.payload import Payload
 from workbench.systems.acceleration_estimate import sampled_estimate
 from workbench.systems.flight_computer import FlightComputer
@@ -27,20 +23,19 @@ def computer(vehicle, gains):
     return FlightComputer(controller=LAW, vehicle=vehicle, gains=gains._asdict(), period=PERIOD)
 
 
-def pure(vehicle, inputs, gains, filtered, shares=(1.0, 1.0, 1.0, 1.0)):
+def pure(vehicle, inputs, gains, filtered):
     commands = np.zeros(4)
     constants, estimate = law_constants(vehicle), sampled_estimate(PERIOD)
     state, reference, guidance = inputs
     after, _ = flight_law(LAW).update(
         state,
         1.0,
-        Setpoint(reference, guidance, [0.0] * 3),
+        LawSetpoint(reference, guidance, [0.0] * 3),
         gains,
-        shares,
         constants,
         None,
         estimate,
-        PLAIN,
+        UNFILTERED_COMPUTER,
         filtered,
         LAW.initial_memory,
         commands,
@@ -56,7 +51,7 @@ def fix(computer, context, inputs):
 def drawn(rng, random_signals):
     """Return the three inputs and what the stages before the law remember."""
     state, _, reference, guide = random_signals(rng)
-    return (state, reference, guide), rng.normal(size=FILTERED)
+    return (state, reference, guide), rng.normal(size=FILTER_STATE_COUNT)
 
 
 def next_values(computer, context):
@@ -121,27 +116,6 @@ def test_gains_are_live_and_in_the_order_of_their_names(computer, vehicle, gains
         assert commands == pytest.approx(wanted, rel=1e-8, abs=1e-9)
 
 
-@pytest.mark.parametrize("shares", [[1.0, 0.5, 0.9, 1.0], [1.0, 1.0, 0.0, 0.3], [0.0] * 4])
-def test_rotors_that_give_a_share_are_those_of_the_pure_update(
-    computer, vehicle, gains, random_signals, shares
-):
-    context = computer.CreateDefaultContext()
-    context.get_mutable_numeric_parameter(1).SetFromVector(shares)
-    rng = np.random.default_rng(22)
-    for _ in range(30):
-        inputs, filtered = drawn(rng, random_signals)
-        fix(computer, context, inputs)
-        context.SetDiscreteState(1, filtered)
-        wanted = pure(vehicle, inputs, gains, filtered, shares)
-        for found, exact in zip(next_values(computer, context), wanted, strict=True):
-            assert found == pytest.approx(exact, rel=1e-6, abs=1e-6)
-
-
-def test_all_rotors_are_whole_to_begin_with(computer):
-    shares = computer.CreateDefaultContext().get_numeric_parameter(1)
-    assert shares.value().tolist() == [1.0] * 4
-
-
 def test_inputs_are_only_read(computer, random_signals):
     """Compiled code is handed Drake's own arrays."""
     context = computer.CreateDefaultContext()
@@ -156,16 +130,28 @@ def test_inputs_are_only_read(computer, random_signals):
     assert context.get_numeric_parameter(0).CopyToVector().tolist() == gains.tolist()
 
 
-def test_a_payload_that_becomes_known_is_designed_for(vehicle):
-    """The shares of px4's rotors in each moment follow from where the centre of mass is."""
-    law = load_controller("px4")
+HEAVY = '''"""Thrust for the weight."""
+
+DESIGNED = ["mass"]
+
+
+def design(vehicle, g, dt):
+    return [vehicle.mass]
+
+
+def update(measured, setpoint, g, vehicle, memory, dt, loops):
+    return (9.81 * g.mass, 0.0, 0.0, 0.0), memory
+'''
+
+
+def test_a_payload_that_becomes_known_is_designed_for(vehicle, tmp_path):
+    path = tmp_path / "heavy.py"
+    path.write_text(HEAVY)
+    law = load_controller(path)
     own = {row.name: row.default for row in law.parameters}
-    computer = FlightComputer(controller=law, vehicle=vehicle, gains=own, period=law.period)
+    computer = FlightComputer(controller=law, vehicle=vehicle, gains=own, period=PERIOD)
     context = computer.CreateDefaultContext()
-    payload = Payload(0.4, 0.05, 0.02, -0.1, known_payload_mass=0.4)
-    known = known_vehicle(law_constants(vehicle, payload))
-    wanted = law.gains(own, known, law.period)
     gains = context.get_numeric_parameter(0)
-    assert gains.CopyToVector().tolist() != pytest.approx(wanted, rel=1e-3)
-    computer.set_payload(context, payload)
-    assert gains.CopyToVector().tolist() == pytest.approx(wanted, rel=1e-12)
+    assert gains.CopyToVector()[-1] == vehicle.mass
+    computer.set_payload(context, Payload(0.4, 0.05, 0.02, -0.1, known_payload_mass=0.4))
+    assert gains.CopyToVector()[-1] == pytest.approx(vehicle.mass + 0.4)

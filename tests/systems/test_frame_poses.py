@@ -5,7 +5,7 @@ import pytest
 from pydrake.math import RigidTransform, RollPitchYaw
 
 from workbench.plant.frame_tree import FrameTree, TreeFrame
-from workbench.systems.frame_poses import TOPIC, FramePoses, FrameTransforms
+from workbench.systems.frame_poses import FramePoses, FrameTransforms
 
 X_BF = RigidTransform(RollPitchYaw(0.1, 0.2, 0.3), [0.1, 0.0, 0.0])
 TREE = FrameTree(
@@ -62,7 +62,3 @@ def test_it_follows_state_and_time_and_nothing_runs_in_between(system):
     context.SetTime(2.0)
     assert port.Eval(context).transforms[2].p == (2.0, 0.0, 0.0)
     assert system.num_discrete_state_groups() == 0
-
-
-def test_the_topic_is_one_of_the_drones():
-    assert TOPIC == "/dh_drone/frames"

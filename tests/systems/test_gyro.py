@@ -8,19 +8,24 @@ from pydrake.systems.primitives import ConstantVectorSource
 from scipy import signal
 from scipy.spatial.transform import Rotation
 
+from workbench.control.controller_file import load_controller
 from workbench.diagram.airframe import add_airframe
-from workbench.estimation.gyro import UNFILTERED, sample_steps
-from workbench.scenario.parameters import parameter_table
+from workbench.estimation.gyro import GyroSettings, sample_steps
+from workbench.plant.loading import make_vehicle
 from workbench.scenario.scenario import Rates
 
 STEP = 1 / 1024
 TUMBLING = [0.8, 0.3, -0.4, 0.3317, 0.0, 0.0, 80.0, 4.0, -7.0, 3.0, 1.0, 0.0, 0.0]
 SETTINGS = (
-    ("low-pass", UNFILTERED._replace(gyro_lowpass=60.0), 1),
-    ("first order", UNFILTERED._replace(gyro_lowpass=30.0, gyro_lowpass_order=1.0), 1),
-    ("notch", UNFILTERED._replace(gyro_notch=100.0, gyro_notch_width=40.0), 1),
-    ("both, sampled", UNFILTERED._replace(gyro_rate=500.0, gyro_lowpass=50.0, gyro_notch=90.0), 2),
-    ("slow", UNFILTERED._replace(gyro_rate=100.0, gyro_lowpass=20.0), 8),
+    ("low-pass", GyroSettings()._replace(gyro_lowpass=60.0), 1),
+    ("first order", GyroSettings()._replace(gyro_lowpass=30.0, gyro_lowpass_order=1.0), 1),
+    ("notch", GyroSettings()._replace(gyro_notch=100.0, gyro_notch_width=40.0), 1),
+    (
+        "both, sampled",
+        GyroSettings()._replace(gyro_rate=500.0, gyro_lowpass=50.0, gyro_notch=90.0),
+        2,
+    ),
+    ("slow", GyroSettings()._replace(gyro_rate=100.0, gyro_lowpass=20.0), 8),
 )
 
 
@@ -28,8 +33,10 @@ def tumble(description, gyro, steps=400):
     """Return the angular velocities in B before each step, and those that the gyro gives."""
     builder = DiagramBuilder()
     commands = builder.AddSystem(ConstantVectorSource([500.0, 700.0, 300.0, 600.0]))
-    values = parameter_table().defaults() | gyro._asdict()
-    airframe = add_airframe(builder, description.undrawn(), values, rates=Rates())
+    values = load_controller().table.defaults() | gyro._asdict()
+    airframe = add_airframe(
+        builder, description.undrawn(), values, vehicle=make_vehicle(description), rates=Rates()
+    )
     builder.Connect(commands.get_output_port(), airframe.commands)
     simulator = Simulator(builder.Build())
     root = simulator.get_mutable_context()
@@ -78,7 +85,7 @@ def test_it_gives_what_scipys_filters_make_of_its_samples(case, description):
 
 
 def test_without_filters_the_state_is_sensed_as_it_is(description):
-    for gyro in (UNFILTERED, UNFILTERED._replace(gyro_rate=100.0, gyro_lowpass=70.0)):
+    for gyro in (GyroSettings(), GyroSettings()._replace(gyro_rate=100.0, gyro_lowpass=70.0)):
         true, given = tumble(description, gyro, 60)
         assert given.tolist() == true.tolist()
 

@@ -6,20 +6,20 @@ import pytest
 from pydrake.systems.analysis import Simulator
 
 from workbench.control.flight_mode import (
+    FlightModeInputs,
+    FlightModeSettings,
     ModeState,
-    Settings,
-    Situation,
     guidance,
     initial_state,
     next_state,
     with_walls,
 )
 from workbench.control.guidance import Guidance, Reference
-from workbench.control.mode import FlightMode, Request
+from workbench.control.mode import FlightMode, ModeRequest
 from workbench.systems.mode_manager import ModeManager
 
 PERIOD = 0.25
-SETTINGS = Settings(take_off_speed=1.2, landing_speed=0.3, battery_reserve=0.2)
+SETTINGS = FlightModeSettings(take_off_speed=1.2, landing_speed=0.3, battery_reserve=0.2)
 P = [1.0, 2.0, 3.0]
 V = [0.5, 0.0, 0.1]
 STATE = [1.0, 0.0, 0.0, 0.0, *P, 0.0, 0.0, 0.0, *V]
@@ -56,11 +56,16 @@ def test_every_period_it_does_what_the_pure_functions_do(flown):
     manager, simulator = flown
     context = simulator.get_mutable_context()
     state = initial_state(FlightMode.HOVERING, P)
-    requests = [(0.0, 0.0), (0.0, 0.0), (float(Request.LAND), 1.0), (float(Request.LAND), 1.0)]
+    requests = [
+        (0.0, 0.0),
+        (0.0, 0.0),
+        (float(ModeRequest.LAND), 1.0),
+        (float(ModeRequest.LAND), 1.0),
+    ]
     for update, (request, serial) in enumerate(requests):
         manager.GetInputPort("request").FixValue(context, [request, serial, 2.0])
         time = update * PERIOD
-        now = Situation(time, P, V, REFERENCE, int(request), serial, 2.0, 0.9, 0.1)
+        now = FlightModeInputs(time, P, V, REFERENCE, int(request), serial, 2.0, 0.9, 0.1)
         state = next_state(state, now, SETTINGS)
         simulator.AdvanceTo(time + 0.5 * PERIOD)
         mode, guide = outputs(manager, context)
@@ -74,7 +79,7 @@ def test_between_updates_nothing_happens(flown):
     simulator.AdvanceTo(0.1)
     context = simulator.get_mutable_context()
     before = outputs(manager, context)
-    manager.GetInputPort("request").FixValue(context, [float(Request.STOP), 1.0, 0.0])
+    manager.GetInputPort("request").FixValue(context, [float(ModeRequest.STOP), 1.0, 0.0])
     simulator.AdvanceTo(0.2)
     assert outputs(manager, context) == before
     simulator.AdvanceTo(0.3)
@@ -84,8 +89,8 @@ def test_between_updates_nothing_happens(flown):
 def test_settings_are_live(flown):
     manager, simulator = flown
     context = simulator.get_mutable_context()
-    manager.GetInputPort("request").FixValue(context, [float(Request.TAKE_OFF), 1.0, 9.0])
-    context.get_mutable_numeric_parameter(0).SetFromVector(list(Settings(0.45, 0.3, 0.1)))
+    manager.GetInputPort("request").FixValue(context, [float(ModeRequest.TAKE_OFF), 1.0, 9.0])
+    context.get_mutable_numeric_parameter(0).SetFromVector(list(FlightModeSettings(0.45, 0.3, 0.1)))
     manager.set_mode(context, initial_state(FlightMode.ARMED, P)._replace(target=9.0), P)
     simulator.AdvanceTo(1.1)
     assert outputs(manager, context)[1][3] == 0.45

@@ -12,11 +12,11 @@ from pydrake.systems.framework import DiagramBuilder
 from workbench.common.resources import find_world
 from workbench.plant.multibody import add_plant
 from workbench.plant.shapes import Box, Sphere
-from workbench.plant.worlds.geometry import solid
-from workbench.plant.worlds.outline import Course
+from workbench.plant.worlds.geometry import solid_geometry
+from workbench.plant.worlds.outline import ObstaclePath
 from workbench.plant.worlds.reading import read_world
-from workbench.plant.worlds.world import EMPTY, MovingObstacle, World
-from workbench.systems.moving_obstacles import HORIZON, add_moving_obstacles
+from workbench.plant.worlds.world import EMPTY_WORLD, MovingObstacle, World
+from workbench.systems.moving_obstacles import MOTION_END_S, add_moving_obstacles
 
 STEP = 1 / 1024
 
@@ -27,8 +27,8 @@ BALL_SHAPE = Sphere(0.5)
 def moving(name, rows, *, repeat=False, shape=BALL_SHAPE) -> MovingObstacle:
     times, *columns = np.transpose(np.array(rows, dtype=float))
     corners = tuple(tuple(corner) for corner in np.transpose(columns).tolist())
-    geometry = solid(f"{name}::shape", shape, None)
-    return MovingObstacle(name, geometry, Course(tuple(times.tolist()), corners, repeat))
+    geometry = solid_geometry(f"{name}::shape", shape, None)
+    return MovingObstacle(name, geometry, ObstaclePath(tuple(times.tolist()), corners, repeat))
 
 
 BALL = moving("ball", [[0, 1, 2, 3, 0], [0.7, 2, 2, 3, 1], [1.9, 1, 2, 3, 0]], repeat=True)
@@ -40,10 +40,10 @@ class Flight:
     """A drone let go at 0, 0, 5 m in a world."""
 
     def __init__(self, description, *obstacles, p_WB=(0.0, 0.0, 5.0)):
-        self.world = World(EMPTY.source, "test", moving=obstacles)
+        self.world = World(EMPTY_WORLD.source, "test", moving=obstacles)
         builder = DiagramBuilder()
         self.plant, self.scene_graph = add_plant(builder, description, time_step=STEP)
-        self.moving = add_moving_obstacles(builder, self.plant, self.scene_graph, self.world)
+        add_moving_obstacles(builder, self.scene_graph, self.world)
         self.simulator = Simulator(builder.Build())
         self.base = self.plant.GetBodyByName(description.base_link)
         self.plant.SetFreeBodyPose(self.context, self.base, RigidTransform(np.array(p_WB)))
@@ -51,6 +51,16 @@ class Flight:
     @property
     def context(self):
         return self.plant.GetMyMutableContextFromRoot(self.simulator.get_mutable_context())
+
+    def geometries(self, role=Role.kPerception):
+        """Those of the moving obstacles, in the order of the world."""
+        inspector = self.scene_graph.model_inspector()
+        named = {inspector.GetName(each): each for each in inspector.GetAllGeometryIds(role)}
+        return [named[f"{each.name}::shape"] for each in self.world.moving]
+
+    def frame(self, index):
+        """The frame of a moving obstacle."""
+        return self.scene_graph.model_inspector().GetFrameId(self.geometries()[index])
 
     @property
     def query(self):
@@ -71,26 +81,22 @@ TIMES = [0.0, 0.35, 0.7, 1.8999, 1.9, 1.9001, 64 * 1.9 - 0.01, 64 * 1.9 + 0.01, 
 @pytest.mark.parametrize("index", [0, 1])
 def test_the_scene_has_them_where_the_world_says(still, time, index):
     still.simulator.get_mutable_context().SetTime(time)
-    X_WO = still.query.GetPoseInWorld(still.moving.frames[index])
-    expected = still.world.pose(still.moving.names[index], time)
+    X_WO = still.query.GetPoseInWorld(still.frame(index))
+    expected = still.world.pose(still.world.moving[index].name, time)
     assert X_WO.IsNearlyEqualTo(expected, 1e-9)
 
 
 def test_at_last_they_stand_still(still):
-    still.simulator.get_mutable_context().SetTime(2 * HORIZON)
-    X_WO = still.query.GetPoseInWorld(still.moving.frames[0])
-    assert X_WO.IsNearlyEqualTo(still.world.pose("ball", HORIZON), 1e-6)
+    still.simulator.get_mutable_context().SetTime(2 * MOTION_END_S)
+    X_WO = still.query.GetPoseInWorld(still.frame(0))
+    assert X_WO.IsNearlyEqualTo(still.world.pose("ball", MOTION_END_S), 1e-6)
 
 
 def test_sensors_and_pictures_have_them(still):
+    seen = still.geometries()
+    assert still.geometries(Role.kProximity) == still.geometries(Role.kIllustration) == seen
     inspector = still.scene_graph.model_inspector()
-    for name, frame, geometry in zip(
-        still.moving.names, still.moving.frames, still.moving.geometries, strict=True
-    ):
-        assert inspector.GetFrameId(geometry) == frame
-        assert inspector.GetName(geometry) == f"{name}::shape"
-        for role in (Role.kProximity, Role.kPerception, Role.kIllustration):
-            assert geometry in inspector.GetAllGeometryIds(role)
+    assert [inspector.GetName(still.frame(index)) for index in (0, 1)] == ["ball", "cart"]
 
 
 def test_the_plant_keeps_its_states(still):
@@ -103,8 +109,7 @@ def test_a_drone_flies_through_them_and_feels_nothing(description):
     The ball passes x = 0 at 1 s, when the drone that fell from 10 m is at 5.1 m, as the ball is.
     """
     flight, free = (Flight(description, *w, p_WB=(0, 0, 10.0)) for w in ((THROUGH,), ()))
-    assert free.moving is None
-    (ball,) = flight.moving.geometries
+    (ball,) = flight.geometries()
     touched = [
         geometry
         for index in flight.plant.GetBodyIndices(flight.base.model_instance())
@@ -141,7 +146,7 @@ def test_one_that_stands_in_the_drone_does_not_push_it(description):
     (found,) = [
         each
         for each in flight.query.ComputeSignedDistanceToPoint([0, 0, 5.0], 50.0)
-        if each.id_G == flight.moving.geometries[0]
+        if each.id_G == flight.geometries()[0]
     ]
     assert found.distance == pytest.approx(-0.5)
     v_WB = flight.plant.GetVelocities(flight.context)
@@ -150,8 +155,7 @@ def test_one_that_stands_in_the_drone_does_not_push_it(description):
 
 def test_the_diagram_keeps_alive_what_it_needs(description):
     flight = Flight(description, BALL)
-    frame = flight.moving.frames[0]
-    flight.moving = None
+    frame = flight.frame(0)
     gc.collect()
     flight.simulator.AdvanceTo(0.35)
     X_WO = flight.query.GetPoseInWorld(frame)

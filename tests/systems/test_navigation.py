@@ -6,17 +6,18 @@ import numpy as np
 import pytest
 
 from workbench.common.resources import find_model
+from workbench.control.controller_file import load_controller
 from workbench.control.mode import FlightMode
 from workbench.diagram.mounting import deviations_at_start, find_imu, mounting_of
-from workbench.estimation.ekf import ERRORS, InitialDeviations
-from workbench.estimation.estimators import TRIANGLE, find_estimator
-from workbench.estimation.settings import HEARD
+from workbench.estimation.ekf import InitialDeviations
+from workbench.estimation.ekf_state import ERRORS
+from workbench.estimation.estimators import COVARIANCE_TRIANGLE, find_estimator
+from workbench.estimation.settings import AIDING_SENSORS
 from workbench.plant.home import DEFAULT_HOME
 from workbench.plant.loading import load_vehicle
-from workbench.plant.sensors import QUIET
-from workbench.scenario.parameters import parameter_table
+from workbench.plant.sensors import NO_NOISE
 from workbench.systems import navigation as systems_navigation
-from workbench.systems.navigation import SIZES, Navigation
+from workbench.systems.navigation import AIDING_SAMPLE_SIZES, Navigation
 
 PERIOD = 1 / 128
 STRAIGHT = np.eye(3)
@@ -30,7 +31,7 @@ def imu():
 def navigation(imu, name="ekf", *, gps_repeats=False, turn_BM=STRAIGHT):
     return Navigation(
         estimator=find_estimator(name),
-        settings=parameter_table().defaults(),
+        settings=load_controller().table.defaults(),
         mounting=mounting_of(imu, (), DEFAULT_HOME),
         turn_BM=turn_BM,
         known=deviations_at_start(imu),
@@ -44,7 +45,7 @@ def begun(system, imu_reading):
     """Return a context that had its update at time 0, with samples of an IMU that stand."""
     context = system.CreateDefaultContext()
     system.GetInputPort("imu").FixValue(context, imu_reading)
-    for name in HEARD:
+    for name in AIDING_SENSORS:
         port = system.GetInputPort(name)
         port.FixValue(context, np.full(port.size(), np.nan))
     system.begin(context, np.array([1.0, *[0.0] * 12]), seed=3)
@@ -59,7 +60,7 @@ def test_covariance_and_deviations_agree(imu):
     context = begun(system, np.array([0.3, -0.2, 0.1, 0.5, 0.1, 9.8, 0.3, -0.2, 0.1]))
     context.SetTime(PERIOD)
     P = np.zeros((9, 9))
-    P[TRIANGLE] = system.GetOutputPort("covariance").Eval(context)
+    P[COVARIANCE_TRIANGLE] = system.GetOutputPort("covariance").Eval(context)
     deviations = system.GetOutputPort("deviations").Eval(context)
     assert np.sqrt(np.diag(P)) == pytest.approx(deviations[:9])
     P = P + P.T - np.diag(np.diag(P))
@@ -73,9 +74,11 @@ def test_covariance_and_deviations_agree(imu):
 def test_biases_at_the_start_are_those_of_the_description(imu):
     least = InitialDeviations()
     assert deviations_at_start(imu) == least  # the shipped one states none
-    noise = dataclasses.replace(QUIET, bias_mean=0.03, bias_stddev=0.04)
+    noise = dataclasses.replace(NO_NOISE, bias_mean=0.03, bias_stddev=0.04)
     stated = dataclasses.replace(
-        imu, angular_velocity=(QUIET, noise, QUIET), linear_acceleration=(noise, QUIET, QUIET)
+        imu,
+        angular_velocity=(NO_NOISE, noise, NO_NOISE),
+        linear_acceleration=(noise, NO_NOISE, NO_NOISE),
     )
     found = deviations_at_start(stated)
     assert found.gyro_bias == pytest.approx((least.gyro_bias**2 + 0.05**2) ** 0.5)
@@ -99,7 +102,9 @@ def test_equal_samples_of_the_gps_count_where_nothing_moves_and_as_none_in_the_a
             context = system.CreateDefaultContext()
             reading = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 9.81, 0.0, 0.0, 0.0])
             for port in ("barometer", "magnetometer", "range_finder"):
-                system.GetInputPort(port).FixValue(context, np.full(SIZES[port], np.nan))
+                system.GetInputPort(port).FixValue(
+                    context, np.full(AIDING_SAMPLE_SIZES[port], np.nan)
+                )
             system.GetInputPort("mode").FixValue(context, [float(mode), *[0.0] * 9])
             system.begin(context, np.array([1.0, *[0.0] * 12]), seed=3)
             for update in range(3):
@@ -160,7 +165,7 @@ def test_an_estimator_is_told_each_new_sample_once_with_its_age(imu, monkeypatch
 
 def test_a_sample_beyond_the_gate_does_not_count(imu, case):
     """Of so many standard deviations to the north: its age then grows as if there were none."""
-    gate = parameter_table().defaults()["ekf_gate"]
+    gate = load_controller().table.defaults()["ekf_gate"]
 
     def told(turn):
         """Return the innovation to the north over its deviation, and the age of the GPS after."""

@@ -21,8 +21,8 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 
 from workbench.plant.multibody import add_plant
-from workbench.plant.reach import Reach
-from workbench.systems.nearest_obstacle import RANGE, NearestObstacle, drone_and_ground
+from workbench.plant.reach import ReachSphere
+from workbench.systems.nearest_obstacle import OBSTACLE_RANGE_M, NearestObstacle, drone_and_ground
 
 RADIUS = 0.2
 PERIOD = 1 / 8
@@ -46,7 +46,7 @@ class Scene:
         self.system = builder.AddNamedSystem(
             "obstacles",
             NearestObstacle(
-                reach=Reach(p_BC, RADIUS),
+                reach=ReachSphere(p_BC, RADIUS),
                 not_obstacles=set(ids[len(shapes) :]),
                 period=PERIOD,
                 lead=LEAD,
@@ -141,8 +141,8 @@ def test_of_many_the_nearest_counts_and_what_is_left_out_does_not():
 def test_out_of_range_there_is_nothing():
     nothing = [math.inf, 0.0, 0.0, 0.0, 0.0]
     assert Scene().obstacle == nothing
-    assert Scene((at(1, 2.1 + RANGE, 3.0), Sphere(0.05))).obstacle == nothing
-    assert Scene((at(1, 2.1 + RANGE, 3.0), Sphere(0.15))).obstacle != nothing
+    assert Scene((at(1, 2.1 + OBSTACLE_RANGE_M, 3.0), Sphere(0.05))).obstacle == nothing
+    assert Scene((at(1, 2.1 + OBSTACLE_RANGE_M, 3.0), Sphere(0.15))).obstacle != nothing
     assert Scene().walls.tolist() == 3 * [[0.0, 0.0, 0.0, math.inf]]
 
 
@@ -178,7 +178,7 @@ def test_the_nearest_is_named_with_its_distances_at_any_time():
     assert scene.system.nearest(root) == pytest.approx(("shape0", 1.5 - RADIUS, 1.5))
     scene.place([1.0, 2.0, 4.75])  # in the box; nothing was sampled since
     assert scene.system.nearest(root) == pytest.approx(("shape0", -0.25 - RADIUS, -0.25))
-    scene.place([1.0, 2.0, 7.0 + RANGE])
+    scene.place([1.0, 2.0, 7.0 + OBSTACLE_RANGE_M])
     assert scene.system.nearest(root) is None
 
 

@@ -4,14 +4,16 @@ import numpy as np
 import pytest
 from pydrake.systems.analysis import Simulator
 
-from workbench.systems.push import Push, PushSettings
+from workbench.dynamics.air.settings import AirSettings, push_settings
+from workbench.systems.push import PushSystem
 
 FORCE, POINT, TORQUE = (3.0, -1.0, 2.0), (0.1, 0.2, -0.3), (0.5, 0.25, -0.125)
 
 
 def sampled(start, duration, period):
     """Return the pushes of the periods of a second (N, 9)."""
-    push = Push(settings=PushSettings(*FORCE, *POINT, *TORQUE, start, duration), period=period)
+    settings = AirSettings(**push_settings(FORCE, POINT, start, duration, TORQUE))
+    push = PushSystem(settings=settings, period=period)
     simulator = Simulator(push)
     found = []
     for number in range(round(1.0 / period)):

@@ -8,8 +8,8 @@ from pydrake.systems.framework import DiagramBuilder
 from pydrake.trajectories import PiecewisePolynomial
 
 from workbench.control.guidance import Reference
-from workbench.systems.pilot import Pilot, Wish
-from workbench.systems.reference import SIZE, add_reference, figure_eight
+from workbench.systems.pilot import PilotCommand, PilotSystem
+from workbench.systems.reference import REFERENCE_VALUES, add_reference, figure_eight
 
 PATHS = {
     "default": {"center": [0.0, 0.0, 1.5], "length": 4.0, "width": 2.0, "period": 10.0, "laps": 2},
@@ -89,23 +89,20 @@ def test_full_pace_is_once_around_a_period(eight):
 def flown(path, asked: Reference, time: float) -> np.ndarray:
     """Return the reference that a pilot who asks and a path make at a time."""
     builder = DiagramBuilder()
-    pilot = builder.AddSystem(Pilot())
+    pilot = builder.AddSystem(PilotSystem())
     port = add_reference(builder, pilot.GetOutputPort("reference"), path)
     builder.ExportOutput(port, "reference")
     diagram = builder.Build()
     context = diagram.CreateDefaultContext()
     context.SetTime(time)
-    pilot.set_wish(pilot.GetMyMutableContextFromRoot(context), Wish(asked))
+    pilot.set_command(pilot.GetMyMutableContextFromRoot(context), PilotCommand(asked))
     return diagram.GetOutputPort("reference").Eval(context)
 
 
-def test_without_a_path_it_is_the_pilot():
-    assert flown(None, Reference(*range(10, 18)), 3.0).tolist() == list(range(10, 18))
-    assert flown(None, Reference(*[0.0] * SIZE), 3.0).tolist() == [0.0] * SIZE
-
-
 def test_pilot_and_path_are_added():
-    ramp = np.outer(np.arange(1.0, SIZE + 1.0), [0.0, 2.0])
+    ramp = np.outer(np.arange(1.0, REFERENCE_VALUES + 1.0), [0.0, 2.0])
     path = PiecewisePolynomial.FirstOrderHold([0.0, 2.0], ramp)
     found = flown(path, Reference(*range(10, 18)), 0.5)
-    assert found == pytest.approx(np.arange(10.0, 18.0) + 0.5 * np.arange(1.0, SIZE + 1.0))
+    assert found == pytest.approx(
+        np.arange(10.0, 18.0) + 0.5 * np.arange(1.0, REFERENCE_VALUES + 1.0)
+    )

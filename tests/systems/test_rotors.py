@@ -45,7 +45,7 @@ def turning(description):
 
 @pytest.fixture
 def rotors(turning):
-    return Rotors_[float](rotors=turning, body=BODY)
+    return Rotors_[float](rotors=turning, bodies=[BODY], carriers=[0] * len(turning))
 
 
 def fixed(rotors, state, commands, speeds, wind=None):

@@ -6,6 +6,7 @@ import subprocess
 import sys
 import time
 from functools import partial
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -16,15 +17,18 @@ from tests.clusters import local_cluster
 from workbench.commands.cli import main
 from workbench.common.errors import WorkbenchError
 from workbench.design.executor import cluster as cluster_module
+from workbench.design.executor import shipment
 from workbench.design.executor.cluster import (
-    ANSWER_WITHIN,
+    SCHEDULER_TIMEOUT_S,
     DaskCluster,
     check_scheduler,
     check_versions,
-    versions,
+    process_versions,
 )
 from workbench.design.executor.executor import InThisProcess, LocalProcesses
 from workbench.design.regress.running import regress
+from workbench.design.sweep import compiled_flights, kept_flights
+from workbench.design.sweep.compiled_flights import fly_fastest
 from workbench.design.sweep.full_flights import fly_full
 from workbench.design.sweep.sweep import sweep
 from workbench.scenario.scenario import Scenario, VehicleConfig
@@ -64,6 +68,26 @@ def test_a_table_is_the_same_to_the_bit_though_a_process_is_killed(here, tmp_pat
     there = fly(Losing(LocalProcesses(2), marker))
     assert marker.exists()
     assert there.rows.tobytes() == here.rows.tobytes()
+
+
+@pytest.mark.slow
+def test_compiled_flights_in_shares_are_the_same_to_the_bit_and_a_stop_keeps_whole_shares(
+    cluster, tmp_path, monkeypatch
+):
+    monkeypatch.setattr(compiled_flights, "CANDIDATES_PER_SHARE", 4)
+    file, words = tmp_path / "x.csv.unfinished", {"axis": "x", "duration": 1.0}
+    monkeypatch.setattr(kept_flights, "FIRST_WRITE_DELAY_S", 0.0)
+    swept, shares = ["kp_velocity_x=3..6:11"], partial(fly_fastest, cluster=cluster)
+    whole = sweep(swept, **words, fly=fly_fastest)
+    told = []
+    part = sweep(
+        swept, **words, fly=shares, kept=file, progress=told.append, stop=lambda: bool(told)
+    )
+    assert 3 <= len(part) < 11 and (1 + len(part)) % 4 == 0  # the present gains are one more
+    rest = sweep(swept, **words, fly=shares, kept=file)
+    assert rest.rows.tobytes() == whole.rows.tobytes()
+    local = sweep(swept, **words, fly=fly_fastest, kept=file)  # the file is of the same flights
+    assert local.rows.tobytes() == whole.rows.tobytes()
 
 
 @pytest.mark.slow
@@ -160,7 +184,7 @@ def test_files_are_sent_along(cluster, tmp_path, monkeypatch):
 
 @pytest.mark.slow
 def test_a_regression_is_the_same_there(cluster, tmp_path):
-    path = tmp_path / "s.spec.yaml"
+    path = tmp_path / "s.workbench.yaml"
     (tmp_path / "soft.yaml").write_text("gains: {kp_velocity_z: 2.0}\n")
     path.write_text(
         "vehicle: {gains: soft.yaml}\n"
@@ -186,8 +210,6 @@ def test_the_commands_fly_there_and_say_so_once(workers, tmp_path, capsys, monke
     said = capsys.readouterr()
     assert said.err.count(f"flying on 2 workers of {workers.scheduler_address}") == 1
     assert "2 candidates" in said.out
-    assert main([*words, *there]) == 2
-    assert "add --full" in capsys.readouterr().err
     assert main(["regress", "margins", *there]) == 0
     assert "flying on 2 workers" in capsys.readouterr().err
 
@@ -212,7 +234,7 @@ def test_a_closed_port_is_a_sentence(capsys):
 
 
 def test_what_never_answers_is_given_up_within_five_seconds():
-    assert 2.0 * ANSWER_WITHIN <= 4.0  # to connect and to be answered, and a second to start
+    assert 2.0 * SCHEDULER_TIMEOUT_S <= 4.0  # to connect and to be answered, and a second to start
     with socket.socket() as silent:
         silent.bind(("127.0.0.1", 0))
         silent.listen()
@@ -263,7 +285,28 @@ def test_workers_without_the_package_are_named(tmp_path):
     ],
 )
 def test_a_worker_with_another_version_is_named(name, said):
-    there = versions() | {name: "1.0"}
+    there = process_versions() | {name: "1.0"}
     with pytest.raises(WorkbenchError, match=f"the worker tcp://w:1 {said}"):
-        check_versions("tcp://w:1", there, versions())
-    check_versions("tcp://w:1", versions(), versions())
+        check_versions("tcp://w:1", there, process_versions())
+    check_versions("tcp://w:1", process_versions(), process_versions())
+
+
+def test_a_sentence_of_a_worker_has_the_paths_of_the_caller(tmp_path, monkeypatch):
+    """The worker unpacked the files below a folder of its own, which says nothing to the user."""
+
+    class Refused:
+        scenario = Scenario()
+
+        def with_scenario(self, scenario):
+            return self
+
+        def run(self):
+            raise WorkbenchError(f"{tmp_path}/data/models/drone.urdf:3: has no links")
+
+    worker = SimpleNamespace(address="tcp://w:1", local_directory=str(tmp_path))
+    monkeypatch.setattr("distributed.get_worker", lambda: worker)
+    monkeypatch.setattr(shipment, "unpack_shipment", lambda files, folder: tmp_path)
+    monkeypatch.setattr(cluster_module, "pickle", SimpleNamespace(loads=lambda task: Refused()))
+    with pytest.raises(WorkbenchError) as caught:
+        cluster_module.run_there(b"", b"", process_versions())
+    assert str(caught.value) == "/data/models/drone.urdf:3: has no links"

@@ -1,13 +1,16 @@
 """Processes of this machine: what they give back, and what is done when they are killed."""
 
+import logging
 import multiprocessing
+import threading
 
 import pytest
 from far_tasks import Losing, Remarking, Signalled, Square
 
+from workbench.common.cache import PROGRESS_LOGGER
 from workbench.common.errors import WorkbenchError
 from workbench.design.executor import executor
-from workbench.design.executor.executor import InThisProcess, LocalProcesses
+from workbench.design.executor.executor import InThisProcess, LocalProcesses, without_remarks
 
 FOR_EVER = 3600.0
 
@@ -48,9 +51,24 @@ def test_signals_to_end_are_left_to_the_caller():
 
 
 def test_processes_that_are_killed_too_often_are_a_sentence(tmp_path, monkeypatch):
-    monkeypatch.setattr(executor, "MOST_LOST", 0)
+    monkeypatch.setattr(executor, "MAX_KILLED_PROCESSES", 0)
     with pytest.raises(WorkbenchError, match="ended from outside, 1 times: let fewer fly"):
         list(Losing(LocalProcesses(1), tmp_path / "killed").run([Square(1)]))
+
+
+def test_remarks_are_left_out_of_one_thread(caplog):
+    def remark(text):
+        logging.getLogger("workbench").warning(text)
+
+    with without_remarks():
+        remark("of this thread")
+        logging.getLogger(PROGRESS_LOGGER).warning("how far it is")
+        logging.getLogger("workbench").error("an error")
+        other = threading.Thread(target=remark, args=("of another",))
+        other.start()
+        other.join()
+    remark("afterwards")
+    assert caplog.messages == ["an error", "of another", "afterwards"]
 
 
 @pytest.mark.parametrize("executor", [InThisProcess(), LocalProcesses(2)])

@@ -11,8 +11,13 @@ import pytest
 from workbench.common.errors import WorkbenchError
 from workbench.common.resources import controllers_dir, models_dir
 from workbench.design.executor import shipment as shipment_module
-from workbench.design.executor.shipment import moved_below, shipment, unpacked, with_absolute_paths
-from workbench.gains.gains import flight_gains
+from workbench.design.executor.shipment import (
+    moved_below,
+    shipment,
+    unpack_shipment,
+    with_absolute_paths,
+)
+from workbench.gains.gain_choice import flight_gains
 from workbench.scenario.configured import configured_vehicle, read_configured_world
 from workbench.scenario.scenario import Scenario, VehicleConfig
 
@@ -81,9 +86,9 @@ def test_what_is_shipped_gives_the_same_vehicle_and_world_elsewhere(
     shutil.rmtree(workspace)
     monkeypatch.chdir("/")
     kept = tmp_path_factory.mktemp("worker")
-    moved = moved_below(unpacked(pickle.dumps(files), kept), scenario)
+    moved = moved_below(unpack_shipment(pickle.dumps(files), kept), scenario)
     assert read(moved) == expected
-    assert unpacked(pickle.dumps(files), kept) == unpacked(pickle.dumps(files), kept)
+    assert unpack_shipment(pickle.dumps(files), kept) == unpack_shipment(pickle.dumps(files), kept)
 
 
 def test_what_is_shipped_with_the_workbench_is_not_sent():
@@ -93,7 +98,7 @@ def test_what_is_shipped_with_the_workbench_is_not_sent():
 def test_files_that_are_too_large_are_a_sentence(tmp_path, monkeypatch):
     path = tmp_path / "soft.yaml"
     path.write_text("gains: {kp_velocity_z: 2.0}\n")
-    monkeypatch.setattr(shipment_module, "MOST_BYTES", 10)
+    monkeypatch.setattr(shipment_module, "MAX_SHIPMENT_BYTES", 10)
     scenario = Scenario(vehicle=VehicleConfig(gains=str(path)))
     with pytest.raises(WorkbenchError, match="MB of files, and at most 0 MB are sent"):
         shipment(scenario)
@@ -104,7 +109,7 @@ def test_threads_of_a_worker_may_unpack_at_once(tmp_path):
 
     def unpack(number):
         own = {"/own": str(number % 8).encode()}
-        return unpacked(pickle.dumps(files | own), tmp_path)
+        return unpack_shipment(pickle.dumps(files | own), tmp_path)
 
     with ThreadPoolExecutor(16) as pool:
         folders = set(pool.map(unpack, range(64)))
@@ -125,7 +130,7 @@ def test_files_of_a_controller_and_an_estimator_are_sent(tmp_path):
     found = shipment(scenario)
     assert {str(law), str(own)} <= found.keys()
     (tmp_path / "kept").mkdir()
-    root = unpacked(pickle.dumps(found), tmp_path / "kept")
+    root = unpack_shipment(pickle.dumps(found), tmp_path / "kept")
     moved = moved_below(root, scenario)
     assert Path(moved.controller).read_text() == law.read_text()
     assert Path(moved.estimator).read_text() == own.read_text()

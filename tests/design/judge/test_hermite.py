@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from pydrake.autodiffutils import AutoDiffXd
 
-from workbench.design.judge.sensitivity import Curve
+from workbench.design.judge.sensitivity import CubicCurve
 
 A, B = 1.3, 4.0
 
@@ -18,7 +18,7 @@ def curve(a=A, b=B):
     """Return 1 - e^(-at) cos(bt) sampled, with its derivatives by a and b."""
     t = np.linspace(0.0, 3.0, 301)
     decay, c, s = np.exp(-a * t), np.cos(b * t), np.sin(b * t)
-    return Curve(
+    return CubicCurve(
         time=t,
         value=carried(1.0 - decay * c, np.column_stack([t * decay * c, t * decay * s])),
         slope=carried(
@@ -72,7 +72,9 @@ def test_a_level_that_is_never_reached_is_nan():
 
 def test_the_highest_of_a_curve_that_only_rises_is_its_end():
     t = np.linspace(0.0, 1.0, 11)
-    rising = Curve(t, carried(2.0 * t, t[:, None]), carried(np.full(11, 2.0), np.ones((11, 1))))
+    rising = CubicCurve(
+        t, carried(2.0 * t, t[:, None]), carried(np.full(11, 2.0), np.ones((11, 1)))
+    )
     peak, when = rising.highest()
     assert (peak.value(), when.value()) == (2.0, 1.0)
     assert peak.derivatives() == pytest.approx([1.0])

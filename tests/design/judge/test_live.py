@@ -2,7 +2,7 @@
 
 import pytest
 
-from workbench.control.controller import load_controller
+from workbench.control.controller_file import load_controller
 from workbench.design.judge.loop_judgement import live_margins
 from workbench.design.judge.margins import loop_margins
 from workbench.design.linear.operating_point import OperatingPoint

@@ -8,9 +8,9 @@ import control
 import numpy as np
 import pytest
 
-from workbench.control.controller import load_controller
+from workbench.control.controller_file import load_controller
 from workbench.design.judge.loop_response import loop_responses
-from workbench.design.judge.margins import UNSTABLE, all_margins, loop_margins
+from workbench.design.judge.margins import UNSTABLE_LOOP_MARGINS, all_margins, loop_margins
 from workbench.design.linear.operating_point import OperatingPoint
 
 s = control.tf("s")
@@ -304,7 +304,7 @@ def test_integrators_that_no_loop_closes_change_nothing(closed):
 def test_an_unstable_loop_bears_nothing(closed, period):
     loop = 7 / (s * (s + 1) * (s + 2))
     found = loop_margins(closed(sampled(loop, period) if period else loop), "it")
-    assert found == UNSTABLE
+    assert found == UNSTABLE_LOOP_MARGINS
     assert not found.stable
 
 

@@ -9,7 +9,11 @@ from scipy.linalg import block_diag
 from scipy.optimize import minimize
 
 from workbench.design.judge.margins import all_margins
-from workbench.design.judge.multiloop import lowest, multiloop_margin, structured_singular_value
+from workbench.design.judge.multiloop import (
+    minimise_simplex,
+    multiloop_margin,
+    structured_singular_value,
+)
 from workbench.design.linear.operating_point import OperatingPoint
 from workbench.design.linear.study import LinearStudy
 from workbench.plant.variation import Variation
@@ -159,4 +163,4 @@ def test_the_search_for_scales_makes_scipys_steps():
             corners = rng.normal(size=(count + 1, count))
             options = {"initial_simplex": corners, "xatol": 1e-5, "fatol": 1e-7}
             oracle = minimize(function, corners[0], method="Nelder-Mead", options=options)
-            assert lowest(function, corners.copy(), 1e-5, 1e-7) == oracle.fun
+            assert minimise_simplex(function, corners.copy(), 1e-5, 1e-7) == oracle.fun

@@ -8,10 +8,10 @@ from workbench.common.errors import WorkbenchError
 from workbench.design.judge.noise import (
     input_deviations,
     noise_effects,
+    noise_output_rows,
     noise_response,
-    noise_rows,
 )
-from workbench.design.linear.operating_point import HOLDING, OperatingPoint
+from workbench.design.linear.operating_point import HOLDING_POINT, OperatingPoint
 from workbench.design.linear.study import LinearStudy
 from workbench.scenario.scenario import Scenario, VehicleConfig
 from workbench.session.session import Session
@@ -69,7 +69,7 @@ def test_variances_of_sensors_add_up():
 def test_a_slow_sensor_counts_as_a_fast_one_with_as_much_noise_over_time():
     """GPS at 10 Hz, range finder at 50 Hz, updates at 128 Hz."""
     study = LinearStudy(Scenario(estimator="ekf", vehicle=NOISY_GPS))
-    found = input_deviations(study, study.noisy(HOLDING))
+    found = input_deviations(study, study.noisy(HOLDING_POINT))
     assert found["gps_p_x_noise"] == pytest.approx(0.3 * np.sqrt(128 / 10))
     assert found["gps_p_z_noise"] == pytest.approx(0.6 * np.sqrt(128 / 10))
     assert found["range_finder_distance_noise"] == pytest.approx(0.01 * np.sqrt(128 / 50))
@@ -82,7 +82,7 @@ def test_the_gyros_variance_is_that_of_a_long_run_of_scipys():
     model = study.noisy(gains=settings)
     found = by_sensor(noise_effects(study, OperatingPoint(), settings))["gyro"]
     names = [s.name for s in model.inputs if s.name.startswith("gyro_noise_")]
-    rows = noise_rows(model)[3:4]
+    rows = noise_output_rows(model)[3:4]
     noise = 0.002 * np.sqrt(1024 / 200) * np.random.default_rng(4).normal(size=(30_000, len(names)))
     system = (model.A, model.B(names), rows, np.zeros((1, len(names))), model.period)
     _, out, _ = signal.dlsim(system, noise)

@@ -8,7 +8,7 @@ import pytest
 
 from workbench.common.errors import WorkbenchError
 from workbench.design.judge.loop_judgement import judge_loops
-from workbench.design.judge.operating_map import DIRECTIONS, find_direction, operating_map
+from workbench.design.judge.operating_map import MAP_DIRECTIONS, find_direction, operating_map
 from workbench.design.linear.operating_point import OperatingPoint
 from workbench.design.linear.study import LinearStudy
 from workbench.plant.variation import Variation
@@ -38,7 +38,7 @@ def test_more_payload_and_speed_change_the_margins(found):
 def test_the_table_has_a_row_a_point(found, tmp_path):
     found.write_csv(tmp_path / "map.csv")
     rows = list(csv.reader((tmp_path / "map.csv").read_text().splitlines()))
-    assert rows[0][:3] == ["speed [m/s]", "payload [1]", "phase_margin [rad]"]
+    assert rows[0][:3] == ["speed [m/s]", "payload [1]", "phase_margin_deg [deg]"]
     assert [float(x) for x in rows[2][:2]] == [6.0, 1.0]
     assert float(rows[2][3]) == pytest.approx(found.disk_margin[0, 1])
 
@@ -51,7 +51,7 @@ def test_what_cannot_be_flown_is_a_hole():
 
 
 def test_the_usual_ranges_can_be_flown(study):
-    for direction in DIRECTIONS:
+    for direction in MAP_DIRECTIONS:
         assert direction.low < direction.high
         assert find_direction(direction.name) is direction
 

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy import signal
 
-from workbench.control.controller import SHIPPED
+from workbench.control.installed_laws import installed_laws
 from workbench.design.judge.loop_judgement import judge_loops
-from workbench.design.judge.phase_budget import PARTS, PhaseStudy, phase_budgets
+from workbench.design.judge.phase_budget import PHASE_BUDGET_PARTS, PhaseStudy, phase_budgets
 from workbench.design.linear.operating_point import OperatingPoint
 from workbench.design.linear.study import LinearStudy
 from workbench.plant.variation import Variation
@@ -24,14 +24,16 @@ def budgets(study, gains=None):
     return {each.loop: each for each in found}, {each.loop: each.actuator for each in loops}
 
 
-@pytest.mark.parametrize("law", SHIPPED)
+@pytest.mark.parametrize("law", installed_laws())
 def test_parts_add_up_to_the_phase_of_the_loop(law):
     found, margins = budgets(LinearStudy(Scenario(controller=law)), {"gyro_lowpass": 80.0})
     assert found.keys() == margins.keys()
     for name, budget in found.items():
         turn = (budget.phase + math.pi + math.pi) % (2.0 * math.pi) - math.pi
         assert abs(turn) == pytest.approx(margins[name].phase_margin, abs=1e-6)
-        assert budget.phase == pytest.approx(sum(getattr(budget, part) for part in PARTS))
+        assert budget.phase == pytest.approx(
+            sum(getattr(budget, part) for part in PHASE_BUDGET_PARTS)
+        )
 
 
 def test_closed_forms_of_delay_hold_and_rotors():

@@ -5,22 +5,17 @@ import math
 import numpy as np
 import pytest
 
-from workbench.control.controller import find_loop, load_controller
+from workbench.control.controller_file import find_loop, load_controller
 from workbench.design.judge.gang_of_four import gang_of_four
 from workbench.design.judge.margins import loop_margins
 from workbench.design.judge.operating_map import OperatingMap, find_direction
-from workbench.design.judge.plots import (
-    plot_loop,
-    plot_loops,
-    plot_map,
-    plot_rates,
-    plot_sensitivity,
-)
+from workbench.design.judge.plots import plot_loop, plot_loops, plot_rates
+from workbench.design.judge.plots_map import plot_map, plot_sensitivity
 from workbench.design.judge.sampled_stability import RateSample, SlowestRate
 from workbench.design.judge.sensitivity import Sensitivity
 from workbench.design.judge.step_pair import StepPair
 from workbench.design.linear_step import linear_step
-from workbench.design.response_metrics import step_metrics
+from workbench.design.step_metrics import step_metrics
 
 LOOPS = load_controller().loops
 

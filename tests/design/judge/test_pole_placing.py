@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from workbench.analysis.judging import move_pole
-from workbench.analysis.questions import MovePole
-from workbench.analysis.subject import Subject
+from workbench.analysis.loop_placing import move_pole
+from workbench.analysis.queries import MovePole
+from workbench.analysis.subject import AnalysedVehicle
 from workbench.common.parameter import Parameter
 from workbench.design.judge.pole_placing import PolePlacer, state_shares
 from workbench.design.linear.linearize import linearize
@@ -19,7 +19,7 @@ from workbench.scenario.scenario import Scenario
 
 @pytest.fixture(scope="module")
 def subject():
-    return Subject(Scenario(), {})
+    return AnalysedVehicle(Scenario(), {})
 
 
 def poles(subject, gains):
@@ -30,7 +30,7 @@ def poles(subject, gains):
 
 
 def placer(subject, loop, pole, linked=None):
-    names = subject.table.controller.loop(loop).gains
+    names = subject.controller.loop(loop).gains
     return PolePlacer(subject.model, names, subject.gains({}), subject.table, pole, linked)
 
 
@@ -76,8 +76,10 @@ class Springs:
 class Limits:
     def find(self, name):
         return {
-            "k": Parameter("k", "controller", "1/s^2", 0.0, 400.0, 100.0, "stiffness"),
-            "d": Parameter("d", "controller", "1/s", 0.0, 30.0, 8.0, "damping"),
+            "k": Parameter(
+                "k", "1/s^2", "stiffness", 0.0, 400.0, system="controller", default=100.0
+            ),
+            "d": Parameter("d", "1/s", "damping", 0.0, 30.0, system="controller", default=8.0),
         }[name]
 
 
@@ -94,6 +96,36 @@ def test_two_gains_of_a_spring_are_the_coefficients_of_its_polynomial(case):
     held = far.place(-6.0 + 30.0j)
     assert not held.reached and held.limit == "k"
     assert abs(held.pole) == pytest.approx(20.0, rel=1e-3)
+
+
+def test_a_pole_goes_past_the_place_of_one_that_no_gain_moves(subject):
+    """From -14.0 + 20.0 j to beyond the pole of roll, -20.8 + 22.8 j, by eigenvalues."""
+    gains = {**subject.gains({}), "kp_pitch": 303.18, "kd_pitch": 26.416}
+    names, place = subject.controller.loop("pitch").gains, -20.82 + 23.42j
+    moves = PolePlacer(subject.model, names, gains, subject.table, -14.01 + 20.01j)
+    found = moves.place(place)
+    assert found.reached
+    assert np.abs(poles(subject, found.gains) - place).min() < 0.002 * abs(place)
+
+
+def test_a_gain_of_zero_that_leaves_states_out_may_grow():
+    """Without its integral gain PX4's rate loop has other states."""
+    subject = AnalysedVehicle(Scenario(controller="px4"), {})
+    gains = {**subject.gains({}), "MC_ROLLRATE_I": 0.0}
+    names, place = subject.controller.loop("roll_rate").gains, -39.3 + 77.7j
+    assert len(subject.model(gains).A) != len(subject.model(subject.gains({})).A)
+    moves = PolePlacer(subject.model, names, gains, subject.table, -41.4 + 81.8j)
+    found = moves.place(place)
+    assert found.reached
+    assert np.abs(poles(subject, found.gains) - place).min() < 0.002 * abs(place)
+
+
+def test_a_search_does_not_depend_on_the_targets_before(subject):
+    """Near the pole of the given gains it begins there."""
+    begun = -20.82 + 22.80j
+    far, near = placer(subject, "pitch", begun), placer(subject, "pitch", begun)
+    far.place(-14.0 + 20.0j)
+    assert far.place(begun + 0.6j) == near.place(begun + 0.6j)
 
 
 def test_gains_that_are_linked_move_along_and_their_poles_too(subject):
@@ -121,6 +153,18 @@ def test_a_single_gain_stops_where_its_line_begins_to_lead_away(subject):
     assert abs(found.pole - place) == pytest.approx(way[-1], rel=1e-3)
 
 
+def test_why_a_pole_stays_does_not_depend_on_the_targets_before(subject):
+    """At a right angle to its line the one gain of a loop moves nothing, but it moves the pole."""
+    begun, beside = -5.7 + 3.3j, -7.5 + 2.4j
+    fresh, dragged = placer(subject, "position_x", begun), placer(subject, "position_x", begun)
+    assert dragged.place(-5.4 + 2.8j).pole != dragged.place(begun).pole
+    for moves in (fresh, dragged):
+        held = moves.place(beside)
+        assert not held.reached and not held.unmoved
+    still = placer(subject, "yaw_rate", begun).place(beside)
+    assert not still.reached and still.unmoved
+
+
 def test_participation_is_that_of_the_textbook():
     """Of an upper triangular matrix each state is its own mode."""
 
@@ -133,7 +177,7 @@ def test_participation_is_that_of_the_textbook():
 
 
 def test_a_law_of_a_scheduled_set_keeps_its_names(subject):
-    about = Subject(Scenario(controller="pd@speed=0,4"), {})
+    about = AnalysedVehicle(Scenario(controller="pd@speed=0,4"), {})
     asked = {f"{name}_at_4": about.own[name] for name in ("kp_pitch", "kd_pitch")}
     question = MovePole(asked, "pitch", -20.0 + 24.0j, -18.0 + 22.0j)
     moved = next(each for each in move_pole(about, question, None) if each)

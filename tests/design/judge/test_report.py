@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from workbench.control.controller import load_controller
+from workbench.control.controller_file import load_controller
 from workbench.design.judge.loop_judgement import growing_loops, judge_loops
 from workbench.design.judge.report import judge
 from workbench.design.judge.step_pair import step_pair

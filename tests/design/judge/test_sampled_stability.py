@@ -1,11 +1,13 @@
 """The slowest rate, against a flight with the law at it, and slower."""
 
 import copy
+from pathlib import Path
 
 import numpy as np
 import pytest
 
-from workbench.design.judge.sampled_stability import HOVER, rate_sample, slowest_rate
+from workbench.controllers import pd
+from workbench.design.judge.sampled_stability import HOVER_POINT, rate_sample, slowest_rate
 from workbench.design.linear.operating_point import OperatingPoint
 from workbench.design.linear.study import LinearStudy
 from workbench.design.step_response import fly_step
@@ -44,7 +46,7 @@ def test_a_law_that_is_unstable_at_any_rate_has_no_slowest():
 def test_a_heading_that_the_wind_straightens_out_says_nothing_of_the_rate():
     point = OperatingPoint(velocity=(5.0, 0.0, 0.0))
     for steps in (8, 40):
-        hover, forward = (rate_sample(LinearStudy(), steps, at) for at in (HOVER, point))
+        hover, forward = (rate_sample(LinearStudy(), steps, at) for at in (HOVER_POINT, point))
         assert forward.growth == pytest.approx(hover.growth, rel=0.05)
         assert hover.growth < -1.0
 
@@ -58,3 +60,11 @@ def test_growth_is_that_of_the_spectral_radius_where_a_mode_grows():
 @pytest.mark.parametrize("steps", [4, 8])
 def test_the_period_is_the_one_asked_for(steps):
     assert rate_sample(LinearStudy(), steps).period == steps / 1024
+
+
+def test_a_law_with_a_period_of_its_own_is_judged_at_the_one_asked_for(tmp_path):
+    law = tmp_path / "quick.py"
+    law.write_text(Path(pd.__file__).read_text() + "\n\nPERIOD = 1 / 512\n")
+    study = LinearStudy(Scenario(controller=str(law)))
+    assert study.setup.rates.control_period == 1 / 512
+    assert [rate_sample(study, steps).period for steps in (2, 8)] == [2 / 1024, 8 / 1024]

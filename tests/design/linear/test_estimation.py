@@ -2,15 +2,17 @@
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from workbench.common.errors import WorkbenchError
 from workbench.design.linear import estimation as module
 from workbench.design.linear.estimation import perfect_samples, settled_gain
 from workbench.design.linear.operating_point import parse_point
 from workbench.design.linear.study import LinearStudy
-from workbench.estimation import ekf
-from workbench.estimation.samples import Mounting
+from workbench.estimation import ekf, ekf_measurements, ekf_propagation, ekf_state
+from workbench.estimation.samples import BAROMETER, GPS, MAGNETOMETER, RANGE_FINDER, Mounting
 from workbench.estimation.settings import EkfSettings
+from workbench.plant.gravity import GRAVITY
 from workbench.scenario.scenario import Scenario, SensorsConfig
 from workbench.session.session import Session
 
@@ -23,12 +25,15 @@ DUTIES = {"gps": 0.08, "barometer": 0.4, "magnetometer": 0.4}
 
 def test_the_settled_gain_is_that_of_the_riccati_equation(monkeypatch):
     """Step by step; in hover tilt and bias of the accelerometer look alike, so it never settles."""
-    monkeypatch.setattr(module, "DOUBLINGS", 10)
-    x = ekf.initial(HOVER, PLACES[:3], ekf.InitialDeviations())[: ekf.NOMINAL]
-    z = perfect_samples(HOVER, np.array([0, 0, 0, 0, 0, ekf.GRAVITY]), PLACES)
+    monkeypatch.setattr(module, "COVARIANCE_DOUBLINGS", 10)
+    x = ekf.initial_ekf(HOVER, PLACES[:3], ekf.InitialDeviations())[: ekf_state.NOMINAL]
+    z = perfect_samples(HOVER, np.array([0, 0, 0, 0, 0, GRAVITY]), PLACES)
     K, P = settled_gain(SETTINGS, PLACES, DUTIES, PERIOD, x, z)
-    F, Q = ekf.transition(x, z[:6], PERIOD), ekf.noise(SETTINGS, PERIOD)
-    H, gaps = ekf.measured(x, z, PLACES, SETTINGS)
+    F, Q = (
+        ekf_propagation.transition(x, z[:6], PERIOD),
+        ekf_propagation.process_noise(SETTINGS, PERIOD),
+    )
+    H, gaps = ekf_measurements.measurement_rows(x, z, PLACES, SETTINGS)
     duty = np.repeat([DUTIES["gps"], DUTIES["barometer"]], [6, 2])
     R = np.diag(gaps[:8, 1] / duty)
     wanted = np.zeros((15, 15))
@@ -39,6 +44,33 @@ def test_the_settled_gain_is_that_of_the_riccati_equation(monkeypatch):
     gain = wanted @ H[:8].T @ np.linalg.inv(H[:8] @ wanted @ H[:8].T + R)
     assert K[:, :8] == pytest.approx(gain, rel=1e-6, abs=1e-9)
     assert not K[:, 8:].any()
+
+
+def test_perfect_samples_are_those_of_a_rigid_body_that_moves_and_turns():
+    """By scipy's rotations: the place of each sensor, its velocity, the field and the beam."""
+    turn = Rotation.from_euler("ZYX", [0.7, -0.2, 0.4])
+    p_WB, w_WB, v_WB = (
+        np.array([1.0, -2.0, 3.0]),
+        np.array([0.3, -0.5, 0.8]),
+        np.array([2.0, 1, -1]),
+    )
+    state = np.concatenate([turn.as_quat(scalar_first=True), p_WB, w_WB, v_WB])
+    places = Mounting(
+        p_BG=(0.1, 0.2, 0.3),
+        p_BP=(-0.1, 0.05, 0.2),
+        p_BR=(0.05, -0.1, -0.2),
+        n_BR=(0.6, 0.0, -0.8),
+    )
+    imu = np.arange(6.0)
+    z = perfect_samples(state, imu, places.packed())
+    assert list(z[:6]) == list(imu)
+    arm = turn.apply(places.p_BG)
+    assert z[GPS + 2 : GPS + 8] == pytest.approx([*(p_WB + arm), *(v_WB + np.cross(w_WB, arm))])
+    assert z[BAROMETER + 1] == pytest.approx(3.0 + turn.apply(places.p_BP)[2])
+    field = turn.inv().apply(places.m_W)
+    assert z[MAGNETOMETER + 1 : MAGNETOMETER + 4] == pytest.approx(field, abs=1e-12)
+    height, fall = 3.0 + turn.apply(places.p_BR)[2], -turn.apply(places.n_BR)[2]
+    assert z[RANGE_FINDER + 1] == pytest.approx(height / fall)
 
 
 def flown(scenario, axis, amplitude, duration=3.0):

@@ -1,11 +1,14 @@
 """What filters do to linear models: closed forms, and small steps flown with them."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from scipy import signal
 
 from workbench.common.errors import WorkbenchError
 from workbench.design.linear.operating_point import parse_point
+from workbench.design.linear.setpoint_filter import SetpointFilter
 from workbench.design.step_response import fly_step
 from workbench.plant.variation import Variation
 from workbench.scenario.scenario import Rates, Scenario, VehicleConfig
@@ -140,3 +143,20 @@ def test_what_has_no_model_says_so(study):
         study.continuous(gains={"gyro_lowpass": 40.0})
     with pytest.raises(WorkbenchError, match="setpoint_lowpass"):
         study.sampled(parse_point("yaw_rate=0.3"), {"setpoint_lowpass": 3.0})
+
+
+@pytest.mark.parametrize(("late", "share"), [(0, 0.25), (1, 1.0), (3, 1.0), (3, 0.25)])
+def test_a_setpoint_comes_as_many_periods_late_and_through_its_low_pass(late, share):
+    """In each period it goes a share of the way to the command of that many periods before."""
+    servo = SimpleNamespace(delay_periods=lambda period: late, lowpass_share=lambda period: share)
+    arm = SimpleNamespace(servo=servo, joint="arm", setpoint_unit="rad")
+    setpoint_filter = SetpointFilter([arm], rotors=1, period=1 / 128)
+    states = np.zeros((len(setpoint_filter.states), 1))
+    commands = np.random.default_rng(2).normal(size=(10, 2, 1))
+    setpoint = 0.0
+    for number, command in enumerate(commands):
+        asked = commands[number - late][1, 0] if number >= late else 0.0
+        setpoint += share * (asked - setpoint)
+        reached = setpoint_filter.setpoints(states, command)[:, 0]
+        assert reached == pytest.approx([command[0, 0], setpoint])  # the rotor's is as it was
+        states = setpoint_filter.after(states, command)

@@ -4,7 +4,7 @@ import control
 import numpy as np
 import pytest
 
-from workbench.design.linear.linearize import least, linearize
+from workbench.design.linear.linearize import linearize, minimal_realisation
 from workbench.design.linear.model import Matrices
 
 
@@ -14,7 +14,7 @@ def least_of(A, B, C):
     inputs, outputs = (
         [f"{name}{k}" for k in range(n)] for name, n in (("u", D.shape[1]), ("y", len(D)))
     )
-    return least(Matrices(A, B, C, D, 0, (), inputs, outputs, "small")).state_space()
+    return minimal_realisation(Matrices(A, B, C, D, 0, (), inputs, outputs, "small")).state_space()
 
 
 def test_what_is_not_moved_or_not_shown_is_left_out():

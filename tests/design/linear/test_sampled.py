@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
+from scipy.linalg import expm
 
 from workbench.common.errors import WorkbenchError
 from workbench.design.judge.margins import loop_margins
@@ -38,9 +39,7 @@ def period_matrix(study, model) -> np.ndarray:
     """
     trim, rates = model.trim, study.scenario.rates
     builder = DiagramBuilder()
-    airframe, computer = add_sampled_core(
-        builder, study.controller, study._flown, study.vehicle, study.gains, rates
-    )
+    airframe, computer = add_sampled_core(builder, study.setup)
     diagram = builder.Build()
     simulator = Simulator(diagram)
     root = simulator.get_mutable_context()
@@ -212,3 +211,23 @@ def test_holding_with_its_loops_opened_is_steering(study):
         )
         assert found == pytest.approx(wanted, abs=1e-9)
     assert opened.D(shown, asked) == pytest.approx(steering.D(shown, asked), abs=1e-9)
+
+
+def test_the_imu_reads_the_mean_rate_of_a_period():
+    """Of a spin-up of rotors, whose rate is the integral of the continuous vehicle's."""
+    study = LinearStudy(Scenario(estimator="ekf"))
+    model, vehicle = study.sampled(), study.bare_vehicle()
+    names, of_vehicle = ([each.name for each in m.states] for m in (model, vehicle))
+    speeds = [f"speed_{number}" for number in (1, 2, 3, 4)]
+    offset = np.array([3.0, -1.0, 2.0, 5.0])
+    T, n = model.period, len(of_vehicle)
+    # the upper right block of exp is the integral of exp(A t) over the period
+    whole = expm(T * np.block([[vehicle.A, np.eye(n)], [np.zeros((n, 2 * n))]]))[:n, n:] / T
+    for axis in "xyz":
+        row = names.index(f"imu_w_{axis}")
+        read = model.A[row, [names.index(each) for each in speeds]] @ offset
+        mean = (
+            whole[of_vehicle.index(f"w_{axis}"), [of_vehicle.index(each) for each in speeds]]
+            @ offset
+        )
+        assert read == pytest.approx(mean, rel=0.01)

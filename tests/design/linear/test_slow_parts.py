@@ -5,13 +5,15 @@ import math
 import numpy as np
 import pytest
 
-from workbench.control.controller import SHIPPED, load_controller
+from workbench.control.controller_file import load_controller
+from workbench.control.installed_laws import installed_laws
 from workbench.design.judge.margins import loop_margins
 from workbench.design.linear.operating_point import OperatingPoint
-from workbench.design.linear.study import LinearStudy, sampled_model
+from workbench.design.linear.sampled_model import sampled_model
+from workbench.design.linear.study import LinearStudy
 from workbench.scenario.scenario import Scenario
 
-LAWS = [law.name for law in map(load_controller, SHIPPED) if law.dividers]
+LAWS = [law.name for law in map(load_controller, installed_laws()) if law.dividers]
 CLIMB = 0.02
 """Climb diverges at 36 to 58 times the gain, at a sixth of the rate of the slow part, where its
 aliases, which a model of the fast rate has not, make up this share."""

@@ -9,20 +9,20 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 from scipy.linalg import expm
 
-from workbench.control.controller import load_controller
 from workbench.control.guidance import Guidance
 from workbench.design.judge.margins import loop_margins
 from workbench.design.linear.study import LinearStudy
 from workbench.design.rollout.engine import RolloutEngine
 from workbench.diagram.core import add_sampled_core
-from workbench.gains.gains import flight_gains
+from workbench.gains.gain_choice import flight_gains
 from workbench.plant.drag import drag_rates
 from workbench.plant.loading import make_vehicle
 from workbench.plant.placing import body_state
 from workbench.plant.rotors import Rotor
 from workbench.scenario.configured import read_configured
-from workbench.scenario.scenario import Rates, Scenario
+from workbench.scenario.scenario import Scenario
 from workbench.session.integration import Integration
+from workbench.setup import make_setup
 
 INERTIA = 6.5e-5
 """Of the shipped drone's propellers [kg·m²]."""
@@ -103,11 +103,10 @@ def test_margins_say_so(study, feedforward):
 
 def flown(description, gains, yaw_rate: float, duration: float) -> np.ndarray:
     """Return angular velocities at the control updates of a yaw step on the diagram."""
-    vehicle, rates = make_vehicle(description), Rates()
+    setup = make_setup(description=description)
+    vehicle, rates = setup.vehicle, setup.rates
     builder = DiagramBuilder()
-    airframe, computer = add_sampled_core(
-        builder, load_controller(), description, vehicle, gains, rates
-    )
+    airframe, computer = add_sampled_core(builder, dataclasses.replace(setup, values=gains))
     simulator = Simulator(builder.Build())
     root = simulator.get_mutable_context()
     still = [0.0] * 3

@@ -7,15 +7,17 @@ import pytest
 import scipy.linalg
 from scipy.spatial.transform import Rotation
 
-from workbench.control.controller import load_controller
+from workbench.control.controller_file import load_controller
 from workbench.design.linear.operating_point import OperatingPoint
 from workbench.design.linear.trim import guidance_of, reference_of
-from workbench.design.linear.vehicle import exponential
+from workbench.design.linear.vehicle import matrix_exponential
 from workbench.diagram.core import make_flight_core
 from workbench.plant.gravity import GRAVITY
 
 GAINS = [row.name for row in load_controller().parameters]
 COUNT = len(load_controller().points)
+INPUTS = 7 + COUNT
+"""Reference (4), place to hold (3), and loop points."""
 RATE = 50.0
 STEP = 2e-4
 HOLD_X = 6
@@ -23,7 +25,7 @@ HOLD_X = 6
 
 @pytest.fixture(scope="module")
 def core(study):
-    return make_flight_core(load_controller(), study._flown, study.vehicle, study.gains)
+    return make_flight_core(study.setup)
 
 
 def rotated(q_WB: np.ndarray, angles: np.ndarray) -> np.ndarray:
@@ -42,7 +44,7 @@ class Nonlinear:
         values = [gains[name] for name in GAINS]
         self.in_controller.get_mutable_numeric_parameter(0).SetFromVector(values)
         self.moment = 0.0
-        self(np.zeros(20), np.zeros(22))
+        self(np.zeros(20), np.zeros(INPUTS))
         self.moment = controller.wanted_yaw_moment(self.in_controller)
 
     def __call__(self, small: np.ndarray, inputs: np.ndarray) -> np.ndarray:
@@ -98,8 +100,8 @@ def test_a_and_b_are_the_differences_of_the_nonlinear_core_at_many_trims(study, 
         gains = {name: study.gains[name] * f for name, f in zip(GAINS, factors, strict=False)}
         model = study.continuous(point, gains)
         nonlinear = Nonlinear(core, model.trim, {**study.gains, **gains})
-        by_state = differences(partial(nonlinear, inputs=np.zeros(22)), 20)
-        by_input = differences(partial(nonlinear, np.zeros(20)), 22)
+        by_state = differences(partial(nonlinear, inputs=np.zeros(INPUTS)), 20)
+        by_input = differences(partial(nonlinear, np.zeros(20)), INPUTS)
         turning = np.cross(np.eye(3), [0.0, 0.0, -point.yaw_rate])  # of the axes
         A, B = model.A.copy(), model.input_matrix
         for block in (3, 6, 9, 16):
@@ -109,7 +111,7 @@ def test_a_and_b_are_the_differences_of_the_nonlinear_core_at_many_trims(study, 
         units = np.ones(20)
         units[12:16] = model.trim.speeds
         assert_rows_agree(A[3:], by_state[4:], units)
-        assert_rows_agree(B[3:], by_input[4:], np.ones(22))
+        assert_rows_agree(B[3:], by_input[4:], np.ones(INPUTS))
 
 
 def test_the_vehicle_at_hover_is_the_textbooks(study):
@@ -176,4 +178,4 @@ def test_the_exponential_is_scipys():
     for scale in (0.0, 1e-9, 1e-3, 0.3, 5.0, 60.0):
         A = scale * rng.normal(size=(7, 7)) / 7.0
         wanted = scipy.linalg.expm(A)
-        assert np.abs(exponential(A) - wanted).max() < 1e-11 * np.abs(wanted).max()
+        assert np.abs(matrix_exponential(A) - wanted).max() < 1e-11 * np.abs(wanted).max()

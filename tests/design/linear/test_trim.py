@@ -6,20 +6,17 @@ import numpy as np
 import pytest
 
 from workbench.common.errors import WorkbenchError
-from workbench.control.controller import load_controller
 from workbench.design.linear.operating_point import OperatingPoint, parse_point
-from workbench.design.linear.study import LinearStudy
 from workbench.design.linear.trim import guidance_of, reference_of
 from workbench.diagram.core import make_flight_core
 from workbench.plant.gravity import GRAVITY
-from workbench.scenario.scenario import Scenario
 
 RATE = 50.0
 
 
 @pytest.fixture(scope="module")
 def core(study):
-    return make_flight_core(load_controller(), study._flown, study.vehicle, study.gains)
+    return make_flight_core(study.setup)
 
 
 def slopes(core, trim) -> np.ndarray:
@@ -51,8 +48,7 @@ def test_a_steady_flight_stays_as_it_is(study, core, text):
 @pytest.mark.parametrize(("text", "faster"), [("hover", 1.0), ("vx=6,vz=-1", 1.0), ("vz=3", 1.13)])
 def test_so_does_one_with_all_effects(effects_study, text, faster):
     """Commands are larger than speeds by what the battery sags; climbing takes faster rotors."""
-    vehicle = effects_study.vehicle
-    core = make_flight_core(load_controller(), effects_study._flown, vehicle, effects_study.gains)
+    vehicle, core = effects_study.vehicle, make_flight_core(effects_study.setup)
     trim = effects_study.trim(parse_point(text))
     found = slopes(core, trim)
     assert found[7:13] == pytest.approx(np.zeros(6), abs=1e-7)
@@ -73,21 +69,26 @@ def test_a_turn_leans_inwards_as_a_pendulum_does(study):
 
 
 def test_an_accelerated_flight_leans_by_its_acceleration(study):
+    """At rest without drag, a = kp v_sp - kd a, with an estimate of a that has settled."""
     trim = study.trim(OperatingPoint(acceleration=(3.0, 0.0, 0.0)))
     assert trim.tilt == pytest.approx(math.atan(3.0 / GRAVITY), rel=1e-6)
+    kp, kd = (study.gains[f"{name}_velocity_x"] for name in ("kp", "kd"))
+    assert trim.reference[:3] == pytest.approx(
+        [3.0 * (1.0 + kd) / kp, 0.0, 0.0], rel=1e-6, abs=1e-9
+    )
+
+
+def test_a_climb_below_a_low_ceiling_is_trimmed_where_nothing_slows_it(study):
+    """Climbs are slowed within a second of flight below the largest height: at 1 m/s in 1 m."""
+    low, free = (study.trim(parse_point("vz=1"), {"max_height": top}) for top in (3.0, 100.0))
+    assert 0.0 <= low.p_WB[2] <= 3.0 - 1.0
+    assert low.reference == pytest.approx(free.reference, abs=1e-9)
 
 
 @pytest.mark.parametrize("text", ["vx=12", "vz=9", "yaw_rate=2", "ax=20"])
 def test_what_cannot_be_flown_is_said(study, text):
     with pytest.raises(WorkbenchError, match=f"no flight as '{text}' for dh_drone"):
         study.trim(parse_point(text))
-
-
-def test_derivatives_that_overflow_have_no_trim():
-    """A limit of 1e-308 divides in the law; only its derivatives are not finite then."""
-    study = LinearStudy(Scenario(controller="ardupilot"))
-    with pytest.raises(WorkbenchError, match="no flight as 'hold=1' for dh_drone"):
-        study.trim(parse_point("hold=1"), {"ATC_RATE_P_MAX": 1e-308, "ATC_RATE_R_MAX": 633.0})
 
 
 def test_other_gains_ask_for_another_reference(study):

@@ -13,7 +13,7 @@ from workbench.common.resources import (
     specs_dir,
 )
 from workbench.design.regress.loading import load_spec
-from workbench.design.regress.spec import Limit, Tolerance
+from workbench.design.regress.spec import SpecLimit, Tolerance
 from workbench.design.regress.spec_names import find_specs, part_names
 
 STEP = """\
@@ -36,7 +36,7 @@ cases:
 @pytest.fixture
 def spec(tmp_path):
     def write(text: str):
-        path = tmp_path / "s.spec.yaml"
+        path = tmp_path / "s.workbench.yaml"
         path.write_text(text)
         return path
 
@@ -53,9 +53,9 @@ def test_limits_are_two_sided_or_open_and_may_be_short(spec):
     text = "limits: {rise_time: [0.3, 0.4], overshoot: {max: 5}, peak: {min: 0.9, max: 1.1}}"
     case = load_spec(spec(STEP.format(text))).content.cases[0]
     assert case.limits == {
-        "rise_time": Limit(0.3, 0.4),
-        "overshoot": Limit(-math.inf, 5.0),
-        "peak": Limit(0.9, 1.1),
+        "rise_time": SpecLimit(0.3, 0.4),
+        "overshoot": SpecLimit(-math.inf, 5.0),
+        "peak": SpecLimit(0.9, 1.1),
     }
 
 
@@ -76,7 +76,7 @@ def test_numbers_may_have_an_exponent_without_a_point_or_sign(spec, text):
     )
     case = load_spec(spec(STEP.format(demands))).content.cases[0]
     assert case.set == {"kp_roll": 200.0}
-    assert case.limits == {"peak": Limit(0.001, 1e9), "rise_time": Limit(-math.inf, 0.001)}
+    assert case.limits == {"peak": SpecLimit(0.001, 1e9), "rise_time": SpecLimit(-math.inf, 0.001)}
 
 
 @pytest.mark.parametrize("text", ["1e", "e3", "1e3 s", "1_0e3", "nan", "'.'", "1e3.5"])

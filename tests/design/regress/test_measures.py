@@ -1,6 +1,7 @@
 """Metrics of a flight whose numbers are made up: what they are is counted by hand."""
 
 import dataclasses
+import math
 from types import SimpleNamespace
 
 import numpy as np
@@ -79,3 +80,22 @@ def test_times_and_means_until_90_percent_of_a_command():
     followed.response = response
     flight.followed = followed
     assert find_measure("tracking_error").of(flight) == pytest.approx(0.3)
+
+
+def test_an_error_of_tracking_is_that_from_the_edge_on():
+    """Before the edge the drone comes from elsewhere; from it on it is 0.2 behind."""
+    time = STEP * np.arange(101)
+    setpoint = np.where(time < 0.5 - 1e-9, 7.0, 0.2)
+    followed = SimpleNamespace(time=time, setpoint=setpoint, response=np.zeros(101))
+    flight = SimpleNamespace(followed=followed, edge=0.5)
+    assert find_measure("tracking_error").of(flight) == pytest.approx(0.2)
+
+
+@pytest.mark.parametrize(("longest", "wanted"), [(0.5, 0.3), (0.2, math.nan)])
+def test_a_lag_beyond_the_longest_that_is_tried_is_unknown(longest, wanted):
+    """A pulse 0.3 s late: the error still falls at the end of what is tried."""
+    time = np.arange(0.0, 6.0, STEP)
+    asked, flown = (np.exp(-(((time - at) / 0.5) ** 2)) for at in (3.0, 3.3))
+    measure = find_measure("lag")
+    found = measure.of(SimpleNamespace(followed=(time, asked, flown, longest)))
+    assert found == pytest.approx(wanted, abs=STEP, nan_ok=True)

@@ -4,18 +4,21 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 from workbench.design.regress.page import junit_xml
-from workbench.design.regress.spec import Limit
-from workbench.design.regress.verdict import CaseResult, Check
+from workbench.design.regress.spec import SpecLimit
+from workbench.design.regress.verdict import CaseResult, LimitCheck
 
-GOOD = CaseResult("a", Path("a.spec.yaml"), "fine", seconds=0.5)
+GOOD = CaseResult("a", Path("a.workbench.yaml"), "fine", seconds=0.5)
 LOST = CaseResult(
-    "b", Path("b.spec.yaml"), 'the "<x>" case', trouble="diverged\x00 at t = 1 s & on"
+    "b", Path("b.workbench.yaml"), 'the "<x>" case', trouble="diverged\x00 at t = 1 s & on"
 )
 FAILED = CaseResult(
     "a",
-    Path("a.spec.yaml"),
+    Path("a.workbench.yaml"),
     "slow",
-    checks=(Check("t90", "s", 2.0, Limit(max=1.0)), Check("peak", "m", 2.0, Limit(max=1.0))),
+    checks=(
+        LimitCheck("t90", "s", 2.0, SpecLimit(max=1.0)),
+        LimitCheck("peak", "m", 2.0, SpecLimit(max=1.0)),
+    ),
     seconds=0.25,
 )
 

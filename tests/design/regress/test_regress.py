@@ -4,25 +4,33 @@ import numpy as np
 import pytest
 
 from workbench.common.errors import WorkbenchError
-from workbench.common.resources import find_spec
+from workbench.common.resources import find_model, find_spec
 from workbench.design.judge.margins import loop_margins
 from workbench.design.linear.operating_point import parse_point
 from workbench.design.linear.study import LinearStudy
 from workbench.design.regress.baseline import read_curves
 from workbench.design.regress.flight import Changes
 from workbench.design.regress.loading import load_spec
-from workbench.design.regress.running import Job, compare, record, regress
-from workbench.design.reproduce import PAPER
-from workbench.design.reproduce import compare as beside_paper
+from workbench.design.regress.running import Job, compare_to_baseline, record, regress
+from workbench.design.reproduce import PAPER_FIGURES
+from workbench.design.reproduce import compare_with_paper as beside_paper
 from workbench.design.step_response import fly_step
-from workbench.scenario.scenario import Action, Scenario, SensorsConfig, Start
+from workbench.plant.gravity import GRAVITY
+from workbench.plant.loading import load_vehicle
+from workbench.scenario.scenario import (
+    Action,
+    Scenario,
+    ScenarioStart,
+    SensorsConfig,
+    VehicleConfig,
+)
 from workbench.session.session import Session
 
 
 @pytest.fixture
 def spec(tmp_path):
     def write(text: str):
-        path = tmp_path / "s.spec.yaml"
+        path = tmp_path / "s.workbench.yaml"
         path.write_text(text)
         return path
 
@@ -31,7 +39,7 @@ def spec(tmp_path):
 
 def judged(name: str, case: str, **changes):
     job = Job(load_spec(find_spec(name)), case, Changes(**changes))
-    return compare(job, job.task.run())
+    return compare_to_baseline(job, job.task.run())
 
 
 def value(result, metric: str) -> float:
@@ -49,7 +57,7 @@ def test_metrics_are_those_of_the_flown_step(spec):
     (result,) = regress([spec(text)])
     step = fly_step("x", 2.0, duration=2.0)
     assert {name: value(result, name) for name in names} == step.metrics.numbers
-    row = beside_paper(PAPER[1], step)
+    row = beside_paper(PAPER_FIGURES[1], step)
     assert value(result, "t90") == row.t90
     assert value(result, "mean_acceleration") == row.mean_acceleration
     assert value(result, "mean_force") == row.mean_force
@@ -100,7 +108,7 @@ def test_statistics_of_signals_by_hand(spec):
     script = "script: [{at: 0.2, velocity: [0.5, 0, 0.3]}], "
     (result,) = regress([spec(f"{SENSED}{script}limits: {{{limits}}}}}\n")])
     sensors = SensorsConfig(use=["imu", "gps", "lidar"], latency={"gps": 0.3}, keep=True)
-    start = Start(position=[0.0, 0.0, 1.5])
+    start = ScenarioStart(position=[0.0, 0.0, 1.5])
     forwards = Action(at=0.2, velocity=[0.5, 0.0, 0.3])
     session = Session(Scenario(world="room", sensors=sensors, start=start, script=[forwards]))
     session.tick(1.5)
@@ -125,6 +133,62 @@ def test_statistics_of_signals_by_hand(spec):
     assert value(result, "standard_deviation of imu.f_z") == pytest.approx(f_z.std())
     assert value(result, "rms of imu.f_z") == pytest.approx(np.mean(f_z**2) ** 0.5)
     assert [check.unit for check in result.checks][:5] == ["m/s^2", "m/s", "m", "1", "1"]
+
+
+def test_signals_of_joints_and_setpoints_by_hand(spec):
+    """They are those of the same flight, flown by hand, by the names of its table."""
+    names = ("joint.gimbal_pitch_q", "joint.gimbal_roll_w", "joint_setpoint.gimbal_pitch")
+    limits = ", ".join(f"mean of {name}: {{min: -1e9}}" for name in names)
+    text = (
+        "vehicle: {{model: gimbal}}\ncases:\n  - {{name: nod, edge: 0.1, duration: 0.2, "
+        "start: {{position: [0, 0, 10]}},\n"
+        "     script: [{{at: 0.1, set: {{servo_gimbal_pitch: 0.4}}}}], limits: {{{}}}}}\n"
+    )
+    (result,) = regress([spec(text.format(limits))])
+    session = Session(
+        Scenario(
+            vehicle=VehicleConfig(model="gimbal"),
+            start=ScenarioStart(position=[0.0, 0.0, 10.0]),
+            script=[Action(at=0.1, set={"servo_gimbal_pitch": 0.4})],
+        )
+    )
+    session.tick(0.3)
+    flown = session.recording().between(0.1, 0.3)
+    places = [name for name, _ in flown.vehicle.joint_signals]
+    servos = [each.joint for each in flown.vehicle.servos]
+    means = [
+        flown.joints[:, places.index("gimbal_pitch_q")].mean(),
+        flown.joints[:, places.index("gimbal_roll_w")].mean(),
+        flown.joint_setpoints[:, servos.index("gimbal_pitch")].mean(),
+    ]
+    assert [value(result, f"mean of {name}") for name in names] == pytest.approx(means, rel=1e-12)
+    assert means[0] > 0.05 and means[2] > 0.3
+    assert [check.unit for check in result.checks] == ["rad", "rad/s", "rad"]
+    wrong = text.format("maximum of joint.pitch_q: {max: 1}")
+    with pytest.raises(
+        WorkbenchError, match="nod: unknown joint of gimbal 'pitch_q': did you mean"
+    ):
+        regress([spec(wrong)])
+
+
+def test_legs_at_rest_bear_the_weight_by_name(spec):
+    """Each bears m g / 4 at rest on the ground, and nothing across it."""
+    legs = [f"contact.leg{number}_link.z" for number in (1, 2, 3, 4)]
+    names = [*legs, "contact.leg1_link.x", "contact.base_link.z"]
+    limits = ", ".join(f"mean of {name}: {{min: -1e9}}" for name in names)
+    text = (
+        "vehicle: {{model: landing_gear}}\ncases:\n  - {{name: stands, edge: 1.25, duration: 0.25, "
+        "signal: p_z, start: {{mode: 'off', position: [0, 0, 0.184]}},\n"
+        "     script: [{{at: 0, set: {{drag_area: 0}}}}], limits: {{{}}}}}\n"
+    )
+    (result,) = regress([spec(text.format(limits))])
+    weight = load_vehicle(find_model("landing_gear")).mass * GRAVITY
+    found = [value(result, f"mean of {name}") for name in names]
+    assert found == pytest.approx([*[weight / 4.0] * 4, 0.0, 0.0], rel=2e-3, abs=1e-3)
+    assert {check.unit for check in result.checks} == {"N"}
+    wrong = text.format("maximum of contact.leg1.z: {max: 1}")
+    with pytest.raises(WorkbenchError, match="unknown contact of landing_gear 'leg1.z': did you"):
+        regress([spec(wrong)])
 
 
 @pytest.mark.parametrize(
@@ -246,14 +310,24 @@ def test_the_margins_of_every_loop_are_as_demanded():
     assert not judged("margins", "margins", settings={"kp_roll": 225.0 * 1.4}).passed
 
 
+def test_a_phase_margin_of_an_older_spec_is_in_rad(spec, caplog):
+    caplog.set_level("INFO", "workbench")
+    old = load_spec(spec("margins:\n  roll: {phase_margin: {min: 0.6}, disk_margin: {min: 0.5}}\n"))
+    assert "s.workbench.yaml:2: phase_margin is read in rad, as in specs before 1.0" in caplog.text
+    now = load_spec(spec("margins: {roll: {phase_margin_deg: {min: 34.4}}}\n"))
+    limit = old.content.margins["roll"]["phase_margin_deg"]
+    assert limit.min == pytest.approx(34.377, abs=1e-3)
+    assert now.content.margins["roll"]["phase_margin_deg"].min == 34.4
+
+
 def test_margins_are_those_at_the_named_point(spec):
     """A flight ahead keeps no place, so it has no model with a place held."""
-    text = "at: vx=5\nmargins: {roll: {phase_margin: {min: 0.1}}}\n"
+    text = "at: vx=5\nmargins: {roll: {phase_margin_deg: {min: 6}}}\n"
     (result,) = regress([spec(text)])
     expected = loop_margins(LinearStudy().sampled(parse_point("vx=5")), "roll_acceleration")
-    assert value(result, "roll phase_margin") == expected.phase_margin
+    assert value(result, "roll phase_margin_deg") == expected.phase_margin_deg
     (hover,) = regress([spec(text.replace("vx=5", "hover"))])
-    assert value(hover, "roll phase_margin") != expected.phase_margin
+    assert value(hover, "roll phase_margin_deg") != expected.phase_margin_deg
 
 
 def test_a_loop_that_holds_a_place_is_judged_in_hover(spec):

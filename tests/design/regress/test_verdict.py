@@ -6,59 +6,59 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from workbench.design.regress.baseline import differences
-from workbench.design.regress.spec import Limit, Tolerance
+from workbench.common.series import Series
+from workbench.design.regress.baseline import changed_conditions
+from workbench.design.regress.spec import SpecLimit, Tolerance
 from workbench.design.regress.verdict import (
     CaseResult,
-    Check,
-    Comparison,
-    Curve,
+    CurveComparison,
+    LimitCheck,
     band,
+    results_summary,
     since_baseline,
-    summary,
 )
 
 TIME = np.array([0.0, 0.5, 1.0])
 TIMES = np.linspace(0.0, 2.0, 9)
-RAMP = Curve(TIMES, 3.0 * TIMES)
+RAMP = Series("v_x", "m/s", TIMES, 3.0 * TIMES)
 
 
 @pytest.mark.parametrize(
     ("value", "limit", "met", "excess"),
     [
-        (0.35, Limit(0.3, 0.4), True, 0.0),
-        (0.30, Limit(0.3, 0.4), True, 0.0),
-        (0.25, Limit(0.3, 0.4), False, 0.05),
-        (0.50, Limit(0.3, 0.4), False, 0.1),
-        (9.0, Limit(min=1.0), True, 0.0),
-        (-9.0, Limit(max=1.0), True, 0.0),
-        (math.inf, Limit(min=1.0), True, 0.0),
+        (0.35, SpecLimit(0.3, 0.4), True, 0.0),
+        (0.30, SpecLimit(0.3, 0.4), True, 0.0),
+        (0.25, SpecLimit(0.3, 0.4), False, 0.05),
+        (0.50, SpecLimit(0.3, 0.4), False, 0.1),
+        (9.0, SpecLimit(min=1.0), True, 0.0),
+        (-9.0, SpecLimit(max=1.0), True, 0.0),
+        (math.inf, SpecLimit(min=1.0), True, 0.0),
     ],
 )
 def test_a_check_says_by_how_much(value, limit, met, excess):
-    check = Check("rise_time", "s", value, limit)
+    check = LimitCheck("rise_time", "s", value, limit)
     assert check.met is met
     assert check.excess == pytest.approx(excess)
 
 
 def test_what_is_no_number_meets_nothing():
-    check = Check("t90", "s", math.nan, Limit(max=1.0))
+    check = LimitCheck("t90", "s", math.nan, SpecLimit(max=1.0))
     assert not check.met
     assert math.isnan(check.excess)
     assert check.sentence == "t90 does not exist, and should be at most 1 s"
 
 
 def test_the_sentence_names_value_limit_and_excess():
-    said = Check("rise_time", "s", 0.5, Limit(0.3, 0.42)).sentence
+    said = LimitCheck("rise_time", "s", 0.5, SpecLimit(0.3, 0.42)).sentence
     assert said == "rise_time is 0.5 s, and should be 0.3 .. 0.42 s: 0.08 s above"
-    said = Check("roll.gain_margin", "1", 1.5, Limit(min=2.0)).sentence
+    said = LimitCheck("roll.gain_margin", "1", 1.5, SpecLimit(min=2.0)).sentence
     assert said == "roll.gain_margin is 1.5, and should be at least 2: 0.5 below"
 
 
-def compared(*values: float) -> Comparison:
-    baseline = Curve(TIME, np.array([0.0, 1.0, 2.0]))
+def compared(*values: float) -> CurveComparison:
+    baseline = Series("v_x", "m/s", TIME, np.array([0.0, 1.0, 2.0]))
     limits = baseline.values - 0.1, baseline.values + 0.1
-    return Comparison("v_x", "m/s", Curve(TIME, np.array(values)), baseline, limits)
+    return CurveComparison(Series("v_x", "m/s", TIME, np.array(values)), baseline, limits)
 
 
 def test_a_curve_inside_its_band_is_as_demanded():
@@ -81,12 +81,12 @@ def test_a_curve_with_what_is_no_number_leaves_its_band():
 
 
 def test_a_baseline_that_is_not_there_is_a_failure():
-    curve = Comparison("v_x", "m/s", Curve(TIME, TIME), missing="record it")
+    curve = CurveComparison(Series("v_x", "m/s", TIME, TIME), missing="record it")
     assert (curve.met, curve.sentence) == (False, "record it")
 
 
 def test_differences_are_those_beyond_rounding():
-    found = differences(
+    found = changed_conditions(
         {"kp": 4.0, "kd": 0.1, "mass": 1.9, "gone": 1.0, "nought": 0.0},
         {"kp": 5.0, "kd": 0.1 * (1 + 1e-9), "mass": 1.9, "new": 2.0, "nought": 1e-17},
     )
@@ -96,19 +96,22 @@ def test_differences_are_those_beyond_rounding():
 
 
 def test_a_parameter_that_a_baseline_is_too_old_to_have_was_at_its_default():
-    assert not differences({}, {"payload_mass": 0.0, "rotor_1": 1.0})
-    (found,) = differences({}, {"payload_mass": 0.2})
+    assert not changed_conditions({}, {"payload_mass": 0.0, "rotor_1": 1.0})
+    (found,) = changed_conditions({}, {"payload_mass": 0.2})
     assert (found.baseline, found.now) == (0.0, 0.2)
 
 
 def test_a_result_tells_all_failures_and_what_differs():
     result = CaseResult(
         "steps",
-        Path("steps.spec.yaml"),
+        Path("steps.workbench.yaml"),
         "x",
-        checks=(Check("peak", "m/s", 2.0, Limit(max=1.0)), Check("mean", "m", 0.0, Limit(max=1.0))),
+        checks=(
+            LimitCheck("peak", "m/s", 2.0, SpecLimit(max=1.0)),
+            LimitCheck("mean", "m", 0.0, SpecLimit(max=1.0)),
+        ),
         curves=(compared(0.0, 1.0, 2.0), compared(9.0, 1.0, 2.0)),
-        differences=differences({"kp": 4.0}, {"kp": 5.0}),
+        differences=changed_conditions({"kp": 4.0}, {"kp": 5.0}),
     )
     assert not result.passed
     assert [text.split()[0] for text in result.failures] == ["peak", "v_x"]
@@ -122,7 +125,7 @@ def result(spec: str, *, good: bool = True, kp: float = 4.0) -> CaseResult:
         Path(spec),
         "x",
         trouble="" if good else "lost",
-        differences=differences({"kp": 4.0}, {"kp": kp}),
+        differences=changed_conditions({"kp": 4.0}, {"kp": kp}),
     )
 
 
@@ -137,7 +140,7 @@ def result(spec: str, *, good: bool = True, kp: float = 4.0) -> CaseResult:
     ],
 )
 def test_how_many_passed_is_said_in_words(good, said):
-    assert summary([result("a", good=each) for each in good]) == said
+    assert results_summary([result("a", good=each) for each in good]) == said
 
 
 @pytest.mark.parametrize(
@@ -167,7 +170,7 @@ def test_a_tolerance_widens_the_baseline_both_ways():
 
 
 def test_a_relative_tolerance_is_a_share_of_the_largest_distance_from_the_start():
-    curve = Curve(TIMES, 10.0 - 4.0 * TIMES)  # from 10 to 2: an amplitude of 8
+    curve = Series("v_x", "m/s", TIMES, 10.0 - 4.0 * TIMES)  # from 10 to 2: an amplitude of 8
     _, high = band(curve, Tolerance(relative=0.05, absolute=0.1), TIMES)
     assert high - curve.values == pytest.approx(np.full(9, 0.4))
 
@@ -185,7 +188,7 @@ def test_a_ramp_shifted_to_and_fro_sweeps_slope_times_shift():
 
 
 def test_a_peak_within_the_shift_belongs_to_the_band():
-    tent = Curve(TIMES, 1.0 - np.abs(TIMES - 1.0))
+    tent = Series("v_x", "m/s", TIMES, 1.0 - np.abs(TIMES - 1.0))
     low, high = band(tent, Tolerance(time_shift=0.3), np.array([0.8, 1.0, 1.2]))
     assert high == pytest.approx([1.0, 1.0, 1.0])
     assert low == pytest.approx([0.5, 0.7, 0.5])
@@ -194,7 +197,7 @@ def test_a_peak_within_the_shift_belongs_to_the_band():
 def test_the_band_is_what_many_shifted_copies_cover():
     random = np.random.default_rng(1)
     time = np.sort(random.uniform(0.0, 5.0, 40))
-    curve = Curve(time, random.normal(size=40))
+    curve = Series("v_x", "m/s", time, random.normal(size=40))
     wanted = np.linspace(0.5, 4.5, 57)
     shift = 0.23
     low, high = band(curve, Tolerance(time_shift=shift), wanted)

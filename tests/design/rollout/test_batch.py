@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from workbench.common.errors import WorkbenchError
-from workbench.control.controller import load_controller
+from workbench.control.controller_file import load_controller
 from workbench.design.rollout.agreement import random_trials
 from workbench.design.rollout.batch import Batch
 from workbench.design.rollout.candidates import start_state
@@ -15,7 +15,7 @@ from workbench.dynamics.air.settings import calm_air
 from workbench.plant.gravity import GRAVITY
 from workbench.plant.rotors import wrench_matrix
 from workbench.plant.variation import Variation
-from workbench.scenario.scenario import Scenario, Start, VehicleConfig
+from workbench.scenario.scenario import Scenario, ScenarioStart, VehicleConfig
 from workbench.session.open_loop import fly_open_loop
 from workbench.session.session import Session
 
@@ -152,7 +152,7 @@ def test_rotors_may_be_commanded(tmp_path):
         ",".join(map(repr, [time, *row])) for time, row in zip(times, thrusts.tolist(), strict=True)
     ]
     table.write_text("\n".join(lines), encoding="utf-8")
-    start = Start(position=[0.0, 0.0, 1.5])
+    start = ScenarioStart(position=[0.0, 0.0, 1.5])
     flown = fly_open_loop(Scenario(vehicle=config, start=start, duration=count / 128), table)
     for row in thrusts:
         batch.rotor_commands[:] = np.sqrt(row / constants)
@@ -167,6 +167,7 @@ def test_rotors_may_be_commanded(tmp_path):
     assert np.abs(flown.w_WB[-1]).max() > 0.1
 
 
+@pytest.mark.slow  # it compiles for fifteen seconds
 def test_a_wrench_is_allocated():
     """Compare a wrench with the rotor commands that numpy's pseudo-inverse makes of it."""
     by_wrench, by_rotors = (Batch(3, actions=actions) for actions in ("wrench", "rotors"))
@@ -247,7 +248,7 @@ def test_what_makes_no_batch_is_said(case):
         (lambda: Batch(4, parameters={"kp": 1.0}), "kp"),
         (lambda: Batch(4, parameters={"kp_roll": [1.0, 2.0]}), "kp_roll.*4 of them"),
         (lambda: Batch(4, variations=short), "2 variations for 4"),
-        (lambda: Batch(4, start=Start(mode="off")), "in the air alone"),
+        (lambda: Batch(4, start=ScenarioStart(mode="off")), "in the air alone"),
         (lambda: batch.step(-1), "periods of a batch is -1"),
         (lambda: batch.reset([4]), "batch of 4"),
         (lambda: batch.reset([True]), "batch of 4"),

@@ -7,16 +7,15 @@ import numpy as np
 import pytest
 
 from workbench.common.errors import WorkbenchError
-from workbench.control.controller import load_controller
+from workbench.control.controller_file import load_controller
 from workbench.design.rollout.candidates import make_candidates, start_state
 from workbench.dynamics.air.settings import AirSettings
-from workbench.scenario.parameters import parameter_table
-from workbench.scenario.scenario import Scenario, Start, VehicleConfig
+from workbench.scenario.scenario import Scenario, ScenarioStart, VehicleConfig
 from workbench.session.session import Session
 
 LAW = load_controller()
 GAINS = [row.name for row in LAW.parameters]
-OWN = parameter_table().defaults()
+OWN = load_controller().table.defaults()
 STILL = np.zeros(4)
 HOVER = np.array([1.0] + [0.0] * 12)
 
@@ -74,7 +73,7 @@ def test_candidates_are_laid_out_alike_wherever_they_come_from():
 
 
 TILTED = Path(__file__).resolve().parents[2] / "drones/tilted_quad.urdf.xacro"
-THROWN = Start(
+THROWN = ScenarioStart(
     position=[1.0, 2.0, 30.0],
     roll_pitch_yaw=[2.5, -0.4, 1.0],
     velocity=[1.0, -2.0, 3.0],
@@ -98,4 +97,4 @@ def test_a_start_is_the_sessions(config):
 
 def test_without_a_position_it_is_where_steps_begin():
     vehicle = Session(Scenario()).vehicle
-    assert start_state(vehicle, Start()).tolist() == [1.0] + [0.0] * 5 + [10.0] + [0.0] * 6
+    assert start_state(vehicle, ScenarioStart()).tolist() == [1.0] + [0.0] * 5 + [10.0] + [0.0] * 6

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from workbench.design.metrics import FLOWN
+from workbench.design.metrics import FLOWN_METRICS
 from workbench.design.sweep.case import SweepCase
 from workbench.design.sweep.ranges import parse_range
 from workbench.design.sweep.sweep import sweep
@@ -34,7 +34,7 @@ def make_table():
             method=method,
             seed=0,
             planned=count,
-            metrics=FLOWN,
+            metrics=FLOWN_METRICS,
             parameters=parameters,
             values=values,
             diverged_at=np.array(diverged_at, dtype=float),

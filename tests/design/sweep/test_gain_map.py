@@ -42,14 +42,14 @@ def test_a_map_that_nobody_waits_for_is_given_up(engine):
 
 
 def test_what_is_no_gain_is_not_passed_over(engine):
-    with pytest.raises(WorkbenchError, match="unknown gain 'wind_x'"):
+    with pytest.raises(WorkbenchError, match="unknown parameter of pd 'wind_x'"):
         gain_map(engine, {"wind_x": 4.0}, X, Y)
 
 
 @pytest.mark.parametrize(
     ("asked", "said"),
     [
-        ({"x": parse_range("wind_x=0..1")}, "unknown gain 'wind_x'"),
+        ({"x": parse_range("wind_x=0..1")}, "unknown parameter of pd 'wind_x'"),
         ({"y": X}, "both axes of the map are kp_pitch"),
         ({"metric": "phase_margin"}, "unknown metric of a flight 'phase_margin'"),
         ({"metric": "overshot"}, "did you mean 'overshoot'"),

@@ -7,13 +7,14 @@ import numpy as np
 import pytest
 
 from workbench.common.errors import WorkbenchError
+from workbench.design.executor import cluster
 from workbench.design.executor.executor import InThisProcess
-from workbench.design.metrics import FLOWN
+from workbench.design.metrics import FLOWN_METRICS
 from workbench.design.sweep import compiled_flights, kept_flights
-from workbench.design.sweep.case import nothing_flown
 from workbench.design.sweep.full_flights import fly_full
 from workbench.design.sweep.kept_flights import KeptFlights
 from workbench.design.sweep.sweep import sweep
+from workbench.scenario.scenario import Scenario, ScenarioStart
 
 SWEPT = ["kp_velocity_z=2..10:5"]
 
@@ -21,8 +22,8 @@ SWEPT = ["kp_velocity_z=2..10:5"]
 @pytest.fixture(autouse=True)
 def soon(monkeypatch):
     """Keep each flight at once."""
-    monkeypatch.setattr(kept_flights, "SOON", 0.0)
-    monkeypatch.setattr(kept_flights, "SELDOM", 0.0)
+    monkeypatch.setattr(kept_flights, "FIRST_WRITE_DELAY_S", 0.0)
+    monkeypatch.setattr(kept_flights, "WRITE_PERIOD_S", 0.0)
 
 
 class Calculated:
@@ -35,18 +36,13 @@ class Calculated:
     def __init__(self, most=10**9, failure=None):
         self.flown, self._most, self._failure = [], most, failure
 
-    def __call__(self, case, vehicle, candidates, progress=None, stop=None, keep=None):
-        flown = nothing_flown(len(candidates))
+    def __call__(self, case, vehicle, candidates, stop=None):
         for index, each in enumerate(candidates[: self._most]):
             self.flown.append(each.settings["kp_velocity_z"])
-            flown.values[index] = np.sqrt(self.flown[-1] + np.arange(len(FLOWN)))
-            flown.diverged_at[index] = 0.1 if self.flown[-1] > 7.0 else np.nan
-            flown.done[index] = True
-            if keep:
-                keep(index, flown.values[index], flown.diverged_at[index])
+            values = np.sqrt(self.flown[-1] + np.arange(len(FLOWN_METRICS)))
+            yield [index], values[None], np.array([0.1 if self.flown[-1] > 7.0 else np.nan])
             if self._failure and index + 1 == self._most:
                 raise self._failure
-        return flown
 
     __name__ = "calculated"
 
@@ -120,8 +116,20 @@ def test_flights_of_another_sweep_are_refused(tmp_path, case):
         sweep(SWEPT, fly=Calculated(), kept=path)
 
 
+def test_flights_of_another_vehicle_or_version_are_refused(tmp_path, monkeypatch):
+    path = tmp_path / "kept"
+    sweep(SWEPT, fly=Calculated(most=3), kept=path)
+    start = Scenario(start=ScenarioStart(position=[0.0, 0.0, 9.0]))
+    with pytest.raises(WorkbenchError, match="with other scenario: delete it"):
+        sweep(SWEPT, fly=Calculated(), kept=path, scenario=start)
+    here = cluster.process_versions()
+    monkeypatch.setattr(cluster, "process_versions", lambda: here | {"pydrake": "0.0"})
+    with pytest.raises(WorkbenchError, match="with other versions: delete it"):
+        sweep(SWEPT, fly=Calculated(), kept=path)
+
+
 def test_a_short_sweep_keeps_nothing(tmp_path, monkeypatch):
-    monkeypatch.setattr(kept_flights, "SOON", 3600.0)
+    monkeypatch.setattr(kept_flights, "FIRST_WRITE_DELAY_S", 3600.0)
     sweep(SWEPT, fly=Calculated(most=3), kept=tmp_path / "kept")
     assert not list(tmp_path.iterdir())
 
@@ -137,7 +145,7 @@ def test_a_full_device_ends_the_keeping_and_not_the_sweep(caplog):
 @pytest.mark.parametrize("chunk", [1, 2])
 def test_the_compiled_engine_goes_on_to_the_bit(lost_table, tmp_path, monkeypatch, chunk):
     """A flight does not depend on those beside it."""
-    monkeypatch.setattr(compiled_flights, "CHUNK", chunk)
+    monkeypatch.setattr(compiled_flights, "CANDIDATES_PER_CHUNK", chunk)
     words = [f"{each.name}={each.low:g}..{each.high:g}:{each.points}" for each in lost_table.ranges]
     step = {"axis": "x", "amplitude": 1.0, "kept": tmp_path / "kept"}
     asked = []

@@ -7,21 +7,21 @@ import pytest
 
 from workbench.common.errors import WorkbenchError
 from workbench.design.sweep.ranges import parse_range
-from workbench.design.sweep.sweep import sample
+from workbench.design.sweep.sweep import sample_candidates
 
 RANGES = [parse_range("kp_roll=100..400:4"), parse_range("kd_roll=1..100:3:log")]
 
 
 def test_a_grid_has_all_combinations():
     expected = list(itertools.product([100.0, 200.0, 300.0, 400.0], [1.0, 10.0, 100.0]))
-    np.testing.assert_allclose(sample(RANGES, "grid", 5, 0), expected)
+    np.testing.assert_allclose(sample_candidates(RANGES, "grid", 5, 0), expected)
 
 
 def test_so_many_candidates_are_drawn_within_their_ranges(case):
     for count in [1, 2, 64, 100]:
         for method in ["random", "sobol"]:
             with case(count, method):
-                drawn = sample(RANGES, method, count, 1)
+                drawn = sample_candidates(RANGES, method, count, 1)
                 assert drawn.shape == (count, 2)
                 assert (drawn >= [100.0, 1.0]).all()
                 assert (drawn <= [400.0, 100.0]).all()
@@ -29,14 +29,14 @@ def test_so_many_candidates_are_drawn_within_their_ranges(case):
 
 @pytest.mark.parametrize("method", ["random", "sobol"])
 def test_the_seed_decides(method):
-    first = sample(RANGES, method, 8, 1)
-    assert (sample(RANGES, method, 8, 1) == first).all()
-    assert (sample(RANGES, method, 8, 2) != first).all()
+    first = sample_candidates(RANGES, method, 8, 1)
+    assert (sample_candidates(RANGES, method, 8, 1) == first).all()
+    assert (sample_candidates(RANGES, method, 8, 2) != first).all()
 
 
 def test_sobol_leaves_no_hole_in_any_range():
     """Of 64 points, each 64th of a range has one; over the logarithm where it is one."""
-    a, b = sample(RANGES, "sobol", 64, 3).T
+    a, b = sample_candidates(RANGES, "sobol", 64, 3).T
     assert sorted((64 * (a - 100.0) / 300.0).astype(int)) == list(range(64))
     assert sorted((64 * np.log(b) / np.log(100.0)).astype(int)) == list(range(64))
 
@@ -60,5 +60,5 @@ def test_what_cannot_be_sampled_is_a_sentence(case):
     ]:
         with case(ranges, method, count, seed, said):
             with pytest.raises(WorkbenchError) as caught:
-                sample(ranges, method, count, seed)
+                sample_candidates(ranges, method, count, seed)
             assert said in str(caught.value)

@@ -11,7 +11,7 @@ from workbench.design.step_response import fly_step
 from workbench.design.sweep.best import prove_best, why_no_best
 from workbench.design.sweep.full_flights import fly_full
 from workbench.design.sweep.ranges import parse_range
-from workbench.design.sweep.sweep import sample, sweep
+from workbench.design.sweep.sweep import sample_candidates, sweep
 from workbench.scenario.scenario import Scenario
 from workbench.scenario.sensors_config import SensorsConfig
 
@@ -33,12 +33,14 @@ def test_a_rows_seed_is_that_of_its_turbulence():
 @pytest.mark.parametrize("method", ["random", "sobol"])
 def test_seeds_are_whole_and_follow_from_the_tables_own(method):
     ranges = [parse_range("vary.mass=0.9..1.1"), parse_range("seed=0..1000000")]
-    rows = sample(ranges, method, 64, 5)
+    rows = sample_candidates(ranges, method, 64, 5)
     assert (rows[:, 1] == np.round(rows[:, 1])).all()
     assert len(set(rows[:, 1])) > 60
-    np.testing.assert_array_equal(sample(ranges, method, 64, 5), rows)
-    np.testing.assert_array_equal(sample(ranges, method, 128, 5)[:64], rows)  # more, not others
-    assert not np.array_equal(sample(ranges, method, 64, 6), rows)
+    np.testing.assert_array_equal(sample_candidates(ranges, method, 64, 5), rows)
+    np.testing.assert_array_equal(
+        sample_candidates(ranges, method, 128, 5)[:64], rows
+    )  # more, not others
+    assert not np.array_equal(sample_candidates(ranges, method, 64, 6), rows)
 
 
 @pytest.mark.parametrize("text", ["seed=-1..4", "seed=0.5..4", "seed=0..3000000000"])

@@ -6,17 +6,17 @@ import numpy as np
 import pytest
 
 from workbench.common.errors import WorkbenchError
-from workbench.design.metrics import FLOWN
+from workbench.design.metrics import FLOWN_METRICS
 from workbench.design.step_response import fly_step
 from workbench.design.sweep import full_flights
 from workbench.design.sweep.best import (
-    MOST_TRIED,
+    MAX_PROVED_CANDIDATES,
     prove_best,
-    what_does_not_move,
+    unaffected_numbers_text,
     why_no_best,
 )
-from workbench.design.sweep.case import SweepCase, default_axis, nothing_flown
-from workbench.design.sweep.full_flights import fly_full, fly_one, lost_at
+from workbench.design.sweep.case import SweepCase, default_axis, empty_results
+from workbench.design.sweep.full_flights import fly_full, fly_one, loss_time
 from workbench.design.sweep.sweep import sweep
 from workbench.plant.variation import Variation
 from workbench.scenario.scenario import Scenario, VehicleConfig
@@ -223,19 +223,23 @@ def test_a_best_that_is_lost_on_the_full_diagram_is_refused(lost_table, monkeypa
     lost = [lost_table.candidate(index) for index in order[:1]]
 
     def fly(case, candidate):
-        return ([NAN] * len(FLOWN), 0.5) if candidate in lost else ([1.0] * len(FLOWN), NAN)
+        return (
+            ([NAN] * len(FLOWN_METRICS), 0.5)
+            if candidate in lost
+            else ([1.0] * len(FLOWN_METRICS), NAN)
+        )
 
     monkeypatch.setattr(full_flights, "fly_one", fly)
     best = prove_best(lost_table, "rise_time")
     assert best.index == order[1]
     assert best.refused == tuple(order[:1])
-    monkeypatch.setattr(full_flights, "fly_one", lambda *_: ([NAN] * len(FLOWN), 0.5))
+    monkeypatch.setattr(full_flights, "fly_one", lambda *_: ([NAN] * len(FLOWN_METRICS), 0.5))
     assert prove_best(lost_table, "rise_time") is None
-    assert MOST_TRIED == 5
+    assert MAX_PROVED_CANDIDATES == 5
 
 
 def test_what_the_controller_does_not_know_of_cannot_be_the_best(monkeypatch):
-    monkeypatch.setattr(full_flights, "fly_one", lambda *_: ([1.0] * len(FLOWN), NAN))
+    monkeypatch.setattr(full_flights, "fly_one", lambda *_: ([1.0] * len(FLOWN_METRICS), NAN))
     table = sweep(["kp_velocity_z=2..6:2", "vary.mass=0.9..1.1:2"], duration=0.5)
     assert prove_best(table, "rise_time") is None
     with pytest.raises(WorkbenchError, match="unknown metric"):
@@ -261,13 +265,13 @@ def test_the_axis_follows_the_gains_and_equal_candidates_have_no_best():
     best = prove_best(mixed, "rise_time")
     assert best.unmoved == ("kp_roll",)
     assert best.parameters.tolist() == [6.0, 200.0]  # of equal ones the nearest to the present 225
-    assert what_does_not_move(mixed, "rise_time").startswith("kp_roll does not move rise_time")
+    assert unaffected_numbers_text(mixed, "rise_time").startswith("kp_roll does not move rise_time")
     axes = {"kp_roll": "y", "kp_yaw_rate": "yaw", "kd_velocity_z": "z", "seed": "z", "wind_y": "y"}
     assert {name: default_axis([name]) for name in axes} == axes
 
 
 def test_present_values_that_rank_before_the_best_are_better(make_table):
-    """Columns are those of `FLOWN`; the eighth is the error, of which 5 % is the limit."""
+    """Columns are those of `FLOWN_METRICS`; the eighth is the error, of which 5 % is the limit."""
     row = [0.3, 0.9, 1.0, 0.0, 2.0, 0.5, 2.0, 1.0, 0.5]
     slower, away = [0.4, *row[1:]], [0.1, *row[1:7], 6.0, 0.5]
     for present, best, better in (
@@ -295,7 +299,7 @@ def test_a_candidate_that_has_not_settled_is_no_best():
 
 
 def test_nothing_flown_is_all_unknown():
-    flown = nothing_flown(3)
+    flown = empty_results(3)
     assert not flown.done.any()
     assert np.isnan(flown.values).all()
     assert np.isnan(flown.diverged_at).all()
@@ -303,14 +307,14 @@ def test_nothing_flown_is_all_unknown():
 
 def test_lost_is_lost_by_the_same_rule_as_in_the_engine():
     recording = fly_step("z", 1.0, duration=0.5).recording
-    assert np.isnan(lost_at(recording))
+    assert np.isnan(loss_time(recording))
 
     def changed(**arrays):
         new = {}
         for name, (index, value) in arrays.items():
             new[name] = getattr(recording, name).copy()
             new[name][index:] = value
-        return lost_at(dataclasses.replace(recording, **new))
+        return loss_time(dataclasses.replace(recording, **new))
 
     middle = int(np.flatnonzero(recording.time >= 1.25)[0])
     at = pytest.approx(recording.time[middle] - 1.0)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from workbench.common.errors import WorkbenchError
-from workbench.design.sweep.table import check_table_path, write_table
+from workbench.design.sweep.table import check_table_path, write_sweep_table
 
 NAN = float("nan")
 #        rise settle over under peak  at steady error use
@@ -77,7 +77,7 @@ def test_what_is_not_there_is_a_sentence(table):
 
 def test_csv_has_units_in_its_head_and_nothing_where_nothing_is_known(lost_table, tmp_path):
     path = tmp_path / "a.csv"
-    write_table(lost_table, path)
+    write_sweep_table(lost_table, path)
     head, *rows = csv.reader(path.read_text().splitlines())
     assert head[:3] == ["kp_pitch [1/s^2]", "kp_velocity_x [1/s]", "rise_time [s]"]
     assert head[-2:] == ["peak_rotor_use [1]", "diverged_at [s]"]
@@ -89,7 +89,7 @@ def test_csv_has_units_in_its_head_and_nothing_where_nothing_is_known(lost_table
 def test_parquet_has_names_units_and_gaps(lost_table, tmp_path):
     parquet = pytest.importorskip("pyarrow.parquet", reason="install the extra `parquet` to try it")
     path = tmp_path / "a.parquet"
-    write_table(lost_table, path)
+    write_sweep_table(lost_table, path)
     table = parquet.read_table(path)
     assert tuple(table.column_names) == lost_table.names
     assert table.schema.field("kp_pitch").metadata[b"unit"] == b"1/s^2"
@@ -110,4 +110,4 @@ def test_another_suffix_is_refused(tmp_path, name):
 
 def test_a_place_that_is_not_there_is_a_sentence(lost_table, tmp_path):
     with pytest.raises(WorkbenchError, match="cannot be written: No such file"):
-        write_table(lost_table, tmp_path / "gone" / "a.csv")
+        write_sweep_table(lost_table, tmp_path / "gone" / "a.csv")

@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from workbench.design.translate.forms import Turn
+from workbench.design.translate.forms import TurnGains
 
 
-def polynomial(turn: Turn, *, of_error: bool = False) -> np.ndarray:
+def polynomial(turn: TurnGains, *, of_error: bool = False) -> np.ndarray:
     """Return s² times the loop from the angle to minus the angular acceleration, by products.
 
     ω_sp = -(angle + angle_integral / s + angle_rate s) θ and ω = s θ, so that the error of the rate
@@ -23,7 +23,7 @@ def random_turns(*, cascaded: bool):
         angle, rate = rng.uniform(2.0, 12.0), rng.uniform(5.0, 60.0)
         integral, slope = rng.uniform(0.0, 0.4) * angle * rate, rng.uniform(0.0, 0.5)
         more = (rng.uniform(0.0, 0.3) * angle**2, rng.uniform(0.0, 0.5)) if cascaded else (0.0, 0.0)
-        yield Turn(angle, *more, rate, integral, slope)
+        yield TurnGains(angle, *more, rate, integral, slope)
 
 
 def test_the_derivative_of_the_angle_goes_into_the_others_exactly(case):

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from workbench.design.tune.case import NOMINAL, Robustness
+from workbench.design.tune.case import NOMINAL_CASE, Robustness
 from workbench.design.tune.requirement import requirements
-from workbench.design.tune.wish import merged, parse_wish
+from workbench.design.tune.wish import merged_wishes, parse_wish
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ def second_order():
     """Return the problem of wishes, as texts."""
 
     def make(*texts):
-        wishes = merged([wish for text in texts for wish in parse_wish(text)])
-        return SecondOrder(requirements(wishes, [NOMINAL], Robustness()))
+        wishes = merged_wishes([wish for text in texts for wish in parse_wish(text)])
+        return SecondOrder(requirements(wishes, [NOMINAL_CASE], Robustness()))
 
     return make

@@ -3,7 +3,7 @@
 import pytest
 
 from workbench.commands.cli import main
-from workbench.design.tune.case import Robustness, corners, identified_robustness
+from workbench.design.tune.case import Robustness, identified_robustness, robustness_corners
 
 SIDECAR = """identified:
 - {name: lag_with_delay, unit: s, value: 0.06, low: 0.057, high: 0.066}
@@ -26,7 +26,9 @@ def test_shares_are_those_of_the_intervals(sidecar):
     assert found == Robustness(
         mass=pytest.approx(0.02), inertia=pytest.approx(0.25), rotor_lag=pytest.approx(0.1)
     )
-    assert sorted({case.rotor_lag for case in corners(found)}) == pytest.approx([0.9, 1.1])
+    assert sorted({case.rotor_lag for case in robustness_corners(found)}) == pytest.approx(
+        [0.9, 1.1]
+    )
 
 
 def test_what_was_not_identified_keeps_its_default(sidecar):

@@ -1,29 +1,28 @@
 """What a search is told of gains that do not fly: never a number that looks good."""
 
-import dataclasses
 import math
 
 import numpy as np
 import pytest
 
 from workbench.design.linear.study import LinearStudy
-from workbench.design.metrics import LOOP, ROTORS, STEP
-from workbench.design.step_response import HOVER
-from workbench.design.tune.case import NOMINAL
+from workbench.design.metrics import LOOP_KIND, ROTORS_KIND, STEP_KIND
+from workbench.design.step_response import REST_VELOCITY_M_S
+from workbench.design.tune.case import NOMINAL_CASE
 from workbench.design.tune.evaluation import Problem
-from workbench.design.tune.measure import Instruments, Quantity, Step
+from workbench.design.tune.measure import Instruments, MeasuredQuantity, TuneStep
 from workbench.design.tune.requirement import Requirement
 from workbench.design.tune.variables import variables_for
 from workbench.design.tune.wish import parse_wish
-from workbench.scenario.scenario import Scenario
+from workbench.setup import make_setup
 
 WORSE, WORST = {"kp_roll": 900.0, "kd_roll": 1.0}, {"kp_roll": 2000.0, "kd_roll": 0.0}
 
 
 @pytest.fixture(scope="module")
 def tools():
-    found = Instruments(Scenario(), {}, HOVER)
-    found.steps = {"y": Step(1.0, 3.0)}
+    found = Instruments(make_setup(), REST_VELOCITY_M_S)
+    found.steps = {"y": TuneStep(1.0, 3.0)}
     return found
 
 
@@ -36,9 +35,12 @@ def growth(gains) -> float:
 def test_an_unstable_loop_has_a_margin_below_0_that_falls_with_its_growth(tools):
     """By a tenth of the growth rate; its peak sensitivity and its noise have no bound."""
     asked = [
-        *(Quantity(NOMINAL, LOOP, "roll", name) for name in ("phase_margin", "disk_margin")),
-        Quantity(NOMINAL, LOOP, "roll", "peak_sensitivity"),
-        Quantity(NOMINAL, ROTORS, "rotors", "noise_amplification"),
+        *(
+            MeasuredQuantity(NOMINAL_CASE, LOOP_KIND, "roll", name)
+            for name in ("phase_margin", "disk_margin")
+        ),
+        MeasuredQuantity(NOMINAL_CASE, LOOP_KIND, "roll", "peak_sensitivity"),
+        MeasuredQuantity(NOMINAL_CASE, ROTORS_KIND, "rotors", "noise_amplification"),
     ]
     many = [tools.base, {**tools.base, **WORSE}, {**tools.base, **WORST}]
     good, *bad = tools.measure(many, asked)
@@ -51,7 +53,7 @@ def test_an_unstable_loop_has_a_margin_below_0_that_falls_with_its_growth(tools)
 
 def test_a_flight_that_diverges_has_infinite_numbers(tools):
     names = ("rise_time", "overshoot", "steady_state_error", "peak_rotor_use")
-    asked = [Quantity(NOMINAL, STEP, "y", name) for name in names]
+    asked = [MeasuredQuantity(NOMINAL_CASE, STEP_KIND, "y", name) for name in names]
     good, bad = tools.measure([tools.base, {**tools.base, **WORST}], asked)
     assert np.isfinite(good).all()
     assert bad.tolist() == [math.inf] * 4
@@ -59,9 +61,14 @@ def test_a_flight_that_diverges_has_infinite_numbers(tools):
 
 def test_what_the_full_diagram_adds_is_added(tools):
     (wish,) = parse_wish("y.rise_time<=1")
-    required = Requirement(wish, NOMINAL, 1.0)
+    required = Requirement(wish, NOMINAL_CASE, 1.0)
     variables = variables_for(tools.controller, ["y"], tied=False)
     problem = Problem(tools, variables, tools.base, (required,))
-    corrected = dataclasses.replace(problem, corrections={required: 0.25})
-    ((plain,),), ((found,),) = problem.measured([tools.base]), corrected.measured([tools.base])
-    assert found == pytest.approx(plain + 0.25)
+    ((plain,),) = problem.measured([tools.base])
+    corrected = problem.corrected([(required, plain + 0.25)], np.array([plain]))
+    for proved, measured in ((math.inf, plain), (plain, math.inf), (math.nan, math.nan)):
+        corrected = corrected.corrected([(required, proved)], np.array([measured]))
+    ((value,),) = corrected.measured([tools.base])
+    assert value == pytest.approx(plain + 0.25)
+    twice = corrected.corrected([(required, value + 0.5)], np.array([value]))
+    assert twice.measured([tools.base])[0, 0] == pytest.approx(plain + 0.75)

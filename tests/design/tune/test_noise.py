@@ -9,10 +9,12 @@ import pytest
 from workbench.design.judge.noise import noise_effects
 from workbench.design.linear.operating_point import OperatingPoint
 from workbench.design.linear.study import LinearStudy
-from workbench.design.metrics import ROTORS
-from workbench.design.tune.case import NOMINAL
-from workbench.design.tune.measure import NOISE, Instruments, Quantity, noise_amplification
+from workbench.design.metrics import ROTORS_KIND
+from workbench.design.tune.case import NOMINAL_CASE
+from workbench.design.tune.measure import Instruments, MeasuredQuantity
+from workbench.design.tune.noise_amplification import RATE_NOISE_INPUTS, noise_amplification
 from workbench.scenario.scenario import Scenario
+from workbench.setup import make_setup
 
 
 @dataclass(frozen=True)
@@ -34,7 +36,7 @@ class Model:
         return np.array([[self.a, 0.0], [1.0, 1.0]])
 
     def B(self, names):
-        assert tuple(names) == NOISE
+        assert tuple(names) == RATE_NOISE_INPUTS
         return np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
 
     def C(self, names):
@@ -59,7 +61,12 @@ def test_the_drones_is_what_its_model_does_with_noise():
     """Simulated with random numbers; 60000 periods leave two percent."""
     model = LinearStudy().sampled()
     names = [f"thrust_{index}" for index in range(1, 5)]
-    A, B, C, D = model.A, model.B(NOISE), model.C(names), model.D(names, NOISE)
+    A, B, C, D = (
+        model.A,
+        model.B(RATE_NOISE_INPUTS),
+        model.C(names),
+        model.D(names, RATE_NOISE_INPUTS),
+    )
     noise = np.random.default_rng(1).standard_normal((60000, 3))
     x, thrusts = np.zeros(len(A)), []
     for sample in noise:
@@ -78,13 +85,13 @@ def test_a_heading_that_wanders_with_the_one_remembered_shakes_no_rotor():
 
 def test_a_wish_bounds_the_noise_of_the_rotors_commands():
     """As the effects of all sensors have it, of whichever gains; and filters calm it."""
-    instruments = Instruments(Scenario(estimator="ekf"), {"gyro_lowpass": 60.0})
-    wanted = Quantity(NOMINAL, ROTORS, "rotors", "command_noise")
+    instruments = Instruments(make_setup(Scenario(estimator="ekf"), {"gyro_lowpass": 60.0}))
+    wanted = MeasuredQuantity(NOMINAL_CASE, ROTORS_KIND, "rotors", "command_noise")
     rough = {**instruments.base, "kd_roll": 2.0 * instruments.base["kd_roll"]}
     found = instruments.measure([instruments.base, rough], [wanted])[:, 0]
     study = LinearStudy(Scenario(estimator="ekf"))
     *_, every = noise_effects(study, OperatingPoint(), {"gyro_lowpass": 60.0})
     assert found[0] == pytest.approx(every.worst_command, rel=1e-6)
     assert found[1] > 1.1 * found[0]
-    plain = Instruments(Scenario(estimator="ekf"), {})
+    plain = Instruments(make_setup(Scenario(estimator="ekf")))
     assert plain.measure([plain.base], [wanted])[0, 0] > 1.2 * found[0]

@@ -5,24 +5,24 @@ import math
 import numpy as np
 import pytest
 
-from workbench.control.controller import load_controller
-from workbench.design.tune.case import NOMINAL, Case, Robustness, corners
+from workbench.control.controller_file import load_controller
+from workbench.design.tune.case import NOMINAL_CASE, Robustness, VehicleCase, robustness_corners
 from workbench.design.tune.requirement import (
-    HOPELESS,
-    completed,
+    MISSING_VALUE_RESERVE,
+    completed_wishes,
     default_wishes,
+    guard_wishes,
     guarded_quantities,
-    guards,
     requirements,
-    softened,
+    softened_requirements,
     wished_quantities,
 )
 from workbench.design.tune.wish import parse_wish
 
-CORNER = Case(0.8, 0.7, 1.5)
+CORNER = VehicleCase(0.8, 0.7, 1.5)
 
 
-def required(text, case=NOMINAL):
+def required(text, case=NOMINAL_CASE):
     (found,) = requirements(parse_wish(text), [case], Robustness())
     return found
 
@@ -37,9 +37,9 @@ def test_a_reserve_is_a_share_of_the_bound(case):
         ("x.rise_time>=0.4", 0.3, -0.25),
         ("x.overshoot<=0", 0.5, -0.5),
         ("pitch.disk_margin>=0.6", 0.9, 0.5),
-        ("pitch.disk_margin>=0.6", math.inf, -HOPELESS),
-        ("x.rise_time<=0.4", math.inf, HOPELESS),
-        ("x.rise_time<=0.4", math.nan, HOPELESS),
+        ("pitch.disk_margin>=0.6", math.inf, -MISSING_VALUE_RESERVE),
+        ("x.rise_time<=0.4", math.inf, MISSING_VALUE_RESERVE),
+        ("x.rise_time<=0.4", math.nan, MISSING_VALUE_RESERVE),
     ]:
         with case(text, value, reserve):
             found = required(text)
@@ -70,12 +70,15 @@ def test_it_says_where_it_is_asked():
 
 
 def test_corners_are_all_ends_of_what_is_unsure():
-    found = corners(Robustness())
+    found = robustness_corners(Robustness())
     assert len(set(found)) == 8
     assert CORNER in found
     assert {case.mass for case in found} == {0.8, 1.2}
-    assert corners(Robustness(inertia=0.0, rotor_lag=0.0)) == [Case(0.8), Case(1.2)]
-    assert corners(Robustness(mass=0.0, inertia=0.0, rotor_lag=0.0)) == []
+    assert robustness_corners(Robustness(inertia=0.0, rotor_lag=0.0)) == [
+        VehicleCase(0.8),
+        VehicleCase(1.2),
+    ]
+    assert robustness_corners(Robustness(mass=0.0, inertia=0.0, rotor_lag=0.0)) == []
     assert CORNER.variation.rotor_lag == 1.5
 
 
@@ -117,7 +120,7 @@ def test_what_it_has_not_at_all_is_left_out():
 
 def test_a_wish_takes_the_place_of_the_default():
     asked = parse_wish("x.rise_time>=2")
-    names = [wish.name for wish in completed(asked, list(wishes().values()))]
+    names = [wish.name for wish in completed_wishes(asked, list(wishes().values()))]
     assert names.count("x.rise_time") == 1
     assert "y.rise_time" in names
 
@@ -128,7 +131,7 @@ def test_a_loop_that_nobody_asked_about_keeps_nine_tenths_of_its_smaller_margin(
     for rule, now, kept in ((1.0, 1.5, 0.9), (1.5, 1.0, 0.9), (0.5, 2.0, 0.45), (-1.0, 1.0, None)):
         with case(rule, now):
             many = [rule] * len(quantities), [now] * len(quantities)
-            found = {wish.name: wish.bound for wish in guards(*many, quantities)}
+            found = {wish.name: wish.bound for wish in guard_wishes(*many, quantities)}
             assert found.get("roll.disk_margin") == found.get("roll.phase_margin") == kept
             usual = kept and min(kept, 0.6)
             assert found.get("pitch.disk_margin") == usual
@@ -139,8 +142,10 @@ def test_a_loop_that_nobody_asked_about_keeps_nine_tenths_of_its_smaller_margin(
 def test_corners_of_defaults_give_way_to_what_the_rule_reaches():
     default = wishes()["roll.disk_margin"]
     (asked,) = parse_wish("pitch.disk_margin>=0.6")
-    required = requirements([default, asked], [NOMINAL, CORNER], Robustness())
-    bounds = [each.bound for each in softened(required, np.array([0.9, 0.9, 0.2, 0.2]))]
+    required = requirements([default, asked], [NOMINAL_CASE, CORNER], Robustness())
+    bounds = [
+        each.bound for each in softened_requirements(required, np.array([0.9, 0.9, 0.2, 0.2]))
+    ]
     assert bounds == pytest.approx([0.6, 0.6, 0.18, 0.36])
-    unstable = softened(required, np.array([0.9, 0.9, -1.0, -1.0]))
+    unstable = softened_requirements(required, np.array([0.9, 0.9, -1.0, -1.0]))
     assert [each.wish for each in unstable] == [default, asked, asked]

@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 
 from workbench.design.tune.evaluation import Budget, Evaluation
-from workbench.design.tune.search import ENOUGH, find, find_from
+from workbench.design.tune.search import ENOUGH_RESERVE, find_candidate, find_from
 
 START = np.log([1.0, 0.2])
 
 
 def search(problem, start=START, evaluations=400, **more):
     evaluation = Evaluation(problem, Budget(evaluations, **more))
-    return evaluation, find(evaluation, [start], seed=0)
+    return evaluation, find_candidate(evaluation, [start], seed=0)
 
 
 def test_it_finds_what_meets_all(second_order):
@@ -33,9 +33,9 @@ def test_it_finds_it_from_anywhere(second_order, seed):
 
 def test_it_ends_where_there_is_enough_to_spare(second_order):
     problem = second_order("x.rise_time<=3", "x.overshoot<=60")
-    evaluation = Evaluation(problem, Budget(400), enough=ENOUGH)
-    best = find(evaluation, [np.log([10.0, 0.8])], seed=0)
-    assert best.reserve >= ENOUGH
+    evaluation = Evaluation(problem, Budget(400), enough=ENOUGH_RESERVE)
+    best = find_candidate(evaluation, [np.log([10.0, 0.8])], seed=0)
+    assert best.reserve >= ENOUGH_RESERVE
     assert evaluation.budget.spent == 1
 
 
@@ -130,3 +130,12 @@ def test_a_part_of_a_budget_stops_with_the_whole():
     whole.told = True
     assert part.stopped
     assert part.ended
+
+
+def test_the_most_promising_start_is_climbed_from_first(second_order):
+    """From the near one all is met at once, and nothing around the far one is looked at again."""
+    problem = second_order("x.rise_time<=0.3", "x.overshoot<=5", "x.peak_rotor_use<=0.9")
+    far, near = np.log([0.5, 0.1]), np.log([8.0, 0.7])
+    assert find_from(Evaluation(problem, Budget(400)), [far, near]).met
+    others = [point for point in problem.looked if not np.array_equal(point, far)]
+    assert max(np.abs(point - near).max() for point in others) < np.abs(far - near).max() / 2.0

@@ -3,10 +3,9 @@
 import numpy as np
 import pytest
 
-from workbench.control.controller import load_controller
-from workbench.design.tune.variables import Variables, mirrored, symmetric, variables_for
+from workbench.control.controller_file import load_controller
+from workbench.design.tune.variables import Variables, mirrored_wishes, symmetric, variables_for
 from workbench.design.tune.wish import parse_wish
-from workbench.scenario.parameters import parameter_table
 
 PD = load_controller()
 
@@ -34,14 +33,16 @@ def test_all_axes_of_a_symmetric_vehicle_have_seven_gains():
 
 def test_coordinates_are_logarithms_and_come_back():
     found = variables_for(PD, ["rotors"], tied=False)
-    point = found.point(parameter_table().defaults())
+    point = found.point(load_controller().table.defaults())
     assert np.exp(point[found.groups.index(("kp_pitch",))]) == pytest.approx(150.0)
     back = found.gains(point)
-    assert all(back[name] == pytest.approx(parameter_table().defaults()[name]) for name in back)
+    assert all(
+        back[name] == pytest.approx(load_controller().table.defaults()[name]) for name in back
+    )
 
 
 def test_tied_gains_take_their_geometric_mean():
-    found = Variables(parameter_table(), (("kp_pitch", "kp_roll"),))
+    found = Variables(load_controller().table, (("kp_pitch", "kp_roll"),))
     assert found.gains(found.point({"kp_pitch": 100.0, "kp_roll": 400.0})) == pytest.approx(
         {"kp_pitch": 200.0, "kp_roll": 200.0}
     )
@@ -51,9 +52,9 @@ def test_gains_stay_within_the_parameter_table():
     found = variables_for(PD, ["rotors"], tied=False)
     for corner in (found.low - 9.0, found.high + 9.0):
         for name, value in found.rounded(corner).items():
-            row = parameter_table().find(name)
+            row = load_controller().table.find(name)
             assert row.minimum <= value <= row.maximum
-    nothing = found.gains(found.point(dict.fromkeys(parameter_table().defaults(), 0.0)))
+    nothing = found.gains(found.point(dict.fromkeys(load_controller().table.defaults(), 0.0)))
     assert nothing["kd_velocity_x"] == pytest.approx(0.001)
     assert nothing["kp_velocity_z"] == pytest.approx(0.5)
 
@@ -63,7 +64,7 @@ def wishes(*texts):
 
 
 def test_equal_wishes_along_x_and_y_leave_them_tied():
-    rule = parameter_table().defaults()
+    rule = load_controller().table.defaults()
     assert symmetric(PD, rule, [])
     assert symmetric(PD, rule, wishes("x.rise_time<=1", "z.rise_time<=1"))
     assert symmetric(PD, rule, wishes("level.rise_time<=1", "tilt.disk_margin>=0.5"))
@@ -73,7 +74,7 @@ def test_equal_wishes_along_x_and_y_leave_them_tied():
 
 
 def test_a_wish_along_x_counts_along_y_too():
-    found = mirrored(
+    found = mirrored_wishes(
         PD, wishes("x.rise_time<=1", "velocity_y.disk_margin>=0.5", "yaw.overshoot<=5")
     )
     assert {wish.name for wish in found} == {

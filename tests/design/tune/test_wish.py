@@ -5,7 +5,7 @@ import math
 import pytest
 
 from workbench.common.errors import WorkbenchError
-from workbench.design.tune.wish import Wishes, load_wishes, merged, parse_wish
+from workbench.design.tune.wish import Wishes, load_wishes, merged_wishes, parse_wish
 
 
 def test_a_text_becomes_a_bound(case):
@@ -15,6 +15,8 @@ def test_a_text_becomes_a_bound(case):
         ("z.settling_time<800ms", "z.settling_time", False, 0.8),
         ("x.rise_time>=0.2", "x.rise_time", True, 0.2),
         ("pitch.phase_margin>=45deg", "pitch.phase_margin", True, math.pi / 4),
+        ("pitch.phase_margin>45deg", "pitch.phase_margin", True, math.pi / 4),
+        ("x.rise_time ≤ 0.4", "x.rise_time", False, 0.4),
         ("pitch.phase_margin ≥ 45°", "pitch.phase_margin", True, math.pi / 4),
         ("position_x.disk_margin>=.8", "position_x.disk_margin", True, 0.8),
         ("rotors.noise_amplification<=2 N·s/rad", "rotors.noise_amplification", False, 2.0),
@@ -62,19 +64,19 @@ def test_what_is_no_wish_is_refused(case):
 
 
 def test_the_later_of_two_counts():
-    wishes = merged([*parse_wish("level.rise_time<=0.4"), *parse_wish("x.rise_time<=0.3")])
+    wishes = merged_wishes([*parse_wish("level.rise_time<=0.4"), *parse_wish("x.rise_time<=0.3")])
     assert {wish.name: wish.bound for wish in wishes} == {"x.rise_time": 0.3, "y.rise_time": 0.4}
 
 
 def test_two_sides_may_be_bounded():
-    wishes = merged([*parse_wish("x.rise_time<=0.4"), *parse_wish("x.rise_time>=0.3")])
+    wishes = merged_wishes([*parse_wish("x.rise_time<=0.4"), *parse_wish("x.rise_time>=0.3")])
     assert len(wishes) == 2
 
 
 def test_a_contradiction_is_refused():
     wishes = [*parse_wish("x.rise_time<=0.3"), *parse_wish("x.rise_time>=0.4")]
     with pytest.raises(WorkbenchError, match="x.rise_time >= 0.4 s contradicts x.rise_time <= 0.3"):
-        merged(wishes)
+        merged_wishes(wishes)
 
 
 TEXT = """\

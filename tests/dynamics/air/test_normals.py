@@ -7,12 +7,18 @@ import numpy as np
 import pytest
 from scipy.stats import kstest
 
-from workbench.common.jitable import tell_numba
-from workbench.dynamics.air.normals import COUNT, STEP, draw_normals, mixed, normal_rows
+from workbench.common.jitable import register_with_numba
+from workbench.dynamics.air.normals import (
+    NORMALS_PER_SAMPLE,
+    SPLITMIX_STEP,
+    draw_normals,
+    normal_rows,
+    splitmix_mixed,
+)
 
 BITS = 2**64 - 1
 
-tell_numba()
+register_with_numba()
 
 
 @numba.njit
@@ -20,14 +26,14 @@ def _first(seed, count):
     found = np.empty(count, np.uint64)
     state = np.uint64(seed)
     for index in range(count):
-        state = state + STEP
-        found[index] = mixed(state)
+        state = state + SPLITMIX_STEP
+        found[index] = splitmix_mixed(state)
     return found
 
 
 @numba.njit
 def _drawn(seed, count):
-    found = np.empty((count, COUNT))
+    found = np.empty((count, NORMALS_PER_SAMPLE))
     for number in range(count):
         draw_normals(seed, number, found[number])
     return found
@@ -66,12 +72,14 @@ def test_numbers_are_normal_and_independent():
     found = _drawn(3.0, 50_000)
     assert kstest(found.ravel(), "norm").pvalue > 0.01
     both = np.hstack([found[:-1], found[1:]])  # of one sample, and of the next
-    assert np.cov(both.T) == pytest.approx(np.eye(2 * COUNT), abs=0.03)
+    assert np.cov(both.T) == pytest.approx(np.eye(2 * NORMALS_PER_SAMPLE), abs=0.03)
 
 
 def test_seeds_near_each_other_have_nothing_in_common():
     one, other = _drawn(1.0, 20_000), _drawn(2.0, 20_000)
-    assert np.abs(np.corrcoef(one.T, other.T)[:COUNT, COUNT:]).max() < 0.03
+    assert (
+        np.abs(np.corrcoef(one.T, other.T)[:NORMALS_PER_SAMPLE, NORMALS_PER_SAMPLE:]).max() < 0.03
+    )
     assert not set(one.ravel().tolist()) & set(other.ravel().tolist())
 
 

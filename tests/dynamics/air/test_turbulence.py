@@ -8,7 +8,7 @@ import pytest
 from scipy.linalg import expm
 from scipy.signal import welch
 
-from workbench.common.jitable import tell_numba
+from workbench.common.jitable import register_with_numba
 from workbench.dynamics.air.update import intensities, lengths, step_filters, velocities
 
 FOOT = 0.3048
@@ -19,7 +19,7 @@ PERIOD = 0.05
 SAMPLES = 2**19
 SEGMENT = 2**13
 
-tell_numba()
+register_with_numba()
 
 
 @numba.njit

@@ -3,9 +3,11 @@
 import numpy as np
 import pytest
 
-from workbench.gui.charts.canvas import spread
-from workbench.gui.charts.chart import PATIENCE, SteadyRange, round_ends
-from workbench.gui.charts.ticks import decimals_for, decimals_for_step, number_text
+from workbench.common.quantity import number_text
+from workbench.gui.charts.chart_window import AXIS_SHRINK_DELAY_S, SteadyRange, round_ends
+from workbench.gui.charts.number_axis import NumberAxis
+from workbench.gui.charts.numbered_curve import spread_positions
+from workbench.gui.charts.ticks import decimals_for, decimals_for_step
 
 
 @pytest.mark.parametrize(("step", "wanted"), [(5.0, 0), (1.0, 0), (0.5, 1), (0.01, 2)])
@@ -46,8 +48,8 @@ def test_the_axis_widens_at_once_and_shrinks_after_a_while():
     wide = axis.follow(-1.0, 30.0, 0.1)
     assert wide[1] >= 30.0
     assert axis.follow(-1.0, 1.0, 0.2) == wide
-    assert axis.follow(-1.0, 1.0, 0.2 + 0.9 * PATIENCE) == wide
-    assert axis.follow(-1.0, 1.0, 0.3 + PATIENCE)[1] < 5.0
+    assert axis.follow(-1.0, 1.0, 0.2 + 0.9 * AXIS_SHRINK_DELAY_S) == wide
+    assert axis.follow(-1.0, 1.0, 0.3 + AXIS_SHRINK_DELAY_S)[1] < 5.0
 
 
 def test_a_constant_has_room_around_it():
@@ -56,5 +58,31 @@ def test_a_constant_has_room_around_it():
 
 
 def test_numbers_at_the_ends_of_curves_are_moved_apart():
-    assert spread([10.0, 10.0, 50.0], 0.0, 100.0, 12.0) == [10.0, 22.0, 50.0]
-    assert spread([99.0, 100.0], 0.0, 100.0, 12.0) == [88.0, 100.0]
+    assert spread_positions([10.0, 10.0, 50.0], 0.0, 100.0, 12.0) == [10.0, 22.0, 50.0]
+    assert spread_positions([99.0, 100.0], 0.0, 100.0, 12.0) == [88.0, 100.0]
+
+
+def test_an_axis_of_angles_has_its_numbers_at_parts_of_a_turn(qapp):
+    """So that -180 degrees is one of them; a narrow axis, and one of dB, have decimal steps."""
+    axis = NumberAxis("left")
+    axis.setStyle(tickFont=qapp.font())
+    for name, low, high, step in (
+        ("Phase °", -370.0, -130.0, 90.0),
+        ("Phase °", -8.0, 8.0, 5.0),
+        ("Magnitude dB", -60.0, 60.0, 50.0),
+    ):
+        axis.show_name(name)
+        (spacing, ticks), *_ = axis.tickValues(low, high, 66.0)
+        assert spacing == step and all(tick % step == 0.0 for tick in ticks)
+
+
+@pytest.mark.parametrize("noise", [0.0, 3e-12])
+def test_values_that_are_all_zero_have_plain_ticks_and_others_a_range_of_their_size(noise):
+    """A range of a thousandth around zero had ticks of 0.0005."""
+    for chart, wanted in ((1e-3, 1.0), (0.1, 1.0)):
+        low, high = round_ends(-noise, noise, chart)
+        assert high - low >= wanted and low <= -0.5 and high >= 0.5
+    low, high = round_ends(5.0, 5.0 + noise, 1e-3)
+    assert low <= 4.75 and high >= 5.25 and high - low < 1.0
+    low, high = round_ends(0.0, 0.002, 1e-3)  # small, but not flat
+    assert high - low < 0.005

@@ -9,7 +9,7 @@ from PyQt6.QtGui import QGuiApplication
 from PyQt6.QtTest import QTest
 
 from workbench.gui.charts.decimation import reduce_columns
-from workbench.gui.charts.plots import StaticPlot
+from workbench.gui.charts.static_plot import StaticPlot
 from workbench.gui.charts.ticks import Scale, decade_text, decade_ticks
 
 FREQUENCY = np.logspace(-1.0, 3.0, 401)

@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
-from PyQt6.QtCore import Qt
-from PyQt6.QtGui import QGuiApplication
+from PyQt6.QtCore import QLineF, Qt
+from PyQt6.QtGui import QColor, QGuiApplication, QImage, QPainter
 from PyQt6.QtTest import QTest
 
-from workbench.gui.charts.curve import COMMAND, CurveStyle
-from workbench.gui.charts.plots import StaticPlot
+from workbench.gui.charts.curve import COMMAND_COLOUR, CurveStyle, make_pen
+from workbench.gui.charts.static_plot import StaticPlot
 
 TIME = np.linspace(0.0, 2.0, 201)
 
@@ -19,7 +19,7 @@ def plot(workspace, qtbot):
     made.resize(500, 280)
     made.set_title("Step")
     made.set_axes("Time", "Velocity", "m/s")
-    made.set_curve("command", TIME, np.ones(201), CurveStyle.DASHED, COMMAND)
+    made.set_curve("command", TIME, np.ones(201), CurveStyle.DASHED, COMMAND_COLOUR)
     made.set_curve("flown", TIME, 1.0 - np.exp(-3.0 * TIME))
     made.show()
     qtbot.waitExposed(made)
@@ -136,3 +136,65 @@ def test_what_is_set_one_after_the_other_is_drawn_once(plot, monkeypatch, qapp):
     assert len(drawn[0].lines) == 2
     assert drawn[0].right == 1.0
     assert "predicted" in plot.accessibleDescription()
+
+
+def ends_of(plot):
+    """Return the texts at the curves' ends, in order."""
+    return [curve.end.text() for curve in plot.canvas._curves]
+
+
+def test_the_names_at_the_curves_stay_as_other_curves_come_and_go(plot):
+    assert ends_of(plot) == ["command", "1 flown"]
+    plot.set_curve("predicted", TIME, 0.9 * TIME, CurveStyle.DASHED, 1)
+    plot.redraw()
+    assert ends_of(plot) == ["command", "1 flown", "2 predicted"]
+    plot.remove_curve("command")
+    plot.redraw()
+    assert ends_of(plot) == ["1 flown", "2 predicted"]
+    plot.resize(220, 280)
+    plot.redraw()
+    assert ends_of(plot) == ["1", "2"], "where names are too wide, their numbers stay"
+
+
+def test_earlier_steps_are_one_entry_that_hides_all(plot):
+    for number in range(5):
+        look = CurveStyle.FAINT, COMMAND_COLOUR, "earlier steps"
+        plot.set_curve(f"step {number}", TIME, 0.1 * number * TIME, *look)
+    plot.redraw()
+    assert [each.label for each in plot.legend.entries] == ["command", "flown", "5 earlier steps"]
+    plot.toggle_entry(2)
+    assert len(plot.canvas.content.lines) == 2
+    plot.set_curve("step 5", TIME, TIME, *look)
+    plot.redraw()
+    assert [each.label for each in plot.legend.entries][-1] == "6 earlier steps"
+    assert len(plot.canvas.content.lines) == 2, "what comes later is hidden, too"
+
+
+def test_the_name_of_the_axis_takes_no_number_away(plot):
+    """Numbers at 0, 0.5 .. 2 s stand above the name, and none is left out."""
+    plot.set_axes("A long name of the horizontal quantity", "Velocity", "m/s")
+    plot.redraw()
+    plot.grab()
+    axis = plot.canvas._bottom
+    numbers = axis.tickStrings([0.0, 0.5, 1.0, 1.5, 2.0], 1.0, 0.5)
+    assert numbers == ["0.0", "0.5", "1.0", "1.5", "2.0"]
+    under = axis.label.pos().y()
+    assert under >= plot.canvas.fontMetrics().height() - 3
+
+
+@pytest.mark.parametrize("ratio", [1.0, 2.0])
+def test_a_curve_is_as_wide_on_a_fine_screen(workspace, ratio):
+    """1.5 layout pixels are 3 of a screen of scale 2, where a straight line is painted."""
+    colour, ground = workspace.look.curve(0), QColor("white")
+    pen = make_pen(colour, CurveStyle.SOLID, ground, ratio)
+    image = QImage(round(60 * ratio), round(40 * ratio), QImage.Format.Format_RGB32)
+    image.setDevicePixelRatio(ratio)
+    image.fill(ground)
+    painter = QPainter(image)
+    painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+    painter.setPen(pen)
+    painter.drawLine(QLineF(0.0, 20.3, 60.0, 20.3))
+    painter.end()
+    across = [image.pixelColor(image.width() // 2, y) for y in range(image.height())]
+    inked = sum((255 - each.red()) / (255 - colour.red()) for each in across)
+    assert inked / ratio == pytest.approx(1.5, abs=0.1)

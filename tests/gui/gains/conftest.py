@@ -1,6 +1,5 @@
 """A flight and an analyst that answer when a test says so."""
 
-from concurrent.futures import Future
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import SimpleNamespace
@@ -8,17 +7,18 @@ from types import SimpleNamespace
 import pytest
 from PyQt6.QtCore import QObject, pyqtSignal
 
-from workbench.analysis.questions import FindRanges
+from workbench.analysis.queries import FindRanges
 from workbench.analysis.replies import Judged
+from workbench.control.controller_file import load_controller
 from workbench.gui.gains.gain_editor import GainEditor
 from workbench.gui.gains.gain_files import GainFiles
 from workbench.link.backplane import Published
-from workbench.link.drone_topics import PARAMETERS, Outfit, drone_topics
+from workbench.link.drone_topics import PARAMETERS_SIGNAL, drone_topics
+from workbench.link.signal import TopicOptions
 from workbench.live.view import LiveView
-from workbench.scenario.parameters import parameter_table
 
-TOPICS = drone_topics(Outfit(rotors=4, fast=128.0, slow=16.0))
-PARAMETERS_TOPIC = next(topic for topic in TOPICS if topic.id == PARAMETERS)
+TOPICS = drone_topics(TopicOptions(rotors=4, fast=128.0, slow=16.0))
+PARAMETERS_TOPIC = next(topic for topic in TOPICS if topic.id == PARAMETERS_SIGNAL.id)
 
 
 @dataclass
@@ -44,11 +44,9 @@ class FakeFlight(QObject):
         self.waiting: list[Ordered] = []
         self.time = 1.0
 
-    def order(self, give, done=None, refused=None) -> None:
-        asked = []
-        give(SimpleNamespace(set_all=lambda values: asked.append(dict(values)) or Future()))
-        self.given += asked[0].items()
-        self.waiting.append(Ordered(asked[0], done, refused))
+    def do(self, order, done=None, refused=None) -> None:
+        self.given += order.set.items()
+        self.waiting.append(Ordered(order.set, done, refused))
         if self.at_once:
             self.answer()
 
@@ -66,7 +64,9 @@ class FakeFlight(QObject):
         self.streamed.emit(
             [
                 Published(
-                    round(time * 1e9), 0, ((PARAMETERS, PARAMETERS_TOPIC.pack((name, value))),)
+                    round(time * 1e9),
+                    0,
+                    ((PARAMETERS_SIGNAL.id, PARAMETERS_TOPIC.pack((name, value))),),
                 )
                 for name, value in values.items()
             ]
@@ -78,6 +78,7 @@ class FakeAnalysis(QObject):
 
     answered = pyqtSignal(object, object)
     refused = pyqtSignal(object, str)
+    preparing = pyqtSignal(str)
 
     def __init__(self) -> None:
         super().__init__()
@@ -86,6 +87,9 @@ class FakeAnalysis(QObject):
 
     def ask(self, question) -> None:
         self.asked.append(question)
+
+    def known(self, question) -> None:
+        """Return no answer: each question is asked."""
 
     def judge(self, stable: bool, said: str = "a swing would grow") -> None:
         """Answer the last question."""
@@ -107,7 +111,7 @@ class Rig:
         """Find ranges around what flies: those, and the limits of every other gain."""
         every = {
             row.name: (row.minimum, row.maximum)
-            for row in parameter_table()
+            for row in load_controller().table
             if row.system == "controller"
         }
         gains = {name: self.editor.flown[name] for name in every}
@@ -116,7 +120,7 @@ class Rig:
 
 def start_values() -> dict[str, float]:
     """Return a value for every row, as the table has it."""
-    return {row.name: row.default for row in parameter_table()}
+    return {row.name: row.default for row in load_controller().table}
 
 
 @pytest.fixture

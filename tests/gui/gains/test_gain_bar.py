@@ -4,9 +4,11 @@ import pytest
 from PyQt6.QtCore import Qt
 from PyQt6.QtGui import QGuiApplication, QKeySequence
 from PyQt6.QtTest import QTest
-from PyQt6.QtWidgets import QFileDialog, QVBoxLayout, QWidget
+from PyQt6.QtWidgets import QAbstractButton, QFileDialog, QVBoxLayout, QWidget
+from PyQt6.sip import unwrapinstance
 
 from workbench.gui.gains.gain_bar import GainBar
+from workbench.gui.gains.gain_input import GainField, GainSlider
 from workbench.gui.gains.gain_panel import GainPanel
 
 NAME = "kp_velocity_x"
@@ -31,6 +33,14 @@ def window(rig, workspace, qtbot):
     return made
 
 
+def test_a_long_name_of_a_law_wraps(window):
+    law = window.bar.law
+    law.setText("·\N{NO-BREAK SPACE}my_law_of_many_words_that_have_no_room_in_one_line")
+    QTest.qWait(0)
+    lines = 2 * law.fontMetrics().lineSpacing()
+    assert law.height() >= lines >= law.heightForWidth(law.width()) / 2
+
+
 def press(window, keys):
     (combination,) = [QKeySequence(keys)[0]]
     target = window.focusWidget() or window
@@ -39,10 +49,54 @@ def press(window, keys):
 
 def test_the_state_is_said_in_words(rig, window):
     rig.know()
-    assert window.bar.state.text() == "Flown = kept"
+    assert window.bar.state.text() == "Saved · kept"
     rig.editor.adopt({NAME: 4.0, "kp_velocity_y": 4.0, "kp_roll": 151.0}, "a search")
-    assert window.bar.state.text() == "3 gains tried, not kept"
-    assert "changed" in window.bar.law.text()
+    assert window.bar.state.text() == "Unsaved · 3 gains not kept"
+    rig.editor.keep()
+    assert window.bar.state.text() == "Unsaved · kept"
+
+
+def places(window):
+    """Places of all sliders, fields and buttons that are shown."""
+    QTest.qWait(1)
+    kinds = (QAbstractButton, GainSlider, GainField)
+    shown = [each for kind in kinds for each in window.findChildren(kind) if each.isVisible()]
+    assert len(shown) > 40
+    return {unwrapinstance(each): each.mapTo(window, each.rect().center()) for each in shown}
+
+
+def test_a_doubt_is_shown_with_a_way_on_and_a_way_back_and_moves_nothing(rig, window):
+    bar, before = window.bar, places(window)
+    back, fly = bar.buttons["discard"], bar.buttons["confirm"]
+    assert not back.isEnabled() and not fly.isEnabled()
+    rig.editor.propose("kp_roll", 900.0)
+    rig.analysis.judge(stable=False, said="a mode grows through roll, as its gain is too high")
+    assert "▲ Not flown: a mode grows through roll" in bar.state.text()
+    assert places(window) == before
+    QTest.mouseClick(back, LEFT)
+    assert window.panel.rows["kp_roll"].field.value() == 150.0
+    assert bar.state.text() == "Saved · kept" and not fly.isEnabled()
+    rig.editor.propose("kp_roll", 900.0)
+    rig.analysis.judge(stable=False)
+    QTest.mouseClick(fly, LEFT)
+    assert rig.flight.given == [("kp_roll", 900.0)]
+    assert not fly.isEnabled() and places(window) == before
+
+
+def test_a_refused_value_is_told_above_the_gains_and_moves_no_line(rig, window, style, workspace):
+    """In the app's style, which has equal heights with and without a mark."""
+    style(workspace.look)
+    rig.know()
+    field = window.panel.rows[NAME].field
+    field.setFocus()
+    before = places(window)
+    field.selectAll()
+    QTest.keyClicks(field, "99")
+    QTest.keyClick(field, Qt.Key.Key_Return)
+    assert window.bar.state.text().startswith("✕") and "0 .. 30" in window.bar.state.text()
+    assert places(window) == before
+    QTest.keyClick(field, Qt.Key.Key_Escape)
+    assert window.bar.state.text() == "Saved · kept"
 
 
 def test_keep_and_revert_by_their_keys(rig, window):

@@ -3,21 +3,16 @@
 import math
 
 import pytest
-from PyQt6.QtCore import QPoint, QPointF, Qt
-from PyQt6.QtGui import QWheelEvent
+from PyQt6.QtCore import QEvent, QPoint, QPointF, Qt
+from PyQt6.QtGui import QMouseEvent, QWheelEvent
 from PyQt6.QtTest import QTest
 from PyQt6.QtWidgets import QApplication
 
-from workbench.gui.gains.gain_row import (
-    COARSE,
-    FINE,
-    FINEST,
-    GainScale,
-    GainSlider,
-    decimals,
-)
-from workbench.gui.units import Unit
-from workbench.scenario.parameters import parameter_table
+from workbench.common.quantity import DisplayUnit
+from workbench.control.controller_file import load_controller
+from workbench.gui.gains.gain_input import GainSlider
+from workbench.gui.gains.gain_scale import GainScale, step_decimals
+from workbench.gui.gains.step_key import COARSE_STEP_FACTOR, FINE_STEP_FACTOR, FINEST_STEP_FACTOR
 
 LEFT = Qt.MouseButton.LeftButton
 NONE = Qt.KeyboardModifier.NoModifier
@@ -25,12 +20,14 @@ SHIFT = Qt.KeyboardModifier.ShiftModifier
 CONTROL = Qt.KeyboardModifier.ControlModifier
 WIDTH, EDGE = 218, 9
 """So that the track is 200 pixels long, and a pixel half a percent."""
-SI = Unit("")
+SI = DisplayUnit("")
 
 
 @pytest.fixture
 def slider(workspace, qtbot):
-    made = GainSlider(GainScale(parameter_table().find("rotor_1"), Unit("")), workspace.look)
+    made = GainSlider(
+        GainScale(load_controller().table.find("rotor_1"), DisplayUnit("")), workspace.look
+    )
     qtbot.addWidget(made)
     made.resize(WIDTH, 25)
     made.show_value(0.5, 0.5)
@@ -78,6 +75,16 @@ def test_a_drag_is_one_movement(slider, heard):
     assert heard[-1] == ("ended",)
 
 
+@pytest.mark.parametrize("held", [SHIFT, CONTROL])
+def test_a_key_makes_a_drag_ten_times_finer(slider, heard, held):
+    QTest.mousePress(slider, LEFT, pos=at(0.5))
+    place = QPointF(at(0.7))
+    moves = QEvent.Type.MouseMove, place, slider.mapToGlobal(place), LEFT, LEFT, held
+    QApplication.sendEvent(slider, QMouseEvent(*moves))
+    QTest.mouseRelease(slider, LEFT, pos=at(0.7))
+    assert heard[1] == ("dragged", pytest.approx(0.52))
+
+
 def test_a_drag_beyond_the_end_stays_at_the_end(slider, heard):
     QTest.mousePress(slider, LEFT, pos=at(0.5))
     QTest.mouseMove(slider, QPoint(900, 12))
@@ -86,20 +93,20 @@ def test_a_drag_beyond_the_end_stays_at_the_end(slider, heard):
 
 def test_a_press_beside_the_handle_makes_a_coarse_step_and_no_leap(slider, heard):
     QTest.mouseClick(slider, LEFT, pos=at(0.9))
-    assert heard == [("begun",), ("stepped", 1, COARSE), ("ended",)]
+    assert heard == [("begun",), ("stepped", 1, COARSE_STEP_FACTOR), ("ended",)]
     heard.clear()
     QTest.mouseClick(slider, LEFT, pos=at(0.1))
-    assert ("stepped", -1, COARSE) in heard
+    assert ("stepped", -1, COARSE_STEP_FACTOR) in heard
 
 
 @pytest.mark.parametrize(
     ("key", "modifiers", "way", "size"),
     [
-        (Qt.Key.Key_Right, NONE, 1, FINE),
-        (Qt.Key.Key_Down, NONE, -1, FINE),
-        (Qt.Key.Key_Up, SHIFT, 1, COARSE),
-        (Qt.Key.Key_Left, CONTROL, -1, FINEST),
-        (Qt.Key.Key_PageUp, NONE, 1, COARSE),
+        (Qt.Key.Key_Right, NONE, 1, FINE_STEP_FACTOR),
+        (Qt.Key.Key_Down, NONE, -1, FINE_STEP_FACTOR),
+        (Qt.Key.Key_Up, SHIFT, 1, COARSE_STEP_FACTOR),
+        (Qt.Key.Key_Left, CONTROL, -1, FINEST_STEP_FACTOR),
+        (Qt.Key.Key_PageUp, NONE, 1, COARSE_STEP_FACTOR),
     ],
 )
 def test_keys_step(slider, heard, key, modifiers, way, size):
@@ -113,15 +120,16 @@ def test_the_end_key_does_not_throw_a_gain_to_its_limit(slider, heard):
     assert not [each for each in heard if each[0] in ("stepped", "dragged")]
 
 
-def test_the_wheel_turns_it_only_with_the_focus(slider, heard, qtbot):
+def test_the_wheel_scrolls_the_page_and_steps_it_only_with_ctrl_and_the_focus(slider, heard, qtbot):
     slider.clearFocus()
-    assert not turn(slider, 120).isAccepted()
-    assert heard == []
+    assert not turn(slider, 120, CONTROL).isAccepted()
     slider.setFocus()
     qtbot.waitUntil(slider.hasFocus)
-    turn(slider, 120)
-    turn(slider, -120, CONTROL)
-    assert heard == [("stepped", 1, FINE), ("stepped", -1, FINEST)]
+    assert not turn(slider, 120).isAccepted()
+    assert heard == []
+    assert turn(slider, 120, CONTROL).isAccepted()
+    turn(slider, -120, CONTROL | SHIFT)
+    assert heard == [("stepped", 1, FINE_STEP_FACTOR), ("stepped", -1, COARSE_STEP_FACTOR)]
 
 
 def test_what_the_model_shows_tells_nobody(slider, heard):
@@ -162,11 +170,11 @@ def test_what_is_flown_shows_as_a_ring_where_something_else_is_proposed(slider):
 
 
 def scale_of(name):
-    return GainScale(parameter_table().find(name), SI)
+    return GainScale(load_controller().table.find(name), SI)
 
 
 def test_every_row_rises_from_end_to_end_and_comes_back(case):
-    for row in parameter_table():
+    for row in load_controller().table:
         with case(row):
             scale = GainScale(row, SI)
             assert scale.place(row.minimum) == pytest.approx(0.0, abs=1e-12)
@@ -225,19 +233,19 @@ def test_a_value_beyond_the_limits_stands_at_the_end():
 def test_three_digits_are_kept_as_they_are_shown():
     scale = scale_of("kp_velocity_x")
     assert scale.round_value(0.6) == float(f"{scale.value(0.6):.3g}")
-    degrees = GainScale(parameter_table().find("max_tilt"), Unit("°", 180.0 / math.pi))
+    degrees = GainScale(load_controller().table.find("max_tilt"), DisplayUnit("°", 180.0 / math.pi))
     shown = math.degrees(degrees.round_value(0.5))
     assert shown == pytest.approx(float(f"{shown:.3g}"), abs=1e-12)
-    assert degrees.round_value(0.0) == parameter_table().find("max_tilt").minimum
+    assert degrees.round_value(0.0) == load_controller().table.find("max_tilt").minimum
 
 
 def test_steps_stay_within_the_limits():
     scale = scale_of("kp_velocity_x")
-    assert scale.stepped(3.0, 1, FINE) == 3.05
-    assert scale.stepped(3.0, -1, COARSE) == 2.75
-    assert scale.stepped(29.9, 1, COARSE) == 30.0
-    assert scale_of("imu_fault").stepped(2.0, 1, FINEST) == 3.0
+    assert scale.stepped(3.0, 1, FINE_STEP_FACTOR) == 3.05
+    assert scale.stepped(3.0, -1, COARSE_STEP_FACTOR) == 2.75
+    assert scale.stepped(29.9, 1, COARSE_STEP_FACTOR) == 30.0
+    assert scale_of("imu_fault").stepped(2.0, 1, FINEST_STEP_FACTOR) == 3.0
 
 
 def test_decimals_show_a_step():
-    assert [decimals(step) for step in (0.5, 0.01, 1.0, 20.0, 0.002)] == [1, 2, 0, 0, 3]
+    assert [step_decimals(step) for step in (0.5, 0.01, 1.0, 20.0, 0.002)] == [1, 2, 0, 0, 3]

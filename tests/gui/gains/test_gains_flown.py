@@ -4,10 +4,13 @@ import pytest
 from PyQt6.QtCore import QPoint, Qt
 from PyQt6.QtTest import QTest
 
-from workbench.analysis.questions import FindRanges
+from tests.drawn_ways import GAIN, drawn_parts, present_way
+from workbench.analysis.queries import FindRanges
 from workbench.gui.gains.gain_editor import GainEditor
 from workbench.gui.gains.gain_panel import GainPanel
+from workbench.ipc.send_queue import SendQueue
 from workbench.live.choice import Choice
+from workbench.live.orders import FlightOrder, GetParameter
 from workbench.scenario.scenario import Action, Gust, Scenario
 
 NAME = "kp_velocity_x"
@@ -35,17 +38,27 @@ def flown(workspace, qtbot):
 def fastest(workspace, qtbot, velocity):
     """Ask for a level speed from rest and return the largest acceleration along x [m/s²]."""
     begun = workspace.signals.now
-    workspace.flight.order(lambda live: live.command([velocity, 0.0, 0.0]))
+    workspace.flight.do(Action(velocity=[velocity, 0.0, 0.0]))
     qtbot.waitUntil(lambda: workspace.signals.now > begun + 0.8, timeout=SECONDS)
     _, values = workspace.signals.series("acceleration_data.vdot_x", begun)
     peak = float(values.max())
-    workspace.flight.order(lambda live: live.command([0.0, 0.0, 0.0]))
+    workspace.flight.do(Action(velocity=[0.0, 0.0, 0.0]))
     return peak
 
 
-def test_a_slider_changes_what_flies_until_it_is_reverted_or_reset(flown, workspace, qtbot):
+def test_a_slider_changes_what_flies_until_it_is_reverted_or_reset(
+    flown, workspace, qtbot, monkeypatch
+):
+    """The gain goes the way that docs/architecture.md draws; tests/docs has the flight's part."""
     editor, panel = flown
-    asked = []
+    asked, ways, post = [], [], SendQueue.post
+
+    def noted(queue, message):
+        if isinstance(message.what, Action) and message.what.set:
+            ways.append(present_way())
+        post(queue, message)
+
+    monkeypatch.setattr(SendQueue, "post", noted)
     before = fastest(workspace, qtbot, 1.0)
     begun = workspace.signals.now
     qtbot.waitUntil(lambda: workspace.signals.now > begun + 2.5, timeout=SECONDS)  # it is at rest
@@ -58,23 +71,24 @@ def test_a_slider_changes_what_flies_until_it_is_reverted_or_reset(flown, worksp
     QTest.mouseRelease(slider, Qt.MouseButton.LeftButton, pos=QPoint(x - 20, 12))
     wanted = editor.proposed[NAME]
     assert wanted < 0.75 * start
+    assert ways[0] == drawn_parts(GAIN)[0][:-1]
     qtbot.waitUntil(lambda: editor.flown[NAME] == wanted, timeout=SECONDS)
-    workspace.flight.order(lambda live: live.get(NAME), done=asked.append)
+    workspace.flight.do(GetParameter(NAME), done=asked.append)
     qtbot.waitUntil(lambda: asked == [wanted], timeout=SECONDS)
     after = fastest(workspace, qtbot, 1.0)
     assert after < 0.9 * before
     editor.revert()
-    workspace.flight.order(lambda live: live.get(NAME), done=asked.append)
+    workspace.flight.do(GetParameter(NAME), done=asked.append)
     qtbot.waitUntil(lambda: asked == [wanted, start], timeout=SECONDS)
-    assert editor.summary() == "Flown = kept"
+    assert editor.summary() == "kept"
     editor.propose(NAME, 2.0)
     editor.keep()
     qtbot.waitUntil(lambda: editor.flown[NAME] == 2.0, timeout=SECONDS)
-    workspace.flight.order(lambda live: live.reset())
+    workspace.flight.do(FlightOrder.RESET)
     qtbot.waitUntil(lambda: editor.flown[NAME] == start, timeout=SECONDS)
     qtbot.waitUntil(lambda: panel.rows[NAME].field.value() == start, timeout=SECONDS)
     assert editor.kept[NAME] == 2.0
-    assert editor.summary() == "1 gain tried, not kept"
+    assert editor.summary() == "1 gain not kept"
 
 
 def test_what_the_script_of_a_flight_changes_is_followed(workspace, qtbot):

@@ -5,7 +5,7 @@ import math
 import pytest
 from PyQt6.QtCore import QPoint
 
-from workbench.gui.home.attitude_card import Attitude, AttitudeIndicator
+from workbench.gui.home.attitude_indicator import Attitude, AttitudeIndicator
 
 SIDE = 240
 

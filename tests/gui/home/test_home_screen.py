@@ -1,18 +1,19 @@
 """The Home screen with a flight in a can."""
 
+import itertools
 import math
 from dataclasses import replace
 
 import pytest
 
 from workbench.control.mode import FlightMode, Reason
-from workbench.gui.home.cards import RotorState
+from workbench.gui.home.rotor_card import RotorState
 from workbench.gui.instruments.instrument import Sign
 from workbench.link import drone_topics
 from workbench.link.backplane import Published
 from workbench.live.messages import Pace, Phase
 from workbench.live.view import LiveView
-from workbench.session.snapshot import Clearance
+from workbench.session.snapshot import NearestClearance
 
 MINUS = "\N{MINUS SIGN}"
 
@@ -25,14 +26,14 @@ def shown(home, view, clock, **changes):
 
 def test_before_a_flight_nothing_is_claimed(home):
     assert home.cards["motion"].table.texts == (("–",) * 4,) * 3
-    assert home.cards["battery"].bar.text == "–"
+    assert home.cards["battery"].text == "–"
     assert home.cards["attitude"].indicator.attitude is None
     assert "nothing flies yet" in home.cards["clock"].spoken
 
 
 def test_a_flight_that_starts_says_what_is_done(home):
     home.show_view(LiveView(said="compiling the law"))
-    assert home.cards["clock"].state == "compiling the law"
+    assert home.cards["clock"].note == "compiling the law"
 
 
 def test_motion_is_in_the_world_with_its_total(flown, canned, clock):
@@ -81,12 +82,23 @@ def test_the_horizon_follows_every_view_and_digits_do_not(flown, canned, clock):
     assert flown.cards["attitude"].table.texts[3] == ("090.0",)
 
 
+def test_numbers_change_ten_times_a_second(flown, canned, clock, monkeypatch):
+    """Sixty views in a second: more changes of a digit would be illegible."""
+    shows = []
+    monkeypatch.setattr(flown.cards["motion"], "show_numbers", lambda *_: shows.append(clock.now))
+    for _ in range(60):
+        clock.now += 1 / 60
+        flown.show_view(canned.views[-1])
+    assert 9 <= len(shows) <= 11
+    assert min(b - a for a, b in itertools.pairwise(shows)) > 0.04
+
+
 def test_the_clock_shows_simulated_time_finer_in_a_pause(flown, canned, clock):
     assert flown.cards["clock"].simulated == "0:03.0"
-    assert flown.cards["clock"].state == "1.00\N{NO-BREAK SPACE}× real time"
+    assert flown.cards["clock"].note == "1.00\N{NO-BREAK SPACE}× real time"
     flown.show_view(replace(canned.views[-1], phase=Phase.PAUSED))
     assert flown.cards["clock"].simulated == "0:03.000"
-    assert flown.cards["clock"].state == "paused"
+    assert flown.cards["clock"].note == "paused"
     assert flown.cards["condition"].note == "paused"
 
 
@@ -100,12 +112,12 @@ def test_in_a_pause_every_view_counts(flown, canned):
 def test_a_slow_machine_is_told_of(flown, canned, clock):
     clock.now += 1.0
     flown.show_view(replace(canned.views[-1], pace=Pace(1.0, 0.62, 0.0, 0.0, True)))
-    assert flown.cards["clock"].state == "too slow: 0.62\N{NO-BREAK SPACE}× of 1\N{NO-BREAK SPACE}×"
-    assert flown.cards["clock"].state_sign is Sign.WARNING
+    assert flown.cards["clock"].note == "too slow: 0.62\N{NO-BREAK SPACE}× of 1\N{NO-BREAK SPACE}×"
+    assert flown.cards["clock"].sign is Sign.WARNING
     clock.now += 1.0
     flown.show_view(replace(canned.views[-1], pace=Pace(2.0, 1.4, 0.0, 0.0, True)))
     reached = "1.40\N{NO-BREAK SPACE}× of 2\N{NO-BREAK SPACE}× real time"
-    assert flown.cards["clock"].state == reached
+    assert flown.cards["clock"].note == reached
 
 
 def test_a_broken_flight_shows_its_last_values_as_such(flown, canned):
@@ -123,7 +135,7 @@ def test_a_broken_flight_shows_its_last_values_as_such(flown, canned):
     )
     flown.show_view(replace(canned.views[-1], phase=Phase.BROKEN, snapshot=wrecked))
     flown.grab()
-    assert flown.cards["clock"].state == "broken: last values"
+    assert flown.cards["clock"].note == "broken: last values"
     assert flown.cards["condition"].note == "broken: reset to fly again"
     assert flown.cards["attitude"].indicator.attitude is None
     assert flown.cards["motion"].table.texts[1][0] == "–"
@@ -132,8 +144,10 @@ def test_a_broken_flight_shows_its_last_values_as_such(flown, canned):
 def test_a_flight_that_is_not_heard_of_is_told_of(flown, clock, qtbot):
     flown.show()
     clock.now += 7.0
-    qtbot.waitUntil(lambda: flown.cards["clock"].state == "no news for 7 s", timeout=5000)
-    assert flown.cards["clock"].state_sign is Sign.WARNING
+    qtbot.waitUntil(
+        lambda: flown.cards["clock"].note == "no news for 7.0\N{NO-BREAK SPACE}s", timeout=5000
+    )
+    assert flown.cards["clock"].sign is Sign.WARNING
 
 
 def test_gps_can_be_read_to_a_centimetre(flown, canned):
@@ -183,7 +197,7 @@ def test_the_ring_has_what_the_cloud_says(flown):
 
 
 def test_an_obstacle_that_is_near_is_said_in_words(flown, canned, clock):
-    near = Clearance(0.7, (1.0, 0.0, 0.0), warning=True)
+    near = NearestClearance(0.7, (1.0, 0.0, 0.0), warning=True)
     shown(flown, canned.views[-1], clock, clearance=near)
     assert flown.cards["lidar"].note == "obstacle near"
     assert flown.cards["lidar"].sign is Sign.WARNING
@@ -232,7 +246,9 @@ def test_one_of_two_height_sensors_is_off(flown, canned, clock):
 
 
 def test_a_rotor_that_was_made_to_fail_is_named(flown, workspace, canned, clock):
-    topic = next(each for each in canned.views[0].topics if each.id == drone_topics.PARAMETERS)
+    topic = next(
+        each for each in canned.views[0].topics if each.id == drone_topics.PARAMETERS_SIGNAL.id
+    )
     event = Published(0, 3_000_000_000, ((topic.id, topic.pack(["rotor_3", 0.0])),))
     workspace.flight.streamed.emit([event])
     shown(flown, canned.views[-1], clock, thrusts=(5.0, 5.0, 0.0, 5.0))
@@ -245,7 +261,9 @@ def test_a_rotor_that_was_made_to_fail_is_named(flown, workspace, canned, clock)
 
 def test_the_reserve_follows_its_parameter(flown, workspace, canned, clock):
     assert flown.cards["battery"].note == "good, reserve 15\N{NO-BREAK SPACE}%"
-    topic = next(each for each in canned.views[0].topics if each.id == drone_topics.PARAMETERS)
+    topic = next(
+        each for each in canned.views[0].topics if each.id == drone_topics.PARAMETERS_SIGNAL.id
+    )
     event = Published(0, 3_000_000_000, ((topic.id, topic.pack(["battery_reserve", 0.5])),))
     workspace.flight.streamed.emit([event])
     shown(flown, canned.views[-1], clock, charge=0.52)

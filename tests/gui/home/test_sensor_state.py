@@ -5,8 +5,8 @@ from dataclasses import replace
 
 import pytest
 
-from workbench.gui.home.sensor_state import Health, age_text, sensor_state
-from workbench.systems.sensors.faults import Fault
+from workbench.gui.home.sensor_state import SensorHealth, sensor_state
+from workbench.plant.faults import Fault
 
 
 def stated(view, kind="gps", **changes):
@@ -25,27 +25,27 @@ def view(canned):
 
 def test_a_sensor_that_measures_is_good_and_has_a_calm_age(view):
     state = stated(view, age=0.032)
-    assert state.health is Health.GOOD
+    assert state.health is SensorHealth.GOOD
     assert state.note == "under 50\N{NO-BREAK SPACE}ms old"
     assert state.advice == ""
 
 
 def test_a_reading_older_than_three_periods_is_old_and_says_how_old(view):
     # 10 a second: three periods are 0.3 s, and 0.02 s more are allowed.
-    assert stated(view, age=0.31, rate=10.0).health is Health.GOOD
+    assert stated(view, age=0.31, rate=10.0).health is SensorHealth.GOOD
     state = stated(view, age=1.25, rate=10.0)
-    assert state.health is Health.OLD
+    assert state.health is SensorHealth.OLD
     assert state.note == "old: 1.2\N{NO-BREAK SPACE}s"
 
 
 def test_a_known_latency_makes_no_reading_old(view):
     scenario = replace(view.scenario, sensors=replace(view.scenario.sensors, latency={"gps": 1.0}))
-    assert stated(replace(view, scenario=scenario), age=1.25, rate=10.0).health is Health.GOOD
+    assert stated(replace(view, scenario=scenario), age=1.25, rate=10.0).health is SensorHealth.GOOD
 
 
 def test_an_ordered_fault_is_named_with_its_cure(view):
     state = stated(view, fault=Fault.FROZEN, age=0.05)
-    assert state.health is Health.FAULTY
+    assert state.health is SensorHealth.FAULTY
     assert state.note == "frozen, 50\N{NO-BREAK SPACE}ms old"
     assert "gps_fault" in state.advice
     assert state.measures
@@ -53,14 +53,14 @@ def test_an_ordered_fault_is_named_with_its_cure(view):
 
 def test_a_sensor_without_a_reading_waits(view):
     state = stated(view, age=math.inf)
-    assert state.health is Health.WAITING
+    assert state.health is SensorHealth.WAITING
     assert not state.measures
 
 
 def test_a_sensor_that_is_off_says_how_to_switch_it_on(view):
     snapshot = replace(view.snapshot, sensors=())
     state = sensor_state(replace(view, snapshot=snapshot), snapshot, "lidar")
-    assert state.health is Health.OFF
+    assert state.health is SensorHealth.OFF
     assert state.note == "off"
     assert "Settings" in state.advice
 
@@ -69,11 +69,7 @@ def test_a_drone_without_such_a_sensor_says_so(view):
     vehicle = replace(view.vehicle, sensors=())
     snapshot = replace(view.snapshot, sensors=())
     state = sensor_state(replace(view, snapshot=snapshot, vehicle=vehicle), snapshot, "lidar")
-    assert state.health is Health.ABSENT
+    assert state.health is SensorHealth.ABSENT
     assert "no lidar" in state.advice
-
-
-def test_ages_are_milliseconds_and_then_seconds():
-    assert age_text(0.0123) == "12\N{NO-BREAK SPACE}ms"
-    assert age_text(2.0) == "2.0\N{NO-BREAK SPACE}s"
-    assert age_text(-1e-9) == "0\N{NO-BREAK SPACE}ms"
+    absent = sensor_state(replace(view, snapshot=snapshot, vehicle=vehicle), snapshot, "gps")
+    assert "no GPS in" in absent.advice

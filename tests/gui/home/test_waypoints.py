@@ -11,11 +11,12 @@ from pytestqt.qtbot import QtBot
 
 from tests.gui.conftest import PATIENCE, noted, workspace_in
 from workbench.control.mode import FlightMode
-from workbench.gui.flight_control import NO_FLIGHT, ON_THE_GROUND
-from workbench.gui.home.gps_card import GO_TO
+from workbench.gui.flight_control import NO_FLIGHT_TEXT, ON_GROUND_TEXT
+from workbench.gui.home.gps_card import MAP_HELP_TEXT
 from workbench.gui.home.home_screen import HomeScreen
-from workbench.gui.instruments.map_frame import Place
+from workbench.gui.instruments.map_frame import MapPlace
 from workbench.live.choice import Choice
+from workbench.scenario.scenario import Action
 
 LEFT, RIGHT = Qt.MouseButton.LeftButton, Qt.MouseButton.RightButton
 SHIFT = Qt.KeyboardModifier.ShiftModifier
@@ -46,20 +47,19 @@ class Bench:
         return [each[:2] for each in self.route.places]
 
     def at(self, east, north):
-        x, y = self.map.frame.pixels(Place(east, north), self.map.width(), self.map.height())
-        return QPoint(round(x), round(y))
+        return self.map.position_of(east, north).toPoint()
 
     def click(self, east, north, button=LEFT, held=Qt.KeyboardModifier.NoModifier):
-        QTest.mouseClick(self.map, button, held, self.at(east, north))
+        QTest.mouseClick(self.map.viewport(), button, held, self.at(east, north))
 
     def wheel(self, steps):
         at = QPointF(self.at(0.0, 0.0))
         event = QWheelEvent(
             *(at, self.map.mapToGlobal(at), QPoint(), QPoint(0, 120 * steps)),
-            *(Qt.MouseButton.NoButton, Qt.KeyboardModifier.NoModifier),
+            *(Qt.MouseButton.NoButton, Qt.KeyboardModifier.ControlModifier),
             *(Qt.ScrollPhase.NoScrollPhase, False),
         )
-        QApplication.sendEvent(self.map, event)
+        QApplication.sendEvent(self.map.viewport(), event)
 
     def asked(self, place):
         """Whether the flight is asked to go to a place, to the pixel."""
@@ -69,7 +69,7 @@ class Bench:
     @property
     def pixel(self):
         """Of the map [m]."""
-        return 1.0 / self.map.frame.scale(self.map.width(), self.map.height())
+        return self.map.view.viewPixelSize()[0]
 
     def close(self):
         self.screen.close()
@@ -82,13 +82,13 @@ def flown(request, qapp, tmp_path_factory):
     bench = Bench(tmp_path_factory.mktemp("map"))
     bench.screen.show()
     bench.screen.activateWindow()
-    assert not bench.button.isEnabled() and bench.button.toolTip() == NO_FLIGHT
+    assert not bench.button.isEnabled() and bench.button.toolTip() == NO_FLIGHT_TEXT
     bench.flight.fly(Choice("network", sensors=()), {"take_off_speed": 2.0}, draw=False)
     bench.flight.live.wait()
     wait = QtBot(request).waitUntil
-    wait(lambda: bench.button.toolTip() == ON_THE_GROUND, timeout=PATIENCE)
+    wait(lambda: bench.button.toolTip() == ON_GROUND_TEXT, timeout=PATIENCE)
     assert not bench.button.isEnabled()
-    bench.flight.order(lambda live: live.request("take_off"))
+    bench.flight.do(Action(request="take_off"))
     yield bench
     bench.close()
 
@@ -98,9 +98,9 @@ def bench(flown, qtbot):
     """The drone hovering, without waypoints, the button up."""
     qtbot.waitUntil(lambda: flown.now.mode in (FlightMode.HOVERING, FlightMode.CRUISING))
     qtbot.waitUntil(flown.button.isEnabled)
-    assert flown.button.toolTip() == GO_TO
+    assert flown.button.toolTip() == MAP_HELP_TEXT
     yield flown
-    flown.flight.order(lambda live: live.command((0.0, 0.0, 0.0), 0.0))
+    flown.flight.do(Action(velocity=[0.0, 0.0, 0.0], yaw_rate=0.0))
     qtbot.waitUntil(lambda: flown.now.reference[7] == 0.0)
     qtbot.waitUntil(lambda: not flown.route.places)
     flown.button.setChecked(False)
@@ -154,8 +154,8 @@ def test_inside_of_an_obstacle_it_is_refused_with_its_name(bench, qtbot):
     middle = [sum(each) / len(mast.corners) for each in zip(*mast.corners, strict=True)]
     bench.wheel(-1)
     QTest.mouseClick(bench.button, LEFT)
-    QTest.mouseMove(bench.map, bench.at(*middle))
-    assert bench.map.say_place(bench.map.under)[-1].startswith("mast, 0.0 to 8.0")
+    QTest.mouseMove(bench.map.viewport(), bench.at(*middle))
+    assert bench.map.say_place(bench.map.under)[-1].startswith("mast, 0.00 to 8.00")
     bench.click(*middle)
     assert bench.places == []
     said, _, height = bench.told[-1].what.rpartition(" at a height of ")
@@ -168,17 +168,17 @@ def test_a_stick_ends_them(bench, qtbot):
     QTest.mouseClick(bench.button, LEFT)
     bench.click(3.0, 3.0)
     qtbot.waitUntil(lambda: bench.asked((3.0, 3.0)))
-    bench.flight.order(lambda live: live.command((0.0, -0.5, 0.0), 0.0))
+    bench.flight.do(Action(velocity=[0.0, -0.5, 0.0], yaw_rate=0.0))
     qtbot.waitUntil(lambda: bench.places == [])
     assert "the drone got another command" in bench.told[-1].what
 
 
 def test_the_pointer_is_told_where_it_is(bench):
     """North of home by 1 m is 9.0e-6 degrees of latitude: 1 m over 6 368 km on this ellipsoid."""
-    south, north = Place(0.0, -2.0), Place(0.0, 2.0)
+    south, north = MapPlace(0.0, -2.0), MapPlace(0.0, 2.0)
     low, high = (float(bench.card._say_place(each)[0].rstrip("°")) for each in (south, north))
     assert high - low == pytest.approx(math.degrees(4.0 / 6_368_000.0), abs=2e-7)
-    QTest.mouseMove(bench.map, bench.at(1.0, 2.0))
+    QTest.mouseMove(bench.map.viewport(), bench.at(1.0, 2.0))
     under = bench.map.under
     assert (under.east, under.north) == pytest.approx((1.0, 2.0), abs=bench.pixel)
 

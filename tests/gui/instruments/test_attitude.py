@@ -1,10 +1,15 @@
-"""The mathematics of the artificial horizon against rotations worked by hand."""
+"""The artificial horizon against rotations worked by hand."""
 
 import math
 
 import pytest
 
-from workbench.gui.home.attitude_card import Attitude, Horizon, attitude_of
+from workbench.gui.home.attitude_indicator import (
+    Attitude,
+    AttitudeIndicator,
+    attitude_of,
+    ladder_degrees,
+)
 
 HALF = math.radians(15.0)
 """Half of 30 degrees, for quaternions."""
@@ -52,31 +57,53 @@ def test_an_orientation_that_is_no_number_has_no_attitude():
     assert attitude_of((math.nan, 0.0, 0.0, 0.0)) is None
 
 
-def test_the_sky_leans_left_when_the_right_side_is_down():
-    right, down = Attitude(0.0, math.radians(30.0)).sky
-    assert (right, down) == pytest.approx((-0.5, -math.sqrt(0.75)))
+@pytest.fixture
+def seen(workspace, qtbot):
+    """Return a function that shows an attitude, and tells what is at a place of the window.
+
+    The place is in halves of the radius, to the right and down from the centre.
+    """
+    indicator = AttitudeIndicator(workspace.look)
+    qtbot.addWidget(indicator)
+    indicator.resize(404, 404)
+    radius = (202.0 - 2.0) / 1.1
+    names = {workspace.look.colour(name).rgb(): name for name in ("sky", "earth")}
+
+    def at(nose_up, bank, right, down):
+        indicator.show_attitude(Attitude(math.radians(nose_up), math.radians(bank)))
+        image = indicator.grab().toImage()
+        place = (round(202.0 + 0.5 * radius * each) for each in (right, down))
+        return names.get(image.pixel(*place), "else")
+
+    return at
 
 
-def test_the_horizon_sinks_when_the_nose_rises():
-    horizon = Horizon(Attitude(math.radians(16.0), 0.0), 100.0, math.radians(32.0))
-    assert horizon.line == pytest.approx(-50.0)  # half of the view, so half of the radius
-    assert horizon.place(horizon.line) == pytest.approx((0.0, 50.0))  # down on the screen
+def test_the_sky_leans_left_when_the_right_side_is_down(seen):
+    """At 60 degrees, the zenith is at 60 degrees to the left of up: half up, 0.87 to the left."""
+    assert seen(0.0, 60.0, -1.3 * math.sqrt(0.75), -1.3 * 0.5) == "sky"
+    assert seen(0.0, 60.0, 1.3 * math.sqrt(0.75), 1.3 * 0.5) == "earth"
+    assert seen(0.0, 60.0, 1.3 * 0.5, -1.3 * math.sqrt(0.75)) == "else"  # the horizon itself
+    assert seen(0.0, -60.0, 1.3 * math.sqrt(0.75), -1.3 * 0.5) == "sky"
 
 
-def test_a_place_aside_is_to_the_right_of_who_looks():
-    level = Horizon(Attitude(0.0, 0.0), 100.0, 1.0)
-    assert level.place(0.0, 10.0) == pytest.approx((10.0, 0.0))
-    banked = Horizon(Attitude(0.0, math.radians(90.0)), 100.0, 1.0)  # sky on the left, right is up
-    assert banked.place(0.0, 10.0) == pytest.approx((0.0, -10.0))
+def test_the_horizon_sinks_when_the_nose_rises(seen):
+    """By half of the view, 16 of 32 degrees, so by half of the radius."""
+    for nose, down, expected in (
+        *((0.0, -0.2, "sky"), (0.0, 0.2, "earth")),
+        *((16.0, 0.9, "sky"), (16.0, 1.1, "earth")),
+        *((-16.0, -1.1, "sky"), (-16.0, -0.9, "earth")),
+    ):
+        assert seen(nose, 0.0, 0.7, down) == expected, (nose, down)
 
 
-def test_a_rim_of_earth_is_left_when_the_nose_points_up():
-    horizon = Horizon(Attitude(math.radians(85.0), 0.0), 100.0, math.radians(32.0))
-    assert -100.0 < horizon.line < -80.0
+def test_a_rim_of_earth_or_sky_is_left_when_the_nose_points_up_or_down(seen):
+    assert seen(85.0, 0.0, 0.0, 1.9) == "earth"
+    assert seen(85.0, 0.0, 0.6, 1.5) == "sky"
+    assert seen(-85.0, 0.0, 0.2, -1.88) == "sky"
 
 
 def test_the_ladder_has_the_lines_that_are_seen():
-    horizon = Horizon(Attitude(math.radians(30.0), 0.0), 100.0, math.radians(32.0))
-    assert horizon.ladder() == (20, 30, 40)
-    steep = Horizon(Attitude(math.radians(88.0), 0.0), 100.0, math.radians(32.0))
-    assert steep.ladder() == (70, 80, 90)
+    """Within 0.62 of 32 degrees: 19.8."""
+    assert ladder_degrees(math.radians(30.0)) == (15, 20, 25, 30, 35, 40, 45)
+    assert ladder_degrees(math.radians(88.0)) == (70, 75, 80, 85, 90)
+    assert ladder_degrees(0.0) == (-15, -10, -5, 5, 10, 15)

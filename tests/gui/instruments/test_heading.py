@@ -4,8 +4,8 @@ import math
 
 import pytest
 
-from workbench.gui.home.attitude_card import HeadingTape
-from workbench.gui.instruments.heading import direction_of, heading_of, mark_text, point_of
+from workbench.gui.home.heading_tape import HeadingTape
+from workbench.gui.instruments.heading import compass_point, direction_of, heading_of, mark_text
 
 
 @pytest.mark.parametrize(
@@ -21,7 +21,7 @@ from workbench.gui.instruments.heading import direction_of, heading_of, mark_tex
 def test_yaw_from_east_to_north_is_a_heading_from_north_clockwise(yaw, heading, point):
     found = heading_of(math.radians(yaw))
     assert found == pytest.approx(heading, abs=1e-9)
-    assert point_of(found) == point
+    assert compass_point(found) == point
 
 
 def test_a_heading_is_never_a_whole_turn():

@@ -7,15 +7,15 @@ import pytest
 
 from workbench.gui.home.lidar_card import LidarRing
 from workbench.gui.instruments.ring_scan import (
-    NOTHING,
-    SECTORS,
-    Ring,
+    EMPTY_RING,
+    RING_SECTORS,
+    BearingRing,
     RingScan,
     down_of,
     sector_bearings,
     side_of,
 )
-from workbench.link.topics import Direction, Field, Topic
+from workbench.link.topics import Field, Topic, TopicDirection
 
 LEVEL = (0.0, 0.0, -1.0)
 COLUMNS = 4
@@ -26,7 +26,7 @@ def cloud_topic(elevations=(0.0, 0.0, 1), p_BS=(0.0, 0.0, 0.0), R_BS=None, colum
     return Topic(
         12,
         "/dh_drone/lidar_cloud",
-        Direction.OUT,
+        TopicDirection.OUT,
         10.0,
         (
             Field("stamp", "int64", "ns"),
@@ -48,7 +48,7 @@ def ring_of(topic, ranges, height=10.0, down_B=LEVEL):
 
 def test_ranges_stand_at_their_bearings():
     ring = ring_of(cloud_topic(), [5.0, 2.0, math.inf, 7.0])
-    quarter = SECTORS // 4
+    quarter = RING_SECTORS // 4
     assert ring.distances[0] == pytest.approx(5.0)
     assert ring.distances[quarter] == pytest.approx(2.0)  # left
     assert math.isinf(ring.distances[2 * quarter])
@@ -73,7 +73,7 @@ def test_of_several_layers_the_nearest_counts_and_distances_are_level():
     assert ring.nearest == pytest.approx(4.0)
     assert ring.elevation == pytest.approx(up)
     assert ring.distances[0] == pytest.approx(2.0)  # 4 m at 60 degrees
-    assert ring.distances[SECTORS // 4] == pytest.approx(9.0)
+    assert ring.distances[RING_SECTORS // 4] == pytest.approx(9.0)
 
 
 def test_the_ground_is_no_obstacle():
@@ -92,7 +92,7 @@ def test_the_ground_is_found_in_a_bank():
     down_B = down_of((math.cos(half), math.sin(half), 0.0, 0.0))
     assert down_B == pytest.approx((0.0, -0.5, -math.sqrt(0.75)))
     ring = ring_of(cloud_topic(), [4.0, 4.0, 4.0, 4.0], height=2.0, down_B=down_B)
-    assert math.isinf(ring.distances[3 * SECTORS // 4])
+    assert math.isinf(ring.distances[3 * RING_SECTORS // 4])
     assert np.isfinite(ring.distances).sum() == 3
 
 
@@ -102,7 +102,7 @@ def test_what_is_nearer_than_the_lidar_can_tell_is_at_its_least_range():
 
 
 def test_a_scan_without_a_return_is_empty():
-    assert ring_of(cloud_topic(), [math.inf] * 4) is NOTHING
+    assert ring_of(cloud_topic(), [math.inf] * 4) is EMPTY_RING
 
 
 def test_sides_are_said_in_words():
@@ -132,7 +132,7 @@ def test_the_ring_of_a_flight_finds_what_the_snapshot_says_is_nearest(canned):
     now = view.snapshot
     ring = RingScan(topics[12]).ring(clouds[-1], now.p_WB[2], down_of(now.q_WB))
     assert ring.nearest >= now.lidar.nearest - 1e-3  # which may be the ground
-    assert np.isfinite(ring.distances).sum() > SECTORS / 2  # there is a room around
+    assert np.isfinite(ring.distances).sum() > RING_SECTORS / 2  # there is a room around
 
 
 @pytest.fixture
@@ -145,17 +145,17 @@ def shown(qtbot, workspace):
 
 def wall(bearing, distance):
     """Return a ring with one obstacle that is three sectors wide."""
-    distances = np.full(SECTORS, np.inf)
-    index = round(bearing / (2.0 * math.pi) * SECTORS)
+    distances = np.full(RING_SECTORS, np.inf)
+    index = round(bearing / (2.0 * math.pi) * RING_SECTORS)
     for each in (index - 1, index, index + 1):
-        distances[each % SECTORS] = distance
-    return Ring(distances, distance, bearing, 0.0)
+        distances[each % RING_SECTORS] = distance
+    return BearingRing(distances, distance, bearing, 0.0)
 
 
 def ink_at(shown, x, y):
     """Return whether there is ink near a place from the middle, to the right and down."""
     image = shown.grab().toImage()
-    ink = shown.colour("ink").name()
+    ink = shown.look.colour("ink").name()
     near = [(x + i, y + j) for i in range(-3, 4) for j in range(-3, 4)]
     return any(
         image.pixelColor(image.width() // 2 + i, image.height() // 2 + j).name() == ink
@@ -167,8 +167,8 @@ def test_what_is_on_the_left_is_painted_on_the_left(shown):
     # 4 m of a ring that reaches 5 m and is 108.5 pixels wide, beside the mark of the nearest.
     ring = wall(math.radians(90.0), 2.4)
     far = wall(math.radians(90.0), 2.4).distances.copy()
-    far[SECTORS // 4 + 10 : SECTORS // 4 + 13] = 4.0
-    shown.show_ring(Ring(far, ring.nearest, ring.bearing, 0.0), False, 0.0)
+    far[RING_SECTORS // 4 + 10 : RING_SECTORS // 4 + 13] = 4.0
+    shown.show_ring(BearingRing(far, ring.nearest, ring.bearing, 0.0), False, 0.0)
     assert shown.reach == 5.0
     angle = math.radians(90.0 + 33.0)
     x, y = -math.sin(angle) * 4.0 / 5.0 * 108.5, -math.cos(angle) * 4.0 / 5.0 * 108.5

@@ -4,35 +4,37 @@ import math
 
 import pytest
 
-from workbench.gui.home.gps_card import MOST_POINTS, PathMap, Trail
+from workbench.gui.home.path_map import PathMap
+from workbench.gui.home.trail import MAX_TRAIL_POINTS, Trail
 from workbench.gui.instruments.map_frame import (
-    LEAST,
-    MapFrame,
-    Place,
+    MIN_MAP_REACH_M,
+    MapPlace,
     SteadyFrame,
     SteadyScale,
+    round_bar,
     round_reach,
 )
 from workbench.plant.worlds.outline import Outline
 
-HOME = Place(0.0, 0.0)
+HOME = MapPlace(0.0, 0.0)
 
 
-def test_north_is_up_and_east_is_right():
-    frame = MapFrame(Place(10.0, 20.0), 5.0)
-    assert frame.pixels(Place(10.0, 20.0), 200, 100) == (100.0, 50.0)
-    # 5 m are half of the shorter side, 50 pixels.
-    assert frame.pixels(Place(15.0, 20.0), 200, 100) == (150.0, 50.0)
-    assert frame.pixels(Place(10.0, 25.0), 200, 100) == (100.0, 0.0)
+def test_north_is_up_and_east_is_right(shown):
+    """5 m are half of the shorter side, 50 pixels."""
+    shown.resize(200, 100)
+    shown.begin(MapPlace(10.0, 20.0))
+    shown.grab()
+    reach = shown.frame.reach
+    for east, north, x, y in ((0.0, 0.0, 100, 50), (reach, 0.0, 150, 50), (0.0, reach, 100, 0)):
+        at = shown.position_of(10.0 + east, 20.0 + north)
+        assert (at.x(), at.y()) == (pytest.approx(x, abs=2), pytest.approx(y, abs=2))
 
 
-def test_the_scale_bar_is_a_round_length_that_fits():
-    for reach in (1.0, 2.0, 5.0, 10.0, 37.0, 500.0):
-        frame = MapFrame(HOME, reach)
-        bar = frame.bar(160.0, 120.0)
-        leading = bar / 10.0 ** math.floor(math.log10(bar) + 1e-9)
-        assert round(leading, 6) in (1.0, 2.0, 5.0)
-        assert 0.15 * 160.0 <= bar * frame.scale(160.0, 120.0) <= 0.4 * 160.0 + 1e-9
+@pytest.mark.parametrize(
+    ("longest", "bar"), [(0.41, 0.2), (0.5, 0.5), (7.9, 5.0), (12.0, 10.0), (800.0, 500.0)]
+)
+def test_the_scale_bar_is_the_longest_round_length_that_fits(longest, bar):
+    assert round_bar(longest) == pytest.approx(bar)
 
 
 def test_reaches_are_one_two_or_five():
@@ -73,10 +75,10 @@ def test_a_scale_stays_where_the_content_would_fill_a_smaller_one():
 def test_the_frame_holds_all_with_room_and_stays_while_it_fits():
     steady = SteadyFrame()
     steady.reset(HOME)
-    assert steady.frame.reach == LEAST
+    assert steady.frame.reach == MIN_MAP_REACH_M
     frames = []
     for tick in range(400):
-        drone = Place(0.1 * tick, 0.05 * tick)
+        drone = MapPlace(0.1 * tick, 0.05 * tick)
         frame = steady.take([HOME, drone], 0.1 * tick)
         frames.append(frame)
         for place in (HOME, drone):
@@ -88,7 +90,7 @@ def test_the_frame_holds_all_with_room_and_stays_while_it_fits():
 def test_a_trail_has_few_points_however_long_it_is():
     trail = Trail()
     trail.add((0.1 * k, 0.05 * k, 0.0) for k in range(20_000))
-    assert MOST_POINTS / 4 < len(trail.points) <= MOST_POINTS
+    assert MAX_TRAIL_POINTS / 4 < len(trail.points) <= MAX_TRAIL_POINTS
     assert trail.points[0] == (0.0, 0.0, 0.0)
     assert trail.points[-1][1] == pytest.approx(0.05 * 19_999, abs=20.0)
 
@@ -118,9 +120,9 @@ def count_colour(image, name, rows):
 
 
 def test_the_drone_is_painted_where_it_is(shown):
-    shown.show_pose(Place(0.0, 1.5), 0.0, [], 1.0)
+    shown.show_pose(MapPlace(0.0, 1.5), 0.0, [], 1.0)
     image = shown.grab().toImage()
-    accent = shown.colour("accent").name()
+    accent = shown.look.colour("accent").name()
     half = image.height() // 2
     north, south = range(0, half - 12), range(half + 12, image.height())
     assert count_colour(image, accent, north) > 10
@@ -132,7 +134,7 @@ def test_obstacles_are_painted_where_they_stand_and_the_nearest_is_in_sight(show
     box = Outline("box", ((-1.0, 7.0), (1.0, 7.0), (1.0, 8.0), (-1.0, 8.0)), 0.0, 2.0)
     shown.begin(HOME, (box,))
     assert shown.frame.reach == 10.0
-    image, bare = shown.grab().toImage(), shown.colour("field").name()
+    image, bare = shown.grab().toImage(), shown.look.colour("field").name()
     # 10 px a metre: from 90 to 110 to the right, from 20 to 30 down
     for x, y, inside in ((95, 25, True), (107, 22, True), (85, 25, False), (95, 35, False)):
         assert (image.pixelColor(x, y).name() != bare) is inside, (x, y)
@@ -141,36 +143,36 @@ def test_obstacles_are_painted_where_they_stand_and_the_nearest_is_in_sight(show
 def painted(shown):
     """Return how many pixels of the trail's western half are neither ground nor grid."""
     image = shown.grab().toImage()
-    bare = {shown.colour(name).name() for name in ("field", "line")}
+    bare = {shown.look.colour(name).name() for name in ("field", "line")}
     places = [(x, y) for x in range(25, 80) for y in range(54, 67)]
     return sum(image.pixelColor(x, y).name() not in bare for x, y in places)
 
 
 def test_the_trail_thins_with_age(shown):
     east = [(0.1 * k, -1.6 + 0.02 * k, 0.8) for k in range(80)]
-    shown.show_pose(Place(0.4, 0.8), 0.0, east, 8.0)
+    shown.show_pose(MapPlace(0.4, 0.8), 0.0, east, 8.0)
     new = painted(shown)
-    shown.show_pose(Place(0.5, 0.8), 0.0, [], 40.0)
+    shown.show_pose(MapPlace(0.5, 0.8), 0.0, [], 40.0)
     recent = painted(shown)
-    shown.show_pose(Place(0.6, 0.8), 0.0, [], 400.0)
+    shown.show_pose(MapPlace(0.6, 0.8), 0.0, [], 400.0)
     old = painted(shown)
     assert new > 1.2 * recent > 1.2 * 1.2 * old > 0
 
 
 def test_it_says_how_far_home_is(shown):
-    shown.show_pose(Place(3.0, 4.0), 0.0, [], 1.0)
+    shown.show_pose(MapPlace(3.0, 4.0), 0.0, [], 1.0)
     assert shown.spoken == "5.0 metres from home: 3.0 east, 4.0 north"
 
 
 def test_a_place_that_is_no_number_changes_nothing(shown):
-    shown.show_pose(Place(1.0, 1.0), 0.0, [], 1.0)
-    shown.show_pose(Place(math.nan, 1.0), 0.0, [], 2.0)
-    assert shown.place == Place(1.0, 1.0)
+    shown.show_pose(MapPlace(1.0, 1.0), 0.0, [], 1.0)
+    shown.show_pose(MapPlace(math.nan, 1.0), 0.0, [], 2.0)
+    assert shown.place == MapPlace(1.0, 1.0)
 
 
 def test_a_new_flight_begins_without_a_trail(shown):
-    shown.show_pose(Place(9.0, 9.0), 0.0, [(0.0, 5.0, 5.0)], 1.0)
-    shown.begin(Place(2.0, 3.0))
+    shown.show_pose(MapPlace(9.0, 9.0), 0.0, [(0.0, 5.0, 5.0)], 1.0)
+    shown.begin(MapPlace(2.0, 3.0))
     assert shown.trail.points == []
-    assert shown.frame.middle == Place(2.0, 3.0)
+    assert shown.frame.middle == MapPlace(2.0, 3.0)
     assert shown.spoken == "no position yet"

@@ -1,12 +1,13 @@
 """Game pads, by one that SDL makes up: plugged in and out, sticks and buttons."""
 
+import subprocess
 import sys
 import warnings
 
 import pytest
 
-from workbench.gui.joystick.game_pad import INSTALL, GamePads, PadButton
-from workbench.gui.joystick.piloting import NEUTRAL, Stick
+from workbench.gui.joystick.game_pad import SDL_MISSING_TEXT, GamePads, PadButton
+from workbench.gui.joystick.piloting import CENTRED_STICKS, Sticks
 
 with warnings.catch_warnings():
     warnings.simplefilter("ignore")  # it warns of which library it has found
@@ -52,13 +53,13 @@ def test_a_pad_is_found_when_it_is_plugged_in_and_forgotten_when_it_is_not(pads)
     reading = pads.read()
     assert reading is not None
     assert reading.name
-    assert reading.sticks == NEUTRAL
+    assert reading.sticks == CENTRED_STICKS
     pad.move(RIGHT_Y, -32768)
-    assert pads.read().sticks.right == Stick(0.0, 1.0)
+    assert pads.read().sticks == Sticks(forward=1.0)
     pad.unplug()
     assert pads.read() is None
     again = VirtualPad()
-    assert pads.read().sticks == NEUTRAL
+    assert pads.read().sticks == CENTRED_STICKS
     again.unplug()
 
 
@@ -69,15 +70,14 @@ def test_sticks_are_mode_2_with_up_positive(pads):
     pad.move(RIGHT_X, -32767)
     pads.read()
     sticks = pads.read().sticks
-    assert (sticks.left.x, sticks.left.y) == pytest.approx((0.5, -0.5), abs=1e-3)
-    assert sticks.right == Stick(-1.0, 0.0)
+    assert sticks == pytest.approx((0.5, -0.5, -1.0, 0.0), abs=1e-3)
     pad.unplug()
 
 
 def test_a_stick_that_rests_beside_its_middle_is_in_it(pads):
     pad = VirtualPad()
     pad.move(LEFT_X, 2000)
-    assert pads.read().sticks == NEUTRAL
+    assert pads.read().sticks == CENTRED_STICKS
     pad.unplug()
 
 
@@ -98,9 +98,33 @@ def test_without_sdl_what_to_install_is_said(monkeypatch):
     monkeypatch.setitem(sys.modules, "sdl2", None)
     pads = GamePads()
     pads.open()
-    assert pads.missing == INSTALL
+    assert pads.missing == SDL_MISSING_TEXT
     assert pads.read() is None
     pads.close()
+
+
+WATCHED_SEARCH = """
+import sys
+started = []
+kinds = ("subprocess.Popen", "os.posix_spawn", "os.fork", "os.exec", "os.system")
+sys.addaudithook(lambda kind, how: started.append(how[0]) if kind in kinds else None)
+sys.modules["sdl2dll"] = {own}
+from workbench.gui.joystick.game_pad import GamePads
+pads = GamePads()
+pads.open()
+print(bool(pads.missing), started)
+"""
+"""A program that looks for pads and prints whether SDL is missing, and the programs started."""
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="elsewhere the search starts no programs")
+def test_looking_for_sdl_starts_no_compiler(case):
+    for own, missing in (("__import__('sdl2dll')", {"False"}), ("None", {"False", "True"})):
+        with case(own):  # without the package, a system may have an SDL of its own
+            command = [sys.executable, "-c", WATCHED_SEARCH.format(own=own)]
+            said = subprocess.run(command, capture_output=True, text=True, check=True).stdout
+            assert said.split(maxsplit=1)[0] in missing
+            assert said.split(maxsplit=1)[1].strip() == "[]"
 
 
 def test_the_second_pad_flies_when_told_and_not_because_the_first_is_gone(pads):
@@ -110,9 +134,9 @@ def test_the_second_pad_flies_when_told_and_not_because_the_first_is_gone(pads):
     assert pads.flying == one.number
     second.move(RIGHT_X, 32767)
     pads.read()
-    assert pads.read().sticks == NEUTRAL
+    assert pads.read().sticks == CENTRED_STICKS
     pads.fly(two.number)
-    assert pads.read().sticks.right == Stick(1.0, 0.0)
+    assert pads.read().sticks == Sticks(right=1.0)
     second.press(START)
     pads.read()
     assert not any(each.asks for each in pads.readings if each.number == one.number)

@@ -10,16 +10,18 @@ from PyQt6.QtWidgets import QLineEdit, QMainWindow, QPushButton, QVBoxLayout, QW
 
 from tests.gui.conftest import noted, workspace_in
 from workbench.control.mode import FlightMode
-from workbench.gui.flight_control import NO_FLIGHT, ON_THE_GROUND, PAUSED
+from workbench.gui.flight_control import NO_FLIGHT_TEXT, ON_GROUND_TEXT, PAUSED_TEXT
 from workbench.gui.joystick.game_pad import PadButton, PadReading
 from workbench.gui.joystick.joystick_screen import JoystickScreen
-from workbench.gui.joystick.pilot import CENTRE, Device
-from workbench.gui.joystick.piloting import NEUTRAL, Stick, Sticks
+from workbench.gui.joystick.pilot import CENTRE_STICKS_TEXT, StickDevice
+from workbench.gui.joystick.piloting import CENTRED_STICKS, Sticks
 from workbench.link import Client
-from workbench.link.messages import Hand
+from workbench.link.messages import ControlOwner
 from workbench.link.server.config import ServerConfig
 from workbench.live.choice import Choice
 from workbench.live.messages import Phase
+from workbench.live.orders import FlightOrder, NetworkOrder, SetSpeed
+from workbench.scenario.scenario import Action
 
 LONG = 30_000
 """Limit of a wait [ms]; nothing here takes so long."""
@@ -55,7 +57,7 @@ class Bench:
         return self.snapshot.reference[:4]
 
     def at(self, pad, x, y):
-        return pad.place(Stick(x, y)).toPoint()
+        return pad.place((x, y)).toPoint()
 
     def hold(self, pad, x, y):
         QTest.mousePress(pad, Qt.MouseButton.LeftButton, pos=self.at(pad, 0.0, 0.0))
@@ -87,16 +89,16 @@ def bench(flown, qtbot):
     flown.window.show()
     flown.window.activateWindow()
     qtbot.waitUntil(flown.window.isActiveWindow, timeout=LONG)
-    flown.flight.order(lambda live: live.reset())
+    flown.flight.do(FlightOrder.RESET)
     qtbot.waitUntil(
         lambda: flown.snapshot is not None and flown.snapshot.mode is FlightMode.OFF, timeout=LONG
     )
     state = flown.screen.state_bar.state
-    qtbot.waitUntil(lambda: state.text() == ON_THE_GROUND, timeout=LONG)
-    flown.flight.order(lambda live: live.set_speed(5.0))
+    qtbot.waitUntil(lambda: state.text() == ON_GROUND_TEXT, timeout=LONG)
+    flown.flight.do(SetSpeed(5.0))
     QTest.mouseClick(flown.screen.state_bar.take_off, Qt.MouseButton.LeftButton)
     qtbot.waitUntil(lambda: flown.snapshot.mode is FlightMode.HOVERING, timeout=LONG)
-    flown.flight.order(lambda live: live.set_speed(1.0))
+    flown.flight.do(SetSpeed(1.0))
     flown.screen.setFocus()
     return flown
 
@@ -105,10 +107,10 @@ def test_nothing_flies_and_that_is_said(workspace, qtbot):
     screen = JoystickScreen(workspace)
     qtbot.addWidget(screen)
     screen.show()
-    assert screen.state_bar.state.text() == NO_FLIGHT
+    assert screen.state_bar.state.text() == NO_FLIGHT_TEXT
     assert not screen.state_bar.take_off.isVisible()
     QTest.mousePress(screen.left_pad, Qt.MouseButton.LeftButton, pos=QPoint(20, 20))
-    assert screen.pilot.barred == NO_FLIGHT
+    assert screen.pilot.barred == NO_FLIGHT_TEXT
     screen.close_screen()
 
 
@@ -118,19 +120,20 @@ def test_the_knob_stays_in_its_circle_and_springs_back(workspace, qtbot):
     screen.resize(760, 600)
     screen.show()
     pad = screen.right_pad
-    middle = pad.place(Stick()).toPoint()
+    middle = pad.place((0.0, 0.0)).toPoint()
     QTest.mousePress(pad, Qt.MouseButton.LeftButton, pos=middle)
     QTest.mouseMove(pad, middle + QPoint(300, -400))
-    assert (pad.stick.x, pad.stick.y) == pytest.approx((0.6, 0.8), abs=0.005)  # whole pixels
+    assert pad.stick == pytest.approx((0.6, 0.8), abs=0.005)  # whole pixels
     QTest.mouseRelease(pad, Qt.MouseButton.LeftButton, pos=middle + QPoint(300, -400))
-    assert pad.stick == Stick()
+    assert pad.stick == (0.0, 0.0)
     screen.close_screen()
 
 
 def test_a_stick_that_is_dragged_flies_and_one_that_is_let_go_stops(bench, qtbot):
     bench.hold(bench.screen.right_pad, 0.0, 0.5)
-    asked = bench.pilot.handling.wish(Sticks(right=Stick(0.0, 0.5))).forward
-    assert asked == pytest.approx(8.0 * (0.7 * 0.4737 + 0.3 * 0.4737**3), rel=0.05)
+    speed = min(8.0, bench.pilot.clearance)  # at full stick a second to the obstacle
+    asked = speed * (0.7 * 0.4737 + 0.3 * 0.4737**3)
+    assert bench.pilot.wish.forward == pytest.approx(asked, rel=0.05)
     qtbot.waitUntil(lambda: bench.asked[0] == pytest.approx(asked, rel=0.05), timeout=LONG)
     qtbot.waitUntil(lambda: bench.snapshot.v_WB[0] > 0.8 * asked, timeout=LONG)
     assert bench.screen.state_bar.state.text() == "You fly, by mouse."
@@ -151,26 +154,26 @@ def test_forward_is_along_the_nose_once_the_drone_has_turned(bench, qtbot):
 
 def test_a_held_key_flies_and_its_repeats_count_nothing(bench, qtbot):
     QTest.keyPress(bench.screen, Qt.Key.Key_W)
-    assert bench.pilot.device is Device.KEYBOARD
+    assert bench.pilot.device is StickDevice.KEYBOARD
     qtbot.waitUntil(lambda: bench.asked[2] > 2.0, timeout=LONG)
-    assert bench.screen.left_pad.stick.y > 0.3  # the stick on the screen follows
+    assert bench.screen.left_pad.stick[1] > 0.3  # the stick on the screen follows
     QTest.keyRelease(bench.screen, Qt.Key.Key_W)
     qtbot.waitUntil(lambda: bench.asked[2] == 0.0, timeout=LONG)
 
 
-def test_near_an_obstacle_keys_are_gentle_and_the_mouse_is_not(bench, qtbot):
+def test_near_an_obstacle_keys_and_mouse_are_gentle(bench, qtbot):
     """By hand: within a second of the obstacle, at 2.4 m no more than 2.4 m/s of the 8 m/s."""
     pilot = bench.pilot
     QTest.keyPress(bench.screen, Qt.Key.Key_W)
-    qtbot.waitUntil(lambda: pilot.sticks.left.y == 1.0, timeout=LONG)
+    qtbot.waitUntil(lambda: pilot.sticks.climb == 1.0, timeout=LONG)
     assert 0.5 < pilot.clearance < 7.0
     assert pilot.wish.climb == pytest.approx(pilot.clearance)
     line = bench.screen._keys_line
     qtbot.waitUntil(lambda: "An obstacle is" in line.text(), timeout=LONG)
-    assert "held keys command" in line.text()
+    assert "keys and mouse command" in line.text()
     QTest.keyRelease(bench.screen, Qt.Key.Key_W)
     bench.hold(bench.screen.right_pad, 0.0, 1.0)
-    assert pilot.wish.forward == pytest.approx(8.0, rel=0.05)
+    assert pilot.wish.forward == pytest.approx(pilot.clearance, rel=0.05)
     bench.let_go(bench.screen.right_pad)
     qtbot.waitUntil(lambda: bench.asked == (0.0, 0.0, 0.0, 0.0), timeout=LONG)
 
@@ -178,13 +181,13 @@ def test_near_an_obstacle_keys_are_gentle_and_the_mouse_is_not(bench, qtbot):
 def test_keys_fly_with_the_focus_on_a_button_elsewhere_but_not_in_a_field(bench, qtbot):
     bench.button.setFocus()
     QTest.keyPress(bench.button, Qt.Key.Key_Up)
-    assert bench.pilot.device is Device.KEYBOARD
+    assert bench.pilot.device is StickDevice.KEYBOARD
     qtbot.waitUntil(lambda: math.hypot(*bench.asked[:2]) > 0.5, timeout=LONG)
     bench.field.setFocus()  # lets go of everything
     qtbot.waitUntil(lambda: bench.asked == (0.0, 0.0, 0.0, 0.0), timeout=LONG)
     QTest.keyClick(bench.field, Qt.Key.Key_W)
     assert bench.field.text() == "w"
-    assert bench.pilot.device is Device.NONE
+    assert bench.pilot.device is StickDevice.NONE
 
 
 def test_another_screen_lets_go(bench, qtbot):
@@ -193,7 +196,7 @@ def test_another_screen_lets_go(bench, qtbot):
     bench.screen.hide()
     qtbot.waitUntil(lambda: bench.asked == (0.0, 0.0, 0.0, 0.0), timeout=LONG)
     bench.screen.show()
-    assert bench.pilot.sticks == NEUTRAL
+    assert bench.pilot.sticks == CENTRED_STICKS
 
 
 def test_another_window_lets_go(bench, qtbot):
@@ -204,39 +207,39 @@ def test_another_window_lets_go(bench, qtbot):
     other.show()
     other.activateWindow()
     qtbot.waitUntil(lambda: bench.asked == (0.0, 0.0, 0.0, 0.0), timeout=LONG)
-    assert bench.screen.right_pad.stick == Stick()
+    assert bench.screen.right_pad.stick == (0.0, 0.0)
 
 
 def test_a_pause_lets_go_and_the_stick_must_be_centred_after_it(bench, qtbot):
     flight, pad = bench.flight, bench.screen.right_pad
     bench.hold(pad, 0.0, -0.5)
     qtbot.waitUntil(lambda: math.hypot(*bench.asked[:2]) > 0.5, timeout=LONG)
-    flight.order(lambda live: live.pause())
+    flight.do(FlightOrder.PAUSE)
     qtbot.waitUntil(lambda: bench.asked == (0.0, 0.0, 0.0, 0.0), timeout=LONG)
-    assert bench.screen.state_bar.state.text() == PAUSED
-    flight.order(lambda live: live.resume())
+    assert bench.screen.state_bar.state.text() == PAUSED_TEXT
+    flight.do(FlightOrder.RESUME)
     qtbot.waitUntil(lambda: flight.view.phase is Phase.FLYING, timeout=LONG)
-    qtbot.waitUntil(lambda: bench.pilot.barred == CENTRE, timeout=LONG)
+    qtbot.waitUntil(lambda: bench.pilot.barred == CENTRE_STICKS_TEXT, timeout=LONG)
     assert bench.asked == (0.0, 0.0, 0.0, 0.0)
     bench.let_go(pad)
     assert bench.pilot.barred == ""
 
 
 def test_a_game_pad_flies_and_its_buttons_ask(bench, qtbot, monkeypatch):
-    reading = [PadReading("a pad", Sticks(left=Stick(0.0, -0.5)), ())]
+    reading = [PadReading("a pad", Sticks(climb=-0.5), ())]
     monkeypatch.setattr(bench.pilot.pads, "read", lambda: reading[0])
     bench.pilot.listen_to_pads(True)
-    reading[0] = PadReading("a pad", NEUTRAL, ())
+    reading[0] = PadReading("a pad", CENTRED_STICKS, ())
     qtbot.waitUntil(lambda: bench.pilot.pad_name == "a pad", timeout=LONG)
-    reading[0] = PadReading("a pad", Sticks(left=Stick(0.0, 0.5)), ())
+    reading[0] = PadReading("a pad", Sticks(climb=0.5), ())
     qtbot.waitUntil(lambda: bench.asked[2] > 1.0, timeout=LONG)
-    assert bench.pilot.device is Device.PAD
+    assert bench.pilot.device is StickDevice.PAD
     bench.pilot.listen_to_pads(False)  # the window is in the background
     qtbot.waitUntil(lambda: bench.asked[2] == 0.0, timeout=LONG)
     asked = []
     monkeypatch.setattr(bench.pilot, "_request", asked.append)
     bench.pilot.listen_to_pads(True)
-    reading[0] = PadReading("a pad", NEUTRAL, (PadButton.LAND,))
+    reading[0] = PadReading("a pad", CENTRED_STICKS, (PadButton.LAND,))
     qtbot.waitUntil(lambda: "land" in asked, timeout=LONG)
     reading[0] = None
 
@@ -244,41 +247,45 @@ def test_a_game_pad_flies_and_its_buttons_ask(bench, qtbot, monkeypatch):
 def test_a_client_flies_until_a_stick_is_moved(bench, qtbot):
     flight, bar = bench.flight, bench.screen.state_bar
     addresses = []
-    flight.order(lambda live: live.serve(ServerConfig(port=0)), done=addresses.append)
+    flight.do(ServerConfig(port=0), done=addresses.append)
     qtbot.waitUntil(lambda: bool(addresses), timeout=LONG)
     lost, leave = threading.Event(), threading.Event()
     client = threading.Thread(target=fly_until_lost, args=(addresses[0], lost, leave))
     given: list[float] = []
-    flight.order(lambda live: live.give_back(), done=given.append)
+    flight.do(NetworkOrder.GIVE_BACK, done=given.append)
     qtbot.waitUntil(lambda: bool(given), timeout=LONG)  # a client that asks earlier is refused
     client.start()
     try:
         qtbot.waitUntil(lambda: bar.control.text().startswith("tuner flies"), timeout=LONG)
         assert bar.take_over.isVisible()
         # a stick that moves before the pilot has seen the client counts as held all along
-        qtbot.waitUntil(lambda: bench.pilot._gate._hand is Hand.CLIENT, timeout=LONG)
+        qtbot.waitUntil(lambda: bench.pilot._gate._hand is ControlOwner.CLIENT, timeout=LONG)
         bench.hold(bench.screen.right_pad, 0.0, 0.4)
-        qtbot.waitUntil(lambda: flight.view.network.control.hand is Hand.OPERATOR, timeout=LONG)
+        qtbot.waitUntil(
+            lambda: flight.view.network.control.hand is ControlOwner.OPERATOR, timeout=LONG
+        )
         qtbot.waitUntil(lambda: math.hypot(*bench.asked[:2]) > 1.0, timeout=LONG)
         qtbot.waitUntil(lost.is_set, timeout=LONG)
         assert bar.give_back.isVisible()
         QTest.mouseClick(bar.give_back, Qt.MouseButton.LeftButton)
-        qtbot.waitUntil(lambda: flight.view.network.control.hand is Hand.NOBODY, timeout=LONG)
+        qtbot.waitUntil(
+            lambda: flight.view.network.control.hand is ControlOwner.NOBODY, timeout=LONG
+        )
         assert bench.asked == (0.0, 0.0, 0.0, 0.0)
         bench.let_go(bench.screen.right_pad)
     finally:
         leave.set()
         client.join()
-        flight.order(lambda live: live.stop_serving())
+        flight.do(NetworkOrder.STOP_SERVING)
     qtbot.waitUntil(lambda: flight.view.network.server is None, timeout=LONG)
 
 
 def test_a_limit_that_holds_a_wish_back_is_said(bench, qtbot):
-    bench.flight.order(lambda live: live.set("max_speed", 1.0))
+    bench.flight.do(Action(set={"max_speed": 1.0}))
     qtbot.waitUntil(lambda: bench.pilot.limits.level == 1.0, timeout=LONG)
     bench.hold(bench.screen.right_pad, 0.0, 1.0)
     qtbot.waitUntil(lambda: "max_speed" in bench.screen.state_bar.control.text(), timeout=LONG)
-    assert "held to 1.0\N{NO-BREAK SPACE}m/s" in bench.screen.state_bar.control.text()
+    assert "held to 1.00\N{NO-BREAK SPACE}m/s" in bench.screen.state_bar.control.text()
     bench.let_go(bench.screen.right_pad)
     assert "max_speed" not in bench.screen.state_bar.control.text()
 
@@ -291,7 +298,7 @@ def test_sliders_change_the_feel_and_are_kept(workspace, told, qtbot):
     slider.setFocus()
     QTest.keyClick(slider, Qt.Key.Key_Home)
     assert workspace.preferences.number("stick_expo") == 0.0
-    assert screen.pilot.handling.curve.expo == 0.0
+    assert screen.pilot.handling.expo == 0.0
     workspace.preferences.set("stick_dead_band", 0.25)
     assert screen.handling.sliders["stick_dead_band"].value() == 100  # of 200 up to 0.5
     assert told == []

@@ -6,54 +6,58 @@ from dataclasses import replace
 import pytest
 
 from workbench.control.mode import FlightMode
-from workbench.gui.flight_control import LANDING, ON_THE_GROUND, PAUSED, barrier
-from workbench.gui.joystick.joystick_screen import answered
-from workbench.gui.joystick.pilot import CENTRE, Courier, Gate
+from workbench.gui.flight_control import (
+    LANDING_TEXT,
+    ON_GROUND_TEXT,
+    PAUSED_TEXT,
+    manual_denial_reason,
+)
+from workbench.gui.joystick.pilot import CENTRE_STICKS_TEXT, CentringGate, CommandSender
 from workbench.gui.joystick.piloting import (
-    MIDDLE,
-    NOTHING,
+    CENTRED_STICKS,
+    ZERO_STICK_COMMAND,
     FlightLimits,
     Handling,
-    Stick,
-    StickCurve,
+    StickCommand,
     Sticks,
-    Wish,
     heading_velocity,
     within_circle,
 )
-from workbench.link.messages import Hand
+from workbench.gui.joystick.response_view import axis_responses
+from workbench.gui.joystick.state_bar import exceeded_limits_text
+from workbench.link.messages import ControlOwner
 from workbench.live.messages import Phase
 from workbench.live.view import LiveView
 
-STRAIGHT = Handling(8.0, 0.4, StickCurve())
+STRAIGHT = Handling(8.0, 0.4)
 
 
 def test_a_tap_near_an_obstacle_is_a_smaller_step(case):
     """A tenth of the stick, of a full stick that takes a second to the obstacle."""
-    tap = Sticks(right=Stick(0.0, 0.1))
+    tap = Sticks(forward=0.1)
     for clearance, asked in ((math.inf, 0.8), (20.0, 0.8), (4.0, 0.4), (1.0, 0.1), (-0.1, 0.05)):
         with case(clearance):
             wish = STRAIGHT.near(clearance).wish(tap)
             assert wish.forward == pytest.approx(asked)
-    turn = Sticks(left=Stick(1.0, 0.0))
+    turn = Sticks(turn=1.0)
     assert STRAIGHT.near(0.1).wish(turn).yaw_rate == -0.4  # turning brings it no nearer
 
 
 def test_a_stick_stays_in_its_circle():
-    assert within_circle(3.0, 4.0) == Stick(0.6, 0.8)
-    assert within_circle(0.3, -0.4) == Stick(0.3, -0.4)
-    assert within_circle(math.nan, 0.0) == MIDDLE
+    assert within_circle(3.0, 4.0) == (0.6, 0.8)
+    assert within_circle(0.3, -0.4) == (0.3, -0.4)
+    assert within_circle(math.nan, 0.0) == (0.0, 0.0)
 
 
 @pytest.mark.parametrize(
     ("sticks", "wish"),
     [
-        (Sticks(right=Stick(0.0, 1.0)), Wish(forward=8.0)),
-        (Sticks(right=Stick(0.0, -0.5)), Wish(forward=-4.0)),
-        (Sticks(right=Stick(1.0, 0.0)), Wish(left=-8.0)),
-        (Sticks(left=Stick(0.0, 0.25)), Wish(climb=2.0)),
-        (Sticks(left=Stick(1.0, 0.0)), Wish(yaw_rate=-0.4)),
-        (Sticks(), NOTHING),
+        (Sticks(forward=1.0), StickCommand(forward=8.0)),
+        (Sticks(forward=-0.5), StickCommand(forward=-4.0)),
+        (Sticks(right=1.0), StickCommand(left=-8.0)),
+        (Sticks(climb=0.25), StickCommand(climb=2.0)),
+        (Sticks(turn=1.0), StickCommand(yaw_rate=-0.4)),
+        (CENTRED_STICKS, ZERO_STICK_COMMAND),
     ],
 )
 def test_sticks_ask_as_in_mode_2(sticks, wish):
@@ -68,17 +72,24 @@ def test_sticks_ask_as_in_mode_2(sticks, wish):
     [(0.0, (3.0, 1.0, 0.5)), (math.pi / 2, (-1.0, 3.0, 0.5)), (math.pi, (-3.0, -1.0, 0.5))],
 )
 def test_forward_is_where_the_nose_points(yaw, velocity):
-    assert Wish(3.0, 1.0, 0.5).velocity(yaw) == pytest.approx(velocity)
+    assert StickCommand(3.0, 1.0, 0.5).velocity(yaw) == pytest.approx(velocity)
     assert heading_velocity(velocity, yaw) == pytest.approx((3.0, 1.0, 0.5))
 
 
-def test_a_limit_is_said_when_a_wish_is_beyond_it():
+def test_a_limit_is_said_when_a_wish_is_beyond_it(workspace):
+    def said(limits, *wish):
+        text = exceeded_limits_text(limits, StickCommand(*wish), workspace.preferences)
+        return text.replace("\N{NO-BREAK SPACE}", " ")
+
     limits = FlightLimits().after({"max_speed": 5.0, "max_climb_rate": 2.0, "kp_roll": 1.0})
-    assert limits.bites(Wish(3.0, 4.0, 2.0, 9.0)) == ()  # 5 m/s is the limit itself
-    (bite,) = limits.bites(Wish(4.0, 4.0))
-    assert (bite.parameter, bite.limit) == ("max_speed", 5.0)
-    assert bite.asked == pytest.approx(5.657, abs=1e-3)
-    assert limits.after({"max_yaw_rate": 0.2}).bites(Wish(yaw_rate=-0.3))[0].limit == 0.2
+    assert said(limits, 3.0, 4.0, 2.0, 9.0) == ""  # 5 m/s is the limit itself
+    too_fast = "Limit: level speed is held to 5.00 m/s by max_speed, not 5.66 m/s."
+    assert said(limits, 4.0, 4.0) == too_fast
+    turning = said(limits.after({"max_yaw_rate": 0.2}), 0.0, 0.0, 0.0, -0.3)
+    assert "turning is held to 11.5 °/s by max_yaw_rate, not 17.2 °/s" in turning
+    climbs = "Limit: climb is held to 2.00 m/s by max_climb_rate, not 3.00 m/s."
+    for climb in (3.0, -3.0):
+        assert said(limits, 0.0, 0.0, climb) == climbs
 
 
 class Sent:
@@ -86,7 +97,7 @@ class Sent:
 
     def __init__(self):
         self.now, self.commands = 0.0, []
-        self.courier = Courier(self._take, lambda: self.now)
+        self.courier = CommandSender(self._take, lambda: self.now)
 
     def _take(self, velocity, yaw_rate):
         self.commands.append((*velocity, yaw_rate))
@@ -140,27 +151,27 @@ def with_mode(view, mode):
 
 def test_the_gate_says_why_sticks_do_not_count(canned):
     flying = canned.views[-1]
-    assert barrier(flying) == ""
-    assert barrier(with_mode(flying, FlightMode.OFF)) == ON_THE_GROUND
-    assert barrier(with_mode(flying, FlightMode.LANDING)) == LANDING
-    assert barrier(replace(flying, phase=Phase.PAUSED)) == PAUSED
-    assert barrier(LiveView()) != ""
+    assert manual_denial_reason(flying) == ""
+    assert manual_denial_reason(with_mode(flying, FlightMode.OFF)) == ON_GROUND_TEXT
+    assert manual_denial_reason(with_mode(flying, FlightMode.LANDING)) == LANDING_TEXT
+    assert manual_denial_reason(replace(flying, phase=Phase.PAUSED)) == PAUSED_TEXT
+    assert manual_denial_reason(LiveView()) != ""
 
 
 def test_a_stick_held_while_it_did_not_count_must_be_let_go_first():
-    gate = Gate()
-    assert gate.pass_on(PAUSED, False, Hand.NOBODY) == PAUSED
-    assert gate.pass_on("", False, Hand.NOBODY) == CENTRE
-    assert gate.pass_on("", True, Hand.NOBODY) == ""
-    assert gate.pass_on("", False, Hand.NOBODY) == ""
+    gate = CentringGate()
+    assert gate.pass_on(PAUSED_TEXT, False, ControlOwner.NOBODY) == PAUSED_TEXT
+    assert gate.pass_on("", False, ControlOwner.NOBODY) == CENTRE_STICKS_TEXT
+    assert gate.pass_on("", True, ControlOwner.NOBODY) == ""
+    assert gate.pass_on("", False, ControlOwner.NOBODY) == ""
 
 
 def test_a_client_does_not_lose_the_drone_to_a_stick_that_was_held_before():
-    gate = Gate()
-    assert gate.pass_on("", False, Hand.NOBODY) == ""
-    assert gate.pass_on("", False, Hand.CLIENT) == CENTRE
-    assert gate.pass_on("", True, Hand.CLIENT) == ""
-    assert gate.pass_on("", False, Hand.CLIENT) == ""
+    gate = CentringGate()
+    assert gate.pass_on("", False, ControlOwner.NOBODY) == ""
+    assert gate.pass_on("", False, ControlOwner.CLIENT) == CENTRE_STICKS_TEXT
+    assert gate.pass_on("", True, ControlOwner.CLIENT) == ""
+    assert gate.pass_on("", False, ControlOwner.CLIENT) == ""
 
 
 def test_the_answer_is_along_the_heading_and_to_the_right(canned):
@@ -171,7 +182,7 @@ def test_the_answer_is_along_the_heading_and_to_the_right(canned):
         w_WB=(0.0, 0.0, -0.1),
         reference=(0.0, 3.0, 0.0, 0.2, 0.0, 0.0, 0.0, 0.0),
     )
-    rows = answered(snapshot, STRAIGHT, FlightLimits(6.0, 5.0, 0.3))
+    rows = axis_responses(snapshot, STRAIGHT, FlightLimits(6.0, 5.0, 0.3))
     flown = [row.flown for row in rows]
     asked = [row.asked for row in rows]
     assert flown == pytest.approx([2.0, 1.0, 0.5, 0.1])
@@ -183,4 +194,4 @@ def test_a_drone_on_its_way_to_a_place_is_asked_for_no_speed(canned):
     snapshot = replace(
         canned.views[-1].snapshot, reference=(0.0, 0.0, 0.0, 0.0, 1.0, 2.0, 3.0, 1.0)
     )
-    assert [row.asked for row in answered(snapshot, STRAIGHT, FlightLimits())] == [None] * 4
+    assert [row.asked for row in axis_responses(snapshot, STRAIGHT, FlightLimits())] == [None] * 4

@@ -10,10 +10,11 @@ from PyQt6.QtTest import QTest
 
 from tests.gui.conftest import noted, workspace_in
 from workbench.common.errors import WorkbenchError
-from workbench.gui.server.server_screen import Running, ServerScreen
+from workbench.gui.server.server_control import ListeningState
+from workbench.gui.server.server_screen import ServerScreen
 from workbench.link import Client
 from workbench.link.authentication import read_tokens
-from workbench.link.messages import Hand
+from workbench.link.messages import ControlOwner
 from workbench.live.choice import Choice
 
 LONG = 30_000
@@ -74,7 +75,7 @@ def bench(flown, qtbot):
     form.web.setChecked(False)
     yield flown
     flown.screen.control.stop()
-    qtbot.waitUntil(lambda: flown.running is Running.STOPPED, timeout=LONG)
+    qtbot.waitUntil(lambda: flown.running is ListeningState.STOPPED, timeout=LONG)
 
 
 def test_without_a_flight_it_says_so_and_cannot_start(workspace, qtbot):
@@ -98,6 +99,7 @@ def test_bad_input_is_said_beside_its_field_as_it_is_typed(workspace, qtbot):
     form.lines["host"].selectAll()
     QTest.keyClicks(form.lines["host"], "0.0.0.0")
     assert "give a token file" in form.fault("token_file")
+    assert "give a certificate" in form.fault("tls_cert")
     assert not form.is_right
     again = ServerScreen(workspace)  # as after a new start
     qtbot.addWidget(again)
@@ -128,12 +130,12 @@ def test_start_listens_and_stop_ends_it(bench, qtbot):
     qtbot.waitUntil(lambda: screen.state.text() == "● Listening", timeout=LONG)
     address = bench.flight.view.network.server.address
     assert screen.said.text() == f"at {address}; nobody is connected."
-    assert screen.connect_panel.texts["command"].text() == f"workbench monitor {address}"
+    assert screen.connect_panel.texts["command"].text() == f"workbench gateway foxglove {address}"
     assert screen.form.lines["port"].isReadOnly()
     bench.press(screen.copy_button)
     assert QGuiApplication.clipboard().text() == address
     bench.press(screen.connect_panel.copies["command"])
-    assert QGuiApplication.clipboard().text() == f"workbench monitor {address}"
+    assert QGuiApplication.clipboard().text() == f"workbench gateway foxglove {address}"
     bench.press(screen.stop_button)
     qtbot.waitUntil(lambda: screen.state.text() == "○ Stopped", timeout=LONG)
     assert screen.connect_panel.texts["command"].text() == ""
@@ -145,14 +147,14 @@ def test_a_port_in_use_is_a_sentence_and_another_one_starts(bench, qtbot):
         port = taken.getsockname()[1]
         bench.write("port", str(port))
         QTest.keyClick(bench.screen.form.lines["port"], Qt.Key.Key_Return)
-        qtbot.waitUntil(lambda: bench.running is Running.FAILED, timeout=LONG)
+        qtbot.waitUntil(lambda: bench.running is ListeningState.FAILED, timeout=LONG)
     assert bench.screen.state.text() == "✕ Failed"
     said = bench.screen.said.text()
     assert said.startswith(f"Port {port} at 127.0.0.1 is in use")
     assert said.endswith("choose another port.")
     bench.write("port", "0")
     bench.press(bench.screen.start_button)
-    qtbot.waitUntil(lambda: bench.running is Running.LISTENING, timeout=LONG)
+    qtbot.waitUntil(lambda: bench.running is ListeningState.LISTENING, timeout=LONG)
     assert bench.told == []
 
 
@@ -171,7 +173,7 @@ def test_clients_are_listed_taken_over_from_and_sent_away(bench, qtbot):
     path = bench.folder / "link.tokens"
     screen.form.make_tokens(path)
     bench.press(screen.start_button)
-    qtbot.waitUntil(lambda: bench.running is Running.LISTENING, timeout=LONG)
+    qtbot.waitUntil(lambda: bench.running is ListeningState.LISTENING, timeout=LONG)
     assert "--token-file FILE" in screen.connect_panel.texts["command"].text()
     address = bench.flight.view.network.server.address
     client = RealClient(address, read_tokens(path).command)
@@ -182,7 +184,7 @@ def test_clients_are_listed_taken_over_from_and_sent_away(bench, qtbot):
         qtbot.waitUntil(lambda: panel.table.item(0, 0).text() == "tuner", timeout=LONG)
         assert panel.table.model().index(0, 3).data() == "fly"
         bench.press(panel.take_over)
-        operator = Hand.OPERATOR
+        operator = ControlOwner.OPERATOR
         qtbot.waitUntil(lambda: bench.flight.view.network.control.hand is operator, timeout=LONG)
         qtbot.waitUntil(lambda: "You have control" in panel.control.text(), timeout=LONG)
         bench.press(panel.give_back)
@@ -252,11 +254,11 @@ def test_a_server_that_another_flight_ends_says_so(own, qtbot):
     own.screen.show()
     own.screen.form.lines["port"].setText("0")
     own.press(own.screen.start_button)
-    qtbot.waitUntil(lambda: own.running is Running.LISTENING, timeout=LONG)
+    qtbot.waitUntil(lambda: own.running is ListeningState.LISTENING, timeout=LONG)
     own.flight.fly(Choice("hover"), draw=False)
     ended = "The server has ended with its flight: start it again."
     qtbot.waitUntil(lambda: own.screen.said.text() == ended, timeout=LONG)
     qtbot.waitUntil(lambda: own.flight.is_flying, timeout=LONG)
-    assert own.running is Running.FAILED
+    assert own.running is ListeningState.FAILED
     own.press(own.screen.start_button)
-    qtbot.waitUntil(lambda: own.running is Running.LISTENING, timeout=LONG)
+    qtbot.waitUntil(lambda: own.running is ListeningState.LISTENING, timeout=LONG)

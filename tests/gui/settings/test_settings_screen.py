@@ -7,11 +7,14 @@ import pytest
 from PyQt6.QtCore import Qt
 from PyQt6.QtWidgets import QAbstractSpinBox, QComboBox, QLineEdit, QWidget
 
+from workbench.control.controller_file import load_controller
 from workbench.gui.first_flight import last_setup
 from workbench.gui.preferences import PREFERENCES
-from workbench.gui.settings.settings_screen import LIMITS, PreferenceRow, SettingsScreen
-from workbench.scenario.parameters import parameter_table
-from workbench.scenario.scenario import Rates, SensorsConfig, load_scenario
+from workbench.gui.settings.limit_row import LIMIT_SETTINGS
+from workbench.gui.settings.setting_row import PreferenceRow
+from workbench.gui.settings.settings_screen import SettingsScreen
+from workbench.scenario.scenario import Rates, SensorsConfig
+from workbench.scenario.scenario_file import load_scenario
 
 
 class FakeLive:
@@ -20,8 +23,8 @@ class FakeLive:
     def __init__(self):
         self.orders = []
 
-    def set(self, name, value):
-        self.orders.append((name, value))
+    def do(self, order):
+        self.orders += order.set.items()
         answer = Future()
         answer.set_result(0.0)
         return answer
@@ -69,11 +72,22 @@ def test_a_typed_number_is_kept_in_si(screen, workspace, qtbot):
     assert workspace.preferences.number("stick_yaw_rate") == 0.4
 
 
+def test_numbers_are_written_as_on_other_screens(screen, case):
+    """A share is a percentage beside the sticks and on the battery, too."""
+    for name, text in (
+        ("stick_sensitivity", "100\N{NO-BREAK SPACE}%"),
+        ("stick_dead_band", "5\N{NO-BREAK SPACE}%"),
+        ("stick_speed", "8.00\N{NO-BREAK SPACE}m/s"),
+    ):
+        with case(name):
+            assert row_of(screen, name).findChild(QAbstractSpinBox).text() == text
+
+
 def test_a_number_follows_the_unit_that_is_preferred(screen, workspace):
     workspace.preferences.set("stick_yaw_rate", 0.5)
     box = row_of(screen, "stick_yaw_rate").findChild(QAbstractSpinBox)
     workspace.preferences.set("angle_unit", "radian")
-    assert box.text() == "0.50 rad/s"
+    assert box.text() == "0.500\N{NO-BREAK SPACE}rad/s"
     assert "rad/s" in box.accessibleName()
     workspace.preferences.set("angle_unit", "degree")
     assert box.text().startswith("28.6") and box.text().endswith("°/s")
@@ -151,7 +165,7 @@ def test_nonsense_that_was_kept_is_not_flown(screen, workspace, live, canned):
 
 
 def test_limits_are_rows_of_the_parameter_table():
-    assert all(parameter_table().find(name) for name in LIMITS)
+    assert all(load_controller().table.find(name) for name in LIMIT_SETTINGS)
 
 
 def test_nothing_begins_until_something_is_changed(screen, workspace, canned, qtbot, monkeypatch):

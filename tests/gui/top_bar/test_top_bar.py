@@ -10,34 +10,39 @@ from PyQt6.QtCore import Qt
 from PyQt6.QtWidgets import QMainWindow
 
 from workbench.control.mode import FlightMode
-from workbench.gui.actions import ACTIONS, make_actions
-from workbench.gui.flight_control import AUTOPILOT_ENDED, FlightControl, barrier, possible
-from workbench.gui.icons import DRAWN
-from workbench.gui.main_window import MainWindow
-from workbench.gui.recorder import Recorder
-from workbench.gui.style import apply_style
-from workbench.gui.top_bar import (
-    BAD,
-    PLAIN,
-    WARNING,
-    Chip,
-    Said,
-    SpeedBox,
-    TopBar,
-    autopilot_said,
-    battery_said,
-    link_said,
-    mode_said,
-    next_speed,
-    reached_said,
-    time_said,
-    warnings_said,
+from workbench.gui.actions import ACTION_TABLE
+from workbench.gui.command_action import make_actions
+from workbench.gui.flight_control import (
+    AUTOPILOT_ENDED_TEXT,
+    FlightControl,
+    manual_denial_reason,
+    possible_actions,
 )
+from workbench.gui.icons import ICON_STROKES
+from workbench.gui.main_window import MainWindow
+from workbench.gui.recorder import LogRecorder
+from workbench.gui.status_strip import Chip
+from workbench.gui.status_text import (
+    BAD_TONE,
+    PLAIN_TONE,
+    WARNING_TONE,
+    StatusText,
+    autopilot_status,
+    battery_status_text,
+    link_status,
+    mode_status,
+    real_time_status,
+    time_status,
+    warnings_status,
+)
+from workbench.gui.top_bar import SpeedBox, TopBar, next_speed
 from workbench.link.backplane import ClientStatus, ServerStatus
-from workbench.link.messages import ControlState, Hand, Role, Stage
+from workbench.link.messages import ControlOwner, ControlState, LinkLossStage, Role
 from workbench.live.messages import AutopilotView, NetworkView, Pace, Phase
+from workbench.live.orders import FlyOn, SetSpeed
 from workbench.live.view import LiveView
-from workbench.session.snapshot import Clearance
+from workbench.scenario.scenario import Action
+from workbench.session.snapshot import NearestClearance
 
 REQUESTED = ("arm", "take_off", "land", "stop")
 """Actions that ask the flight mode for what they are named after."""
@@ -56,7 +61,7 @@ def client(number):
     return ClientStatus(number, "here:1", "Ada", "tcp", Role.COMMAND, 60.0, 0.0, 0, 0)
 
 
-def served(view, hand=Hand.NOBODY, stage=Stage.LIVE, clients=0):
+def served(view, hand=ControlOwner.NOBODY, stage=LinkLossStage.LIVE, clients=0):
     server = ServerStatus("127.0.0.1:7", "", tuple(map(client, range(clients))), {}, ())
     control = ControlState(hand, 1, "Ada", stage, 0.0, "it was asked for")
     return dataclasses.replace(view, network=NetworkView(server, control))
@@ -64,46 +69,46 @@ def served(view, hand=Hand.NOBODY, stage=Stage.LIVE, clients=0):
 
 @pytest.mark.parametrize("mode", list(FlightMode))
 def test_every_mode_has_a_word_and_a_shape(view, mode):
-    said = mode_said(with_snapshot(view, mode=mode))
+    said = mode_status(with_snapshot(view, mode=mode))
     assert said.text == mode.label
-    assert said.icon in DRAWN
+    assert said.icon in ICON_STROKES
 
 
 @pytest.mark.parametrize("phase", list(Phase))
 def test_every_phase_has_a_word_and_a_shape(view, phase):
-    said = mode_said(dataclasses.replace(view, phase=phase))
-    assert said.icon in DRAWN
+    said = mode_status(dataclasses.replace(view, phase=phase))
+    assert said.icon in ICON_STROKES
     if phase is not Phase.FLYING:
         assert phase.value in said.text
 
 
 def test_what_is_being_done_before_the_flight_is_said():
     view = LiveView(said="loading Drake")
-    assert mode_said(view).text == "starting"
-    assert time_said(view).text == "loading Drake"
-    for said in (battery_said(view), reached_said(view)):
+    assert mode_status(view).text == "starting"
+    assert time_status(view).text == "loading Drake"
+    for said in (battery_status_text(view), real_time_status(view)):
         assert said.text == "–"
-    assert warnings_said(view) == ()
+    assert warnings_status(view) == ()
 
 
 @pytest.mark.parametrize(
-    ("time", "text"), [(0.0, "0:00.0"), (59.99, "0:59.9"), (60.0, "1:00.0"), (3725.46, "62:05.4")]
+    ("time", "text"), [(0.0, "0:00.0"), (59.99, "0:59.9"), (60.0, "1:00.0"), (3725.46, "1:02:05.4")]
 )
 def test_time_is_never_rounded_up(view, time, text):
-    assert time_said(with_snapshot(view, time=time)).text == text
+    assert time_status(with_snapshot(view, time=time)).text == text
 
 
 @pytest.mark.parametrize(
     ("charge", "text", "tone"),
     [
-        (1.0, "100 %", PLAIN),
-        (0.29, "29 % low", WARNING),
-        (0.2, "20 % left", BAD),
+        (1.0, "100\N{NO-BREAK SPACE}%", PLAIN_TONE),
+        (0.29, "29\N{NO-BREAK SPACE}% low", WARNING_TONE),
+        (0.2, "20\N{NO-BREAK SPACE}% left", BAD_TONE),
     ],
 )
 def test_the_battery_says_low_in_words(view, charge, text, tone):
     view = dataclasses.replace(view, values={"battery_reserve": 0.2})
-    said = battery_said(with_snapshot(view, charge=charge))
+    said = battery_status_text(with_snapshot(view, charge=charge))
     assert (said.text, said.tone) == (text, tone)
 
 
@@ -125,33 +130,33 @@ def test_too_slow_is_what_keeps_neither_real_time_nor_what_was_asked(
     view, asked, achieved, behind, reached, too_slow
 ):
     paced = dataclasses.replace(view, pace=Pace(asked, achieved, 0.1, 2.0, behind))
-    said = reached_said(paced)
+    said = real_time_status(paced)
     assert said.text.replace("\N{NO-BREAK SPACE}", " ") == reached
     assert ("too slow" in said.full) is too_slow
-    assert (said.tone == WARNING) is too_slow
-    warned = [each.text for each in warnings_said(paced)]
+    assert (said.tone == WARNING_TONE) is too_slow
+    warned = [each.text for each in warnings_status(paced)]
     assert warned == (["machine too slow"] if too_slow else [])
     paused = dataclasses.replace(paced, phase=Phase.PAUSED)
-    assert warnings_said(paused) == ()
+    assert warnings_status(paused) == ()
 
 
 def test_the_obstacle_comes_before_slowness(view):
-    near = Clearance(0.44, (1.0, 0.0, 0.0), True)
+    near = NearestClearance(0.44, (1.0, 0.0, 0.0), True)
     view = with_snapshot(view, clearance=near)
     view = dataclasses.replace(view, pace=Pace(1.0, 0.5, 0.1, 2.0, True))
-    said = warnings_said(view)
-    assert [each.text for each in said] == ["obstacle 0.4 m", "machine too slow"]
+    said = warnings_status(view)
+    assert [each.text for each in said] == ["obstacle 0.44\N{NO-BREAK SPACE}m", "machine too slow"]
     far = dataclasses.replace(near, warning=False, distance=math.inf)
-    assert warnings_said(with_snapshot(view, clearance=far))[0].text == "machine too slow"
+    assert warnings_status(with_snapshot(view, clearance=far))[0].text == "machine too slow"
 
 
 def test_the_link_says_who_watches_and_who_flies(view):
-    assert link_said(view).text == "no server"
-    assert link_said(served(view)).text == "0 clients, nobody flies"
-    assert link_said(served(view, Hand.OPERATOR, clients=1)).text == "1 client, you fly"
-    assert link_said(served(view, Hand.CLIENT, clients=2)).text == "2 clients, Ada flies"
-    silent = link_said(served(view, Hand.CLIENT, Stage.LOST, 1))
-    assert (silent.text, silent.tone) == ("Ada silent: lost", WARNING)
+    assert link_status(view).text == "no server"
+    assert link_status(served(view)).text == "0 clients, nobody flies"
+    assert link_status(served(view, ControlOwner.OPERATOR, clients=1)).text == "1 client, you fly"
+    assert link_status(served(view, ControlOwner.CLIENT, clients=2)).text == "2 clients, Ada flies"
+    silent = link_status(served(view, ControlOwner.CLIENT, LinkLossStage.LOST, 1))
+    assert (silent.text, silent.tone) == ("Ada silent: lost", WARNING_TONE)
 
 
 @pytest.mark.parametrize(
@@ -166,33 +171,33 @@ def test_the_link_says_who_watches_and_who_flies(view):
     ],
 )
 def test_only_what_has_an_effect_can_be_pressed(view, phase, mode, able, unable):
-    found = possible(dataclasses.replace(with_snapshot(view, mode=mode), phase=phase))
+    found = possible_actions(dataclasses.replace(with_snapshot(view, mode=mode), phase=phase))
     assert able <= found
     assert not unable & found
 
 
 def test_an_autopilot_says_what_it_lost_and_that_it_has_ended(view):
-    assert autopilot_said(view) is None
+    assert autopilot_status(view) is None
     law = SimpleNamespace(name="betaflight-sitl")
     view = dataclasses.replace(with_snapshot(view, mode=FlightMode.HOVERING), controller=law)
-    for lost, tone in ((3, PLAIN), (30, WARNING)):
+    for lost, tone in ((3, PLAIN_TONE), (30, WARNING_TONE)):
         flies = AutopilotView({"packets": 1024, "lost": lost})
-        said = autopilot_said(dataclasses.replace(view, autopilot=flies))
+        said = autopilot_status(dataclasses.replace(view, autopilot=flies))
         assert (said.text, said.tone) == (f"betaflight-sitl: {lost} lost", tone)
         assert f"{lost} of 1024 packets" in said.full
     ended = dataclasses.replace(flies, ended="it was killed: reset")
     view = dataclasses.replace(view, autopilot=ended)
-    assert autopilot_said(view).tone == BAD and autopilot_said(view).full == ended.ended
-    assert (mode_said(view).text, mode_said(view).tone) == ("hovering, held", BAD)
-    assert mode_said(view).full == ended.ended
-    assert possible(view) == {"stop", "pause", "reset", "speed", "record"}
-    assert barrier(view) == AUTOPILOT_ENDED
+    assert autopilot_status(view).tone == BAD_TONE and autopilot_status(view).full == ended.ended
+    assert (mode_status(view).text, mode_status(view).tone) == ("hovering, held", BAD_TONE)
+    assert mode_status(view).full == ended.ended
+    assert possible_actions(view) == {"stop", "pause", "reset", "speed", "record"}
+    assert manual_denial_reason(view) == AUTOPILOT_ENDED_TEXT
     anew = dataclasses.replace(view, phase=Phase.STARTING, said="Betaflight: arms", autopilot=None)
-    assert time_said(anew).text == "Betaflight: arms" and not possible(anew)
+    assert time_status(anew).text == "Betaflight: arms" and not possible_actions(anew)
 
 
 def test_nothing_but_stop_can_be_pressed_before_the_flight_begins():
-    assert possible(LiveView()) == frozenset()
+    assert possible_actions(LiveView()) == frozenset()
 
 
 def test_arrows_go_to_the_next_usual_speed(case):
@@ -239,65 +244,63 @@ def test_a_chip_changes_only_where_its_words_do(qtbot, workspace, monkeypatch):
     qtbot.addWidget(chip)
     drawn = []
     monkeypatch.setattr(chip, "_draw", lambda: drawn.append(1))
-    said = Said("87 %", "battery", PLAIN, "battery 87 %")
+    said = StatusText("87 %", "battery", PLAIN_TONE, "battery 87 %")
     chip.show_said(said)
-    chip.show_said(Said("87 %", "battery", PLAIN, "battery 87 %"))
+    chip.show_said(StatusText("87 %", "battery", PLAIN_TONE, "battery 87 %"))
     assert drawn == [1]
     chip.show_said(dataclasses.replace(said, text="86 %"))
     assert drawn == [1]
-    chip.show_said(dataclasses.replace(said, tone=BAD))
+    chip.show_said(dataclasses.replace(said, tone=BAD_TONE))
     assert drawn == [1, 1]
     assert chip.accessibleName() == "Battery: battery 87 %"
-
-
-class Orders:
-    """A live flight that notes what it is asked for."""
-
-    def __init__(self):
-        self.given = []
-
-    def __getattr__(self, name):
-        return lambda *args: self.given.append((name, *args))
 
 
 @pytest.fixture
 def bar(qtbot, workspace, view, monkeypatch):
     window = QMainWindow()
     qtbot.addWidget(window)
-    live = Orders()
-    monkeypatch.setattr(workspace.flight, "order", lambda give, done=None, refused=None: give(live))
+    orders = []
+    monkeypatch.setattr(workspace.flight, "do", lambda order, **_: orders.append(order))
     monkeypatch.setattr(workspace.flight, "_view", view)
     control = FlightControl(workspace.flight, workspace.preferences)
-    recorder = Recorder(workspace.flight, workspace.preferences, workspace.notices)
-    done = {row.name: getattr(control, row.name, lambda: None) for row in ACTIONS}
+    recorder = LogRecorder(workspace.flight, workspace.preferences, workspace.notices)
+    done = {row.name: getattr(control, row.name, lambda: None) for row in ACTION_TABLE}
     done |= {name: partial(control.request, name) for name in REQUESTED}
-    made = TopBar(workspace, make_actions(window, done), control, recorder)
+    made = TopBar(workspace, make_actions(window, done, workspace.keys), control, recorder)
     window.setCentralWidget(made)
-    made.orders = live.given
+    made.orders = orders
     window.show()
     yield made
     window.close()
 
 
+def test_a_checked_button_is_as_large_as_before(bar, style, workspace):
+    style(workspace.look)
+    button = bar.button("view_3d")
+    before = button.sizeHint()
+    button.defaultAction().setChecked(True)
+    assert button.isChecked() and button.sizeHint() == before
+
+
 @pytest.mark.parametrize("name", REQUESTED)
 def test_a_button_orders_what_it_says(bar, qtbot, name):
     qtbot.mouseClick(bar.button(name), Qt.MouseButton.LeftButton)
-    assert bar.orders == [("request", name)]
+    assert bar.orders == [Action(request=name)]
 
 
 def test_hold_brakes_whatever_is_flown(bar, qtbot):
     qtbot.mouseClick(bar.button("hold"), Qt.MouseButton.LeftButton)
-    assert bar.orders == [("command", (0.0, 0.0, 0.0), 0.0), ("request", "hold")]
+    assert bar.orders == [Action(velocity=[0.0] * 3, yaw_rate=0.0), Action(request="hold")]
 
 
 def test_a_step_is_one_control_period(bar, qtbot):
     qtbot.mouseClick(bar.button("step"), Qt.MouseButton.LeftButton)
-    assert bar.orders == [("fly_on", 1 / 128)]
+    assert bar.orders == [FlyOn(1 / 128)]
 
 
 def test_the_speed_box_orders_a_speed(bar, qtbot):
     qtbot.keyClick(bar.speed, Qt.Key.Key_Up)
-    assert bar.orders == [("set_speed", 2.0)]
+    assert bar.orders == [SetSpeed(2.0)]
 
 
 def test_the_bar_follows_the_flight(bar, workspace, view):
@@ -320,13 +323,13 @@ def test_no_text_is_cut_at_the_smallest_width(bar, view):
     for mode in FlightMode:
         bar.show_view(dataclasses.replace(with_snapshot(view, mode=mode), phase=Phase.PAUSED))
     bar.strip.recording.show()
-    bar.strip.recording.show_said(Said("612:03  1.23 GB", "record", BAD))
+    bar.strip.recording.show_said(StatusText("612:03  1.23 GB", "record", BAD_TONE))
     assert bar.minimumSizeHint().width() <= 1190
 
 
-def test_a_window_that_begins_narrow_cuts_no_word(qapp, qtbot, workspace):
+def test_a_window_that_begins_narrow_cuts_no_word(qapp, qtbot, style, workspace):
     """It is 1024 px wide before it is shown, as where that size was kept."""
-    apply_style(qapp, workspace.look)
+    style(workspace.look)
     window = MainWindow(workspace, first="home", view3d=False)
     qtbot.addWidget(window)
     window.resize(1024, 700)

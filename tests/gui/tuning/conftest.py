@@ -1,22 +1,32 @@
 """A flight that only takes orders down, and an analyst who only listens."""
 
 import dataclasses
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from workbench.analysis.judging import draw_frequency, move_pole, shape_loop
+from workbench.analysis.judging import draw_frequency
 from workbench.analysis.judging import judge as judge_loops
-from workbench.analysis.questions import DrawFrequency, Judge, MovePole, Predict, ShapeLoop
-from workbench.analysis.replies import Judged, JudgedLoop, Predicted, StepNumbers
-from workbench.analysis.subject import Subject
+from workbench.analysis.loop_placing import move_pole, sample_reach, shape_loop
+from workbench.analysis.queries import (
+    DrawFrequency,
+    Judge,
+    MovePole,
+    Predict,
+    SampleReach,
+    ShapeLoop,
+)
+from workbench.analysis.replies import Judged, JudgedLoop, Predicted
+from workbench.analysis.subject import AnalysedVehicle
+from workbench.design.step_metrics import StepMetrics
 from workbench.gui.analysis import Analysis
 from workbench.gui.flight_model import FlightModel
 from workbench.gui.gains.gain_editor import GainEditor
 from workbench.gui.gains.gain_rows import controller_gains
-from workbench.gui.tuning.trial import Trial
+from workbench.gui.tuning.trial import TuningTrial
 from workbench.gui.tuning.tuning_screen import TuningScreen
-from workbench.scenario.scenario import Scenario
+from workbench.scenario.scenario import Action, Scenario
 
 LOOPS = ("velocity_x", "velocity_y", "velocity_z", "roll", "pitch", "yaw_rate")
 
@@ -44,20 +54,6 @@ class Listener(Analysis):
         return [question for question in self.asked if isinstance(question, kind)]
 
 
-class Orders:
-    """Stands in for a live flight: every method is an order that is taken down."""
-
-    def __init__(self) -> None:
-        self.given = []
-
-    def __getattr__(self, name):
-        def give(*arguments, **options):
-            self.given.append((name, *arguments))
-            return f"answer to {name}"
-
-        return give
-
-
 class Grounded(FlightModel):
     """A flight that obeys at once, and flies nothing.
 
@@ -67,16 +63,16 @@ class Grounded(FlightModel):
 
     def __init__(self, notices) -> None:
         super().__init__(notices)
-        self.orders = Orders()
+        self.orders = []
 
     @property
     def is_flying(self) -> bool:
         return True
 
-    def order(self, give, done=None, refused=None) -> None:
-        answer = give(self.orders)
+    def do(self, order, done=None, refused=None) -> None:
+        self.orders.append(order)
         if done is not None:
-            done(1.0 if self.orders.given[-1][0] == "set_all" else answer)
+            done(1.0 if isinstance(order, Action) else f"answer to {order.name}")
 
     def show(self, view) -> None:
         """Let this be the newest view."""
@@ -113,7 +109,7 @@ def gains(offline, flying):
 @pytest.fixture
 def trial(gains):
     """What is tried with them."""
-    return Trial(gains)
+    return TuningTrial(gains)
 
 
 def loop(name: str, **other) -> JudgedLoop:
@@ -159,7 +155,7 @@ def predict():
 
     def make(gains, step, lost=False):
         time = np.arange(0.0, step.duration, 1 / 128)
-        numbers = StepNumbers(0.3, 0.6, 12.0, 0.5, 0.8)
+        numbers = StepMetrics(0.3, 0.6, 12.0, steady_state_error=0.5, peak_rotor_use=0.8)
         response = step.amplitude * (1.0 - np.exp(-5.0 * time))
         asked = Predict(controller_gains(gains), step)
         return asked, Predicted(time, response, numbers, lost)
@@ -181,23 +177,41 @@ def screen(offline, flying, qtbot):
     made.close_screen()
 
 
+@pytest.fixture(scope="session")
+def subject():
+    """What an analyst knows of the shipped drone; its models are made once for all tests."""
+    return AnalysedVehicle(Scenario(), {})
+
+
 @pytest.fixture
-def settle(offline, qtbot):
-    """Returns what answers as the analyst's process would, until something is so."""
-    subject, done = Subject(Scenario(), {}), [0]
-    by_kind = {
+def answered_kinds():
+    """Functions that answer, by the kind of question."""
+    return {
         Judge: judge_loops,
         DrawFrequency: draw_frequency,
         ShapeLoop: shape_loop,
         MovePole: move_pole,
     }
 
+
+@pytest.fixture
+def with_reach(answered_kinds):
+    """Let the reach of a loop's sliders be answered, too, which takes a second each time."""
+    answered_kinds[SampleReach] = sample_reach
+
+
+@pytest.fixture
+def settle(offline, qtbot, subject, answered_kinds):
+    """Returns what answers as the analyst's process would, until something is so."""
+    done = [0]
+    goes_on = SimpleNamespace(check=lambda: None)
+
     def answer():
         waiting = offline.analysis.asked[done[0] :]
         done[0] = len(offline.analysis.asked)
         for question in waiting:
-            if type(question) in by_kind:
-                work = by_kind[type(question)](subject, question, None)
+            if type(question) in answered_kinds:
+                work = answered_kinds[type(question)](subject, question, goes_on)
                 offline.analysis.tell(question, next(each for each in work if each))
         return bool(waiting)
 

@@ -7,26 +7,26 @@ import math
 import pytest
 from PyQt6.QtGui import QGuiApplication
 
-from workbench.analysis.questions import AskOther, DrawFrequency, Judge, Predict
-from workbench.analysis.replies import JudgedLoop, Predicted, StepNumbers
-from workbench.analysis.subject import Subject
+from workbench.analysis.queries import (
+    DrawFrequency,
+    Judge,
+    OtherControllerQuery,
+    Predict,
+    RequestedStep,
+)
+from workbench.analysis.replies import JudgedLoop, Predicted
 from workbench.analysis.worker import find_answerer
 from workbench.design.judge.report import judge as judge_all
+from workbench.design.step_metrics import StepMetrics
 from workbench.design.step_response import fly_step
 from workbench.gui.charts.curve import CurveStyle
-from workbench.gui.tuning.compare_card import (
-    FREQUENCY,
-    POLES,
-    STEP,
-    TABLE,
-    compared_rows,
-    csv_text,
-)
+from workbench.gui.tuning.compare_card import FREQUENCY_VIEW, POLES_VIEW, STEP_VIEW, TABLE_VIEW
+from workbench.gui.tuning.comparison import compared_rows, csv_text
 from workbench.gui.tuning.designs import Design
 from workbench.gui.tuning.limits import STEP_LIMITS, find_limit
-from workbench.gui.tuning.response_card import ResponseHistory
-from workbench.scenario.excitation import Excitation, Exciting, Shape
-from workbench.scenario.scenario import Scenario
+from workbench.gui.tuning.response_history import ResponseHistory
+from workbench.scenario.excitation import ActiveExcitation, Excitation, Shape
+from workbench.scenario.scenario import Action, Scenario
 
 FIRM = {"kp_velocity_x": 6.0, "kd_pitch": 20.0}
 MARGIN_ROWS = 5
@@ -40,11 +40,6 @@ def screen(screen):
     return screen
 
 
-@pytest.fixture(scope="module")
-def subject():
-    return Subject(Scenario(), {})
-
-
 class Answerer:
     """Answers in this process what was asked since it did so last."""
 
@@ -54,7 +49,7 @@ class Answerer:
     def answer(self) -> None:
         asked, self.done = self.analysis.asked[self.done :], len(self.analysis.asked)
         for question in asked:
-            if isinstance(question, Judge | Predict | DrawFrequency | AskOther):
+            if isinstance(question, Judge | Predict | DrawFrequency | OtherControllerQuery):
                 *_, reply = find_answerer(type(question))(self.subject, question, None)
                 self.analysis.tell(question, reply)
 
@@ -90,7 +85,7 @@ def known(name, rise, margin, **numbers):
     margins = (math.inf, 0.0, math.radians(margin), 0.03, 1.0, 1.5, math.nan, 10.0)
     loop = JudgedLoop(*margins, name="roll")
     judged = type("Judgement", (), {"loops": (loop,), "stable": True, "said": ""})()
-    predicted = Predicted(None, None, StepNumbers(**values), lost=False)
+    predicted = Predicted(None, None, StepMetrics(**values), lost=False)
     return Design(name, {}, CurveStyle.SOLID, 0, predicted=predicted, judged=judged)
 
 
@@ -145,7 +140,7 @@ def test_the_table_has_the_numbers_of_step_and_judge(screen, settle, qtbot):
     pid = next(each for each in screen.designs.all() if each.controller == "pid")
     card.choose_design(pid, chosen=True)
     settle()
-    card.view.setCurrentIndex(card.view.findText(TABLE))
+    card.view.setCurrentIndex(card.view.findText(TABLE_VIEW))
     card.loop.setCurrentIndex(card.loop.findData("pitch"))
     qtbot.wait(1)
     names = [each.name for each in card.chosen]
@@ -189,15 +184,15 @@ def test_every_view_has_every_design_in_its_own_stroke(screen, settle, qtbot):
     names = {"kept", "flown", "proposed", "B"}
     strokes = {each.name: (each.style, each.colour) for each in card.chosen}
     assert len(set(strokes.values())) == len(names)
-    card.view.setCurrentIndex(card.view.findText(STEP))
+    card.view.setCurrentIndex(card.view.findText(STEP_VIEW))
     qtbot.waitUntil(lambda: set(card.plot.names) == {*names, "command"}, timeout=20000)
-    card.view.setCurrentIndex(card.view.findText(FREQUENCY))
+    card.view.setCurrentIndex(card.view.findText(FREQUENCY_VIEW))
     settle()
     qtbot.waitUntil(lambda: set(card.magnitude.names) == names, timeout=20000)
     for plot in (card.plot, card.magnitude, card.phase):
         drawn = {each.label: (each.style, each.colour) for each in plot.curves}
         assert {name: drawn[name] for name in names} == strokes
-    card.view.setCurrentIndex(card.view.findText(POLES))
+    card.view.setCurrentIndex(card.view.findText(POLES_VIEW))
     qtbot.waitUntil(lambda: {pole.whose for pole in card.plane.poles} == names, timeout=20000)
     assert {pole.whose: pole.colour for pole in card.plane.poles} == {
         name: colour for name, (_, colour) in strokes.items()
@@ -208,6 +203,24 @@ def test_every_view_has_every_design_in_its_own_stroke(screen, settle, qtbot):
     texts = card.legend.toolTip().splitlines()
     assert "    kp_velocity_x 6 instead of 4.45" in texts
     assert "    has not flown" in texts
+
+
+def test_an_attitude_step_is_compared_beside_the_loop_of_the_moved_gain(screen, settle, qtbot):
+    """The attitude loop of pd has no steady error, so that each design ends at the setpoint."""
+    card = screen.compare
+    screen.gains.propose("kd_pitch", 20.0)
+    screen.trial.set_step(RequestedStep("pitch", 0.1, 1.0))
+    settle()
+    names = {"kept", "flown", "proposed"}
+    qtbot.waitUntil(lambda: set(card.plot.names) == {*names, "command"})
+    for curve in card.plot.curves:
+        if curve.label in names:
+            time, pitch = curve.samples(0.0)
+            assert time[-1] == pytest.approx(1.0, abs=0.02)
+            assert pitch[-1] == pytest.approx(0.1, rel=0.02)
+    assert card.loop.currentData() == "pitch"
+    screen.trial.set_step(RequestedStep("force_x", 1.0, 1.0))
+    qtbot.waitUntil(lambda: card.plot.names == ())
 
 
 def test_nothing_is_asked_while_nobody_looks_and_the_slider_is_not_displaced(
@@ -245,10 +258,11 @@ def test_a_design_is_flown_or_kept(screen, offline, settle):
     gains.store("A")
     gains.discard()
     settle()
+    offline.analysis.forget()
     choose(card.use, "Keep A")
     assert gains.kept == kept  # not before it flies, and not before it is judged
     settle()
-    assert offline.flight.orders.given[-1][0] == "set_all"
+    assert offline.flight.orders[-1].set
     assert {name: gains.kept[name] for name in FIRM} == FIRM
     gains.propose("kp_pitch", 250.0)
     settle()
@@ -260,7 +274,7 @@ def test_a_design_is_flown_or_kept(screen, offline, settle):
     assert gains.flown["kp_pitch"] == kept["kp_pitch"] and gains.kept["kp_pitch"] == 250.0
     lqi = next(each for each in screen.designs.all() if each.controller == "lqi")
     card.fly(lqi)
-    assert offline.flight.orders.given[-1] == ("fly_controller", "lqi")
+    assert offline.flight.orders[-1] == Action(controller="lqi")
 
 
 def test_what_makes_a_loop_unstable_is_not_kept(screen, settle):
@@ -280,10 +294,12 @@ def test_a_refused_answer_says_whose_and_why(screen, offline, settle, qtbot):
     settle()
     lqi = next(each for each in screen.designs.all() if each.controller == "lqi")
     card.choose_design(lqi, chosen=True)
-    qtbot.waitUntil(lambda: bool(offline.analysis.of(AskOther)), timeout=20000)
+    qtbot.waitUntil(lambda: bool(offline.analysis.of(OtherControllerQuery)), timeout=20000)
     offline.analysis.preparing.emit("compiling the control law lqi: 40 %")
     assert card.said.text().endswith("compiling the control law lqi: 40 %")
-    offline.analysis.refused.emit(offline.analysis.of(AskOther)[0], "the law has no LOOPS")
+    offline.analysis.refused.emit(
+        offline.analysis.of(OtherControllerQuery)[0], "the law has no LOOPS"
+    )
     qtbot.waitUntil(lambda: card.said.text() == "lqi: the law has no LOOPS", timeout=20000)
 
 
@@ -302,7 +318,7 @@ def test_ghosts_have_names_gains_and_the_time_they_flew(screen, canned):
         (1.4, {"kd_pitch": 20.0}),
         (2.0, {}),
     ):
-        history.begin(Exciting(excitation, begun, 1), {**kept, **other})
+        history.begin(ActiveExcitation(excitation, begun, 1), {**kept, **other})
     gains.propose("kp_pitch", 180.0)
     gains.store("A")
     gains.discard()

@@ -3,12 +3,16 @@ import dataclasses
 import numpy as np
 import pytest
 from PyQt6.QtCore import Qt
+from PyQt6.QtWidgets import QAbstractButton
 
 from workbench.control.mode import FlightMode
 from workbench.gui.tuning.excitation_card import ExcitationCard
-from workbench.gui.tuning.excitation_form import load_choice
-from workbench.gui.tuning.response_card import command_line
-from workbench.scenario.excitation import Excitation, Exciting, Shape
+from workbench.gui.tuning.excitation_form import EXCITATION_KINDS, load_choice
+from workbench.gui.tuning.step_part import command_curve
+from workbench.live.messages import Phase
+from workbench.live.orders import FlightOrder
+from workbench.scenario.excitation import ActiveExcitation, Excitation, Shape
+from workbench.scenario.scenario import Action
 
 
 @pytest.fixture
@@ -29,7 +33,7 @@ def in_mode(view, mode):
 def test_start_excites_the_flight_as_chosen(card, offline, qtbot):
     qtbot.mouseClick(card.button, Qt.MouseButton.LeftButton)
     wanted = Excitation("x", Shape.STEP, 1.0, 2.0, repeats=True)
-    assert offline.flight.orders.given == [("excite", wanted)]
+    assert offline.flight.orders == [wanted]
 
 
 def test_it_can_be_excited_after_a_reset_in_the_air(card, flying):
@@ -39,13 +43,19 @@ def test_it_can_be_excited_after_a_reset_in_the_air(card, flying):
     assert card.button.isEnabled() and not card.take_off.isVisible()
 
 
+def test_a_flight_that_has_ended_is_not_excited(card, flying):
+    card.show_view(dataclasses.replace(flying, phase=Phase.ENDED))
+    assert not card.button.isEnabled() and not card.take_off.isVisible()
+    assert card.said.text() == "The flight has ended: reset it."
+
+
 def test_one_key_starts_and_stops(card, offline, flying, qtbot):
     qtbot.keyClick(card, Qt.Key.Key_E, Qt.KeyboardModifier.ControlModifier)
-    exciting = Exciting(card.choice.excitation, 3.0, 1)
+    exciting = ActiveExcitation(card.choice.excitation, 3.0, 1)
     card.show_view(dataclasses.replace(flying, exciting=exciting))
     assert card.button.text() == "Stop"
     qtbot.keyClick(card, Qt.Key.Key_E, Qt.KeyboardModifier.ControlModifier)
-    assert [order[0] for order in offline.flight.orders.given] == ["excite", "stop_exciting"]
+    assert offline.flight.orders == [card.choice.excitation, FlightOrder.STOP_EXCITING]
 
 
 def test_everything_can_be_chosen_by_keyboard(card, offline, qtbot):
@@ -96,16 +106,36 @@ def test_on_the_ground_it_offers_to_take_off(card, offline, flying, qtbot):
     assert not card.button.isEnabled()
     assert card.said.text() == "The drone must hover: take off."
     qtbot.mouseClick(card.take_off, Qt.MouseButton.LeftButton)
-    assert offline.flight.orders.given == [("request", "take_off")]
+    assert offline.flight.orders == [Action(request="take_off")]
     card.show_view(in_mode(flying, FlightMode.HOVERING))
     assert card.take_off.isHidden()
     assert card.button.isEnabled()
 
 
+def test_what_stays_keeps_its_place_when_take_off_goes(card, flying, qtbot):
+    """A second click on Take off meets no other button."""
+    card.show_view(in_mode(flying, FlightMode.OFF))
+    qtbot.wait(1)
+    stays = (card.repeats, card.button, card.tabs, card.amplitude)
+    before = [each.mapTo(card, each.rect().topLeft()) for each in stays]
+    middle = card.take_off.mapTo(card, card.take_off.rect().center())
+    card.show_view(in_mode(flying, FlightMode.TAKING_OFF))
+    qtbot.wait(1)
+    assert [each.mapTo(card, each.rect().topLeft()) for each in stays] == before
+    assert not isinstance(card.childAt(middle), QAbstractButton)
+
+
+def test_a_drone_that_moves_comes_to_rest_first(card, flying):
+    waits = ActiveExcitation(card.choice.excitation, 3.0, 0)
+    card.show_view(dataclasses.replace(flying, exciting=waits))
+    assert card.said.text() == "Coming to rest before the first step."
+    assert card.button.text() == "Stop"
+
+
 def test_nothing_can_be_started_before_there_is_a_flight(offline, qtbot):
     card = ExcitationCard(offline)
     qtbot.addWidget(card)
-    assert card.said.text() == "Nothing flies yet."
+    assert card.said.text() == "Nothing flies yet: open a scenario."
     assert not card.button.isEnabled()
 
 
@@ -114,9 +144,11 @@ def test_it_says_how_far_the_drone_will_go(card):
 
 
 def test_what_is_changed_while_it_runs_is_flown(card, offline, flying):
-    card.show_view(dataclasses.replace(flying, exciting=Exciting(card.choice.excitation, 3.0, 1)))
+    card.show_view(
+        dataclasses.replace(flying, exciting=ActiveExcitation(card.choice.excitation, 3.0, 1))
+    )
     card.amplitude.setValue(2.0)
-    assert offline.flight.orders.given[-1][1].amplitude == 2.0
+    assert offline.flight.orders[-1].amplitude == 2.0
 
 
 def test_nonsense_that_was_kept_is_left_alone(offline):
@@ -128,9 +160,30 @@ def test_nonsense_that_was_kept_is_left_alone(offline):
 @pytest.mark.parametrize("shape", list(Shape))
 def test_the_line_of_the_command_is_what_is_flown(shape):
     excitation = Excitation("x", shape, 1.5, 2.0)
-    time, values = command_line(excitation)
+    time, values = command_curve(excitation)
     for at in np.linspace(0.013, excitation.round_time - 0.013, 40):
         before = np.searchsorted(time, at) - 1
         flown = excitation.command(float(at))
         drawn = np.interp(at, time, values) if shape is Shape.CHIRP else values[before]
         assert drawn == pytest.approx(flown, abs=0.01), at
+
+
+def test_attitude_is_excited_within_the_tilt_and_only_where_the_law_has_it(
+    card, offline, flying, qtbot
+):
+    card.tabs.setCurrentIndex([kind.name for kind in EXCITATION_KINDS].index("Attitude"))
+    assert [card.axis.itemText(i) for i in range(card.axis.count())] == [
+        "roll",
+        "pitch",
+        "roll rate",
+        "pitch rate",
+    ]
+    assert card.amplitude.maximum() == pytest.approx(
+        np.degrees(flying.values["max_tilt"]), abs=0.01
+    )
+    qtbot.mouseClick(card.button, Qt.MouseButton.LeftButton)
+    assert offline.flight.orders == [Excitation("roll", Shape.STEP, 0.1, 1.0, repeats=True)]
+    card.axis.setCurrentIndex(2)
+    card.axis.activated.emit(2)
+    assert not card.button.isEnabled()
+    assert "pd has no loop that follows a setpoint of roll rate" in card.said.text()

@@ -4,15 +4,16 @@ import numpy as np
 import pytest
 from PyQt6.QtCore import Qt
 
-from workbench.analysis.questions import Fork, Step
-from workbench.analysis.replies import StepNumbers
-from workbench.control.controller import SHIPPED
+from workbench.analysis.queries import Fork, RequestedStep
+from workbench.control.installed_laws import installed_laws
 from workbench.design.branches import Branch, FlownBranch
+from workbench.design.step_metrics import StepMetrics
+from workbench.gui.tuning.ahead_prediction import AHEAD_BRANCH_NAME, AheadPrediction
 from workbench.gui.tuning.designs import Designs
 from workbench.gui.tuning.fork_card import ForkCard
-from workbench.gui.tuning.tuning_screen import FUTURE_NAME, Ghost
+from workbench.scenario.scenario import Action
 
-STEP = Step("x", 1.0, 2.0)
+STEP = RequestedStep("x", 1.0, 2.0)
 TIME = 30.0 + np.linspace(0.0, 5.0, 50)
 
 
@@ -48,7 +49,7 @@ def card(offline, trial, designs, qtbot):
 @pytest.fixture
 def ghost(offline, trial):
     trial.set_step(STEP)
-    made = Ghost(offline.flight, offline.analysis, trial, lambda: True)
+    made = AheadPrediction(offline.flight, offline.analysis, trial, lambda: True)
     made.set_seen(True)
     made.heard = []
     made.seen_ahead.connect(lambda time, values: made.heard.append((time, values)))
@@ -71,11 +72,11 @@ def test_both_sets_go_on_from_the_present_instant(card, offline, gains, trial, q
     gains.propose("kp_pitch", 300.0)
     press(qtbot, card.button)
     fork = offline.analysis.of(Fork)[-1]
-    assert fork.checkpoint == "answer to checkpoint"
+    assert fork.checkpoint == "answer to GET_CHECKPOINT"
     assert [each.name for each in fork.branches] == ["now", "proposed"]
     assert fork.branches[0].gains == trial.flown
     assert fork.branches[1].gains["kp_pitch"] == 300.0
-    assert fork.step == Step("x", 1.0, 5.0)
+    assert fork.step == RequestedStep("x", 1.0, 5.0)
     assert not card.button.isEnabled()
 
 
@@ -138,7 +139,7 @@ def test_two_controllers_are_forked_from_one_instant_and_one_can_be_kept(
 ):
     """The one that flies is `now`; a file that has flown can be chosen for good."""
     texts = [card.other.itemText(index) for index in range(card.other.count())]
-    assert texts == ["now", "proposed", *(name for name in SHIPPED if name != "pd")]
+    assert texts == ["now", "proposed", *(name for name in installed_laws() if name != "pd")]
     mine = str(tmp_path / "mine.py")
     offline.flight.show(replace(flying, scenario=replace(flying.scenario, controller=mine)))
     designs.begin()
@@ -152,7 +153,7 @@ def test_two_controllers_are_forked_from_one_instant_and_one_can_be_kept(
     assert fork.branches == (Branch("now", trial.flown), Branch("lqi", {}, "lqi"))
     offline.analysis.preparing.emit("compiling the control law lqi: 40 %")
     assert card.said.text() == "Flying both … compiling the control law lqi: 40 %"
-    numbers = StepNumbers(0.31, 0.6, 12.0, 0.5, 0.8)
+    numbers = StepMetrics(0.31, 0.6, 12.0, steady_state_error=0.5, peak_rotor_use=0.8)
     both = branch("now", 1.0), branch("lqi", 1.1)
     answer_fork(offline, *both, numbers=(numbers, replace(numbers, rise_time=0.42)))
     assert card.plot.names == ("now", "lqi")
@@ -160,7 +161,7 @@ def test_two_controllers_are_forked_from_one_instant_and_one_can_be_kept(
     assert [row.cells[0].text for row in card.table.rows] == ["0.310", "0.420"]
     assert card.said.text() == "now flies pd; lqi takes over with its own gains"
     press(qtbot, card.keep_other)
-    assert offline.flight.orders.given[-1] == ("fly_controller", "lqi")
+    assert offline.flight.orders[-1] == Action(controller="lqi")
     choose(qtbot, card.one, "mine")
     press(qtbot, card.button)
     fork = offline.analysis.of(Fork)[-1]
@@ -186,8 +187,8 @@ def test_a_refusal_lets_it_be_tried_again(card, offline, qtbot):
 def test_a_slider_that_is_dragged_sees_the_next_five_seconds(ghost, offline, gains):
     gains.propose("kp_pitch", 300.0)
     fork = offline.analysis.of(Fork)[-1]
-    assert (fork.branches[0].name, fork.duration, fork.step) == (FUTURE_NAME, 5.0, None)
-    answer_fork(offline, branch(FUTURE_NAME, 1.2))
+    assert (fork.branches[0].name, fork.duration, fork.step) == (AHEAD_BRANCH_NAME, 5.0, None)
+    answer_fork(offline, branch(AHEAD_BRANCH_NAME, 1.2))
     time, values = ghost.heard[-1]
     assert time is TIME
     assert values[0] == 1.2
@@ -200,7 +201,7 @@ def test_the_future_is_asked_for_once_at_a_time_with_the_newest_gains_next(ghost
     for value in (300.0, 310.0, 320.0):
         gains.propose("kp_pitch", value)
     assert len(offline.analysis.of(Fork)) == 1
-    answer_fork(offline, branch(FUTURE_NAME, 1.2))
+    answer_fork(offline, branch(AHEAD_BRANCH_NAME, 1.2))
     asked = offline.analysis.of(Fork)
     assert len(asked) == 2
     assert asked[-1].branches[0].gains["kp_pitch"] == 320.0
@@ -208,7 +209,7 @@ def test_the_future_is_asked_for_once_at_a_time_with_the_newest_gains_next(ghost
 
 def test_the_future_goes_once_the_proposal_is_taken_back(ghost, offline, gains):
     gains.propose("kp_pitch", 300.0)
-    answer_fork(offline, branch(FUTURE_NAME, 1.2))
+    answer_fork(offline, branch(AHEAD_BRANCH_NAME, 1.2))
     gains.discard()
     assert len(ghost.heard[-1][0]) == 0
     assert len(ghost.foreseen_ways[-1][1]) == 0
@@ -228,7 +229,7 @@ def test_the_branch_that_was_flown_is_kept_whatever_is_chosen_next(card, offline
     answer_fork(offline, branch("now", 1.0), branch("proposed", 1.1))
     card.other.setCurrentIndex(card.other.findData("B"))
     card.refresh()
-    assert card.keep_other.text() == "&Keep proposed"
+    assert card.keep_other.text() == "Keep proposed"
     press(qtbot, card.button)
     offline.analysis.refused.emit(offline.analysis.of(Fork)[-1], "too long")
     press(qtbot, card.keep_other)

@@ -6,14 +6,11 @@ from functools import partial
 import control
 import numpy as np
 import pytest
-from PyQt6.QtCore import QPoint, Qt
+from PyQt6.QtCore import Qt
 from PyQt6.QtGui import QGuiApplication
 from PyQt6.QtTest import QTest
 
-from workbench.analysis.judging import draw_frequency
-from workbench.analysis.judging import judge as judge_loops
-from workbench.analysis.questions import DrawFrequency, Judge
-from workbench.analysis.subject import Subject
+from workbench.analysis.queries import DrawFrequency, Judge
 from workbench.design.judge.gang_of_four import GangOfFour
 from workbench.design.judge.margins import LoopMargins
 from workbench.design.linear.linearize import linearize
@@ -23,46 +20,14 @@ from workbench.gui.tuning.drawn_loop import (
     drawn_curves,
     drawn_measurement,
     gain_margin_mark,
-    peak,
+    phase_beside,
     phase_margin_mark,
+    response_peak,
+    unwrapped_phase,
 )
-from workbench.gui.tuning.loop_plots import disk
-from workbench.scenario.scenario import Scenario
+from workbench.gui.tuning.nyquist_plot import disk_edge
 
 NOTHING = np.empty(0)
-
-
-class Answerer:
-    """Answers what a screen has asked a listening analyst, as the analyst's process would."""
-
-    def __init__(self, analysis) -> None:
-        self._analysis = analysis
-        self._subject = Subject(Scenario(), {})
-        self._done = 0
-
-    def answer(self) -> bool:
-        """Answer what waits; return whether there was something."""
-        waiting = self._analysis.asked[self._done :]
-        self._done = len(self._analysis.asked)
-        for question in waiting:
-            if isinstance(question, Judge):
-                (reply,) = judge_loops(self._subject, question, None)
-                self._analysis.tell(question, reply)
-            elif isinstance(question, DrawFrequency):
-                (reply,) = draw_frequency(self._subject, question, None)
-                self._analysis.tell(question, reply)
-        return bool(waiting)
-
-
-@pytest.fixture
-def settle(offline, qtbot):
-    """Returns what answers until nothing is asked any more and something is so."""
-    answerer = Answerer(offline.analysis)
-
-    def until(so):
-        qtbot.waitUntil(lambda: not answerer.answer() and so(), timeout=30_000)
-
-    return until
 
 
 def shows(card, *names):
@@ -108,8 +73,8 @@ def test_the_weakest_loop_is_drawn_and_follows_the_slider_with_the_tables_number
         turn = np.radians(curve(phase, "proposed")[1])
         np.testing.assert_allclose(np.exp(1j * turn), response / np.abs(response), atol=1e-6)
         rise, fall, phase_margin, _, disk_margin = row(screen, "pitch").cells
-        assert f"gain\N{NO-BREAK SPACE}+ {rise.text} dB" in caption(magnitude)
-        assert f"gain\N{NO-BREAK SPACE}− {fall.text} dB" in caption(magnitude)
+        assert f"gain\N{NO-BREAK SPACE}+ {rise.text}\N{NO-BREAK SPACE}dB" in caption(magnitude)
+        assert f"gain\N{NO-BREAK SPACE}− {fall.text}\N{NO-BREAK SPACE}dB" in caption(magnitude)
         assert caption(phase) == f"phase {phase_margin.text}°"
         assert card.said.text().startswith(f"{phase_margin.text}° at")
         _, upright, up, down = magnitude.canvas.content.guides
@@ -120,7 +85,7 @@ def test_the_weakest_loop_is_drawn_and_follows_the_slider_with_the_tables_number
         level, there = phase.canvas.content.guides[1].y
         assert abs(there - level) == pytest.approx(float(phase_margin.text), abs=0.1)
         card.show_view("Nyquist")
-        assert card.nyquist.canvas.content.caption == f"disk {disk_margin.text}"
+        assert card.nyquist.caption == f"disk {disk_margin.text}"
         card.show_view("Bode")
     assert [each.style for each in magnitude.curves] == [CurveStyle.SOLID, CurveStyle.DASHED]
 
@@ -158,14 +123,16 @@ def test_a_row_of_the_table_of_margins_chooses_its_loop(screen, settle, offline)
     card, table = screen.frequency, screen.margins.table
     settle(lambda: shows(card, "flown"))
     names = [each.label for each in table.rows]
-    height = table._row_height()
-    at = QPoint(20, round((names.index("yaw rate") + 1.5) * height))
-    QTest.mouseClick(table, Qt.MouseButton.LeftButton, pos=at)
+
+    def click(row):
+        at = table.visualItemRect(table.item(row, 0)).center()
+        QTest.mouseClick(table.viewport(), Qt.MouseButton.LeftButton, pos=at)
+
+    click(names.index("yaw rate"))
     assert card.curves.loop == "yaw_rate"
     settle(lambda: shows(card, "flown"))
     assert asked_about(offline, card, "flown").loop == "yaw_rate"
-    below = QPoint(20, round((len(names) + 0.5) * height))  # the plant's input is no loop
-    QTest.mouseClick(table, Qt.MouseButton.LeftButton, pos=below)
+    click(len(names) - 1)  # the plant's input is no loop
     assert card.curves.loop == "yaw_rate"
 
 
@@ -218,6 +185,41 @@ def test_nothing_is_asked_while_nobody_looks(screen, settle, offline):
     settle(lambda: shows(card, "flown", "proposed"))
 
 
+def test_what_is_behind_another_tab_or_view_is_drawn_once_it_comes_to_the_front(screen, settle):
+    card, poles = screen.frequency, screen.poles
+    settle(lambda: shows(card, "flown"))
+    assert poles.plane.poles == () and card.phase.table.rows == ()
+    screen.tabs.setCurrentWidget(poles)
+    first = poles.plane.poles
+    assert first
+    screen.tabs.setCurrentWidget(card)
+    screen.gains.propose("kp_roll", 1.2 * screen.gains.proposed["kp_roll"])
+    wanted = screen.gains.proposed["kp_roll"]
+    settle(lambda: screen.judgement.gains["kp_roll"] == wanted)
+    assert poles.plane.poles == first and card.phase.table.rows == ()
+    screen.tabs.setCurrentWidget(poles)
+    assert {each.proposed for each in poles.plane.poles} == {True, False}
+    screen.tabs.setCurrentWidget(card)
+    card.show_view("Phase")
+    labels = [each.label for each in screen.margins.table.rows]
+    assert [each.label for each in card.phase.table.rows] == labels[:-1]  # no plant's input
+
+
+def test_the_same_curves_are_drawn_once(screen, settle, monkeypatch):
+    card, drawn = screen.frequency, []
+    settle(lambda: shows(card, "flown"))
+    monkeypatch.setattr(card.bode, "show_loops", lambda loops: drawn.append([*loops]))
+    for _ in range(3):
+        screen.gains.state_changed.emit()
+        card.curves.changed.emit()
+    assert drawn == []
+    screen.gains.propose("kp_roll", 1.2 * screen.gains.proposed["kp_roll"])
+    settle(lambda: shows(card, "flown", "proposed"))
+    assert len(drawn) == 1
+    screen.workspace.look.changed.emit()  # other colours
+    assert len(drawn) == 2
+
+
 def test_an_unstable_loop_is_drawn_without_margins(screen, settle, offline):
     card = screen.frequency
     settle(lambda: shows(card, "flown"))
@@ -239,13 +241,13 @@ def test_the_cursor_reads_size_and_phase_in_all_views(screen, settle):
     response = linearize(loop="pitch", gains={})(np.exp(20.0j / 128.0))
     turn = math.degrees(np.angle(response))
     size = 20.0 * math.log10(abs(response))
-    said = f"L at 20 rad/s:  {size:.1f} dB {turn:.0f}°".replace("-", "−")
+    said = f"L at 20\N{NO-BREAK SPACE}rad/s:  {size:.1f} dB {turn:.1f}°".replace("-", "−")
     assert card.reading.text() == said
     assert [plot.cursor_time for plot in card.bode.plots] == [20.0, 20.0]
     card.show_view("Nyquist")
-    (point,) = card.nyquist.canvas.content.points
-    assert complex(point.x, point.y) == pytest.approx(response, rel=1e-3)
-    card.nyquist._point(response + 0.001)
+    (point,) = card.nyquist.dots
+    assert point == pytest.approx(response, rel=1e-3)
+    card.nyquist.point(response + 0.001)
     assert card._cursor == pytest.approx(20.0, rel=0.03)
 
 
@@ -266,7 +268,13 @@ def test_both_plots_of_bode_show_the_same_frequencies_and_their_data_say_so(scre
     assert QGuiApplication.clipboard().text().startswith("frequency [rad/s]\tflown [dB]\n")
 
 
-def test_a_measured_loop_is_drawn_where_it_is_coherent(screen, settle):
+def across(plot):
+    """Return the ends of the shown frequencies, and where they are in the picture [px]."""
+    box = plot.canvas.view.sceneBoundingRect()
+    return *plot.window_ends, box.left(), box.right()
+
+
+def test_a_measured_loop_is_drawn_where_it_is_coherent(screen, settle, qtbot):
     card = screen.frequency
     settle(lambda: shows(card, "flown"))
     card.choose_loop("pitch")
@@ -280,11 +288,18 @@ def test_a_measured_loop_is_drawn_where_it_is_coherent(screen, settle):
     size = curve(magnitude, "measured")[1]
     np.testing.assert_allclose(size[:3], 20.0 * np.log10([4.0, 2.0, math.sqrt(2.0)]))
     assert math.isnan(size[3])
+    assert next(each.style for each in magnitude.curves if each.label == "measured") is (
+        CurveStyle.POINTS
+    )
+    assert card.bode.coherence.isVisibleTo(card.bode)
+    np.testing.assert_allclose(curve(card.bode.coherence, "measured")[1], coherence)
+    qtbot.waitUntil(lambda: across(card.bode.coherence) == across(magnitude))
     spread = curve(magnitude, "measured +σ")[1] - size
     np.testing.assert_allclose(spread[:3], 20.0 * math.log10(1.1))
     card.choose_loop("roll")
     settle(lambda: shows(card, "flown"))
     assert "measured" not in magnitude.names
+    assert not card.bode.coherence.isVisibleTo(card.bode)
 
 
 def synthetic(system, frequency):
@@ -306,20 +321,58 @@ def test_margins_are_marked_where_python_control_has_them():
     assert frequency == pytest.approx(loop.margins.crossover, rel=1e-3)
     assert value + math.pi == pytest.approx(loop.margins.phase_margin, abs=1e-3)
     assert gain_margin_mark(loop, math.inf) is None
-    _, top = peak(loop.frequency, loop.sensitivity)
+    _, top = response_peak(loop.frequency, loop.sensitivity)
     inverse = control.feedback(1, 2.0 / (s * (s + 1) * (s + 2)))
     assert top == pytest.approx(np.abs(inverse(1j * loop.frequency)).max())
 
 
+@pytest.mark.parametrize("gain", [0.02, 1.0, 30.0, 1000.0])
+@pytest.mark.parametrize("integrators", [0, 1, 2, 3, 4])
+def test_the_phase_begins_at_that_of_its_integrators_whatever_the_gain(gain, integrators):
+    """k / (s^n (s + 3)^2) begins at -90 n degrees and ends 180 degrees below."""
+    frequency = np.geomspace(1e-3, 1e3, 400)
+    s = 1j * frequency
+    phase = np.degrees(unwrapped_phase(frequency, gain / (s**integrators * (s + 3.0) ** 2)))
+    assert phase[[0, -1]] == pytest.approx(
+        [-90.0 * integrators, -90.0 * integrators - 180.0], abs=1
+    )
+
+
+def test_the_phase_margin_of_an_unstable_vehicle_is_read_from_minus_180_degrees():
+    """3e5 (s + 2)^3 / ((s^2 - 0.2 s + 1) (s + 40)^4): L(0) is positive, a turn below 0 degrees.
+
+    By hand: the unstable pair turns the phase by +180 degrees, and the zeros by +270, of which lags
+    at 40 rad/s take a part below the crossover.
+    """
+    s = control.tf("s")
+    unstable = 3e5 * (s + 2) ** 3 / ((s**2 - 0.2 * s + 1) * (s + 40) ** 4)
+    loop = synthetic(unstable, np.geomspace(0.05, 500.0, 900))
+    phase = unwrapped_phase(loop.frequency, loop.open_loop)
+    at = np.interp(loop.margins.crossover, loop.frequency, phase)
+    assert at + math.pi == pytest.approx(loop.margins.phase_margin, abs=2e-3)
+    assert phase[0] == pytest.approx(-math.tau, abs=0.1)
+
+
+def test_a_measurement_is_on_the_branch_of_its_model():
+    """Three integrators and a lag end at -360 degrees: measured there alone, it is not at 0."""
+    frequency = np.geomspace(0.01, 100.0, 200)
+    s = 1j * frequency
+    response = 1.0 / (s**3 * (s + 1.0))
+    model = DrawnLoop("flown", frequency, response, NOTHING, NOTHING, None, NOTHING)
+    measured = drawn_measurement(frequency[150:], response[150:], np.ones(50), np.zeros(50))
+    np.testing.assert_allclose(phase_beside(measured, model), phase_beside(model, model)[150:])
+    assert math.degrees(phase_beside(measured, model)[-1]) == pytest.approx(-360.0, abs=1.0)
+
+
 def test_the_disk_touches_the_curve_whose_margin_it_is():
     """Its diameter goes from -(2 + a) / (2 - a) to -(2 - a) / (2 + a)."""
-    x, _ = disk(1.0)
+    x, _ = disk_edge(1.0)
     assert (x.min(), x.max()) == (pytest.approx(-3.0), pytest.approx(-1.0 / 3.0, rel=1e-3))
     frequency = np.geomspace(0.05, 50.0, 2000)
     s = control.tf("s")
     response = (2.0 / (s * (s + 1) * (s + 2)))(1j * frequency)
     margin = (2.0 * np.abs(1.0 + response) / np.abs(1.0 - response)).min()
-    x, y = disk(float(margin))
+    x, y = disk_edge(float(margin))
     middle, radius = 0.5 * (x.min() + x.max()), 0.5 * (x.max() - x.min())
     assert np.abs(response - middle).min() == pytest.approx(radius, rel=1e-3)
     assert np.hypot(x - middle, y).max() == pytest.approx(radius)

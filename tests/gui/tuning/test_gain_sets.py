@@ -4,11 +4,12 @@ import dataclasses
 
 import pytest
 
-from workbench.analysis.questions import FindRanges, Judge, Tune
-from workbench.control.controller import load_controller
-from workbench.gains.gains import GainFile, flight_gains, load_gains, save_gains
+from workbench.analysis.queries import FindRanges, Judge, Tune
+from workbench.control.controller_file import load_controller
+from workbench.gains.gain_choice import flight_gains
+from workbench.gains.gains import GainFile, load_gains, save_gains
 from workbench.gui.tuning.tuning_screen import TuningScreen
-from workbench.scenario.parameters import parameter_table
+from workbench.scenario.scenario import Action
 
 LAW = load_controller("pd@speed=0,4")
 
@@ -17,7 +18,7 @@ LAW = load_controller("pd@speed=0,4")
 def scheduled(flying):
     """The view of the drone with two sets of gains."""
     values = flight_gains(flying.vehicle, controller=LAW)
-    names = [row.name for row in parameter_table(LAW)]
+    names = [row.name for row in LAW.table]
     kept = {name: values[name] for name in names if name in flying.values or "_at_" in name}
     return dataclasses.replace(flying, controller=LAW, values=kept)
 
@@ -107,9 +108,9 @@ def test_a_gain_file_with_sets_of_gains_has_them_scheduled(
         flying, controller=plain, vehicle=dataclasses.replace(flying.vehicle)
     )
     screen.begin(before)
-    orders = screen.workspace.flight.orders.given
+    orders = screen.workspace.flight.orders
     screen.gain_files.load(path)
-    qtbot.waitUntil(lambda: ("fly_controller", "pd@speed=0,4") in orders)
+    qtbot.waitUntil(lambda: Action(controller="pd@speed=0,4") in orders)
     screen.take_over(dataclasses.replace(scheduled, vehicle=flying.vehicle))
     assert screen.gain_files.diff is not None
     changed = {each.name: each.b for each in screen.gain_files.diff.changes}
@@ -125,4 +126,4 @@ def test_a_schedule_that_is_none_is_a_sentence(screen, told):
     screen.gains.schedule_gains("speed=4,0")
     assert "ascending" in told[-1].what
     screen.gains.schedule_gains("")
-    assert screen.workspace.flight.orders.given[-1] == ("fly_controller", "pd")
+    assert screen.workspace.flight.orders[-1] == Action(controller="pd")

@@ -128,3 +128,33 @@ def test_linked_gains_move_along(screen, settle):
     settle(lambda: shaping._base is None)
     proposed = screen.gains.proposed
     assert proposed["kp_roll"] == proposed["kp_pitch"] != screen.gains.flown["kp_pitch"]
+
+
+def test_the_dark_band_is_where_all_limits_of_all_loops_hold(screen, settle, with_reach):
+    """Roll and pitch have 41° at first; with both linked, the band begins at the limit of 45°, and
+    the margin there is what python-control finds."""
+    screen.gains.set_linked(True)
+    card, shaping = screen.frequency, screen.frequency.shaping
+    settle(lambda: card.curves.shown)
+    card.choose_loop("pitch")
+    settle(lambda: shaping._reach.margins(1.0))
+    assert "No bandwidth keeps all limits: the phase margin of roll" in shaping.said
+    assert shaping._reach.bandwidths(40.0) is None
+    slider, middle = shaping.phase.slider, shaping.phase.slider.height() // 2
+    screen.limits.set("phase_margin", 45.0)
+    low, high = slider._within_limits
+    assert slider._stable[0] < low < high < slider._stable[1]
+    assert 45.0 <= math.degrees(slider.scale.value(low)) < 49.5
+    dark = slider.grab().toImage()
+    x = round(slider._x(0.5 * (low + high)))
+    screen.limits.set("phase_margin", 120.0)
+    assert slider._within_limits is None
+    light = slider.grab().toImage()
+    assert dark.pixelColor(x, middle - 3) != light.pixelColor(x, middle - 3)
+    screen.limits.set("phase_margin", 45.0)
+    assert slider._within_limits == (low, high)
+    shaping._take(shaping.phase)
+    shaping._want(shaping.phase, slider.scale.value(low))
+    settle(lambda: not shaping._queries.is_waiting)
+    shaping._release()
+    assert margins(pitch_gains(screen))[0] >= 44.9

@@ -3,11 +3,13 @@ import pytest
 from PyQt6.QtCore import QPoint, QPointF, Qt
 from PyQt6.QtWidgets import QApplication
 
-from workbench.analysis.questions import DrawMap, Step
+from workbench.analysis.queries import DrawMap, RequestedStep
 from workbench.analysis.replies import Mapped
-from workbench.gui.tuning.map_card import MapCard, contour_levels, contour_segments, value_range
+from workbench.control.controller_file import load_controller
+from workbench.gui.tuning.map_card import MapCard, axis_gains
+from workbench.gui.tuning.map_view import contour_levels, contour_segments, value_range
 
-STEP = Step("x", 1.0, 2.0)
+STEP = RequestedStep("x", 1.0, 2.0)
 
 
 def test_a_line_of_equal_value_lies_where_the_value_is():
@@ -78,7 +80,7 @@ def test_it_asks_for_the_gains_that_matter_along_the_axis(card, offline, trial):
     assert (asked.x, asked.y, asked.metric) == ("kp_velocity_x", "kp_pitch", "overshoot")
     assert asked.step == STEP
     assert asked.gains == trial.proposed
-    trial.set_step(Step("z", 1.0, 2.0))
+    trial.set_step(RequestedStep("z", 1.0, 2.0))
     assert card.across.currentData() == "kp_velocity_z"
 
 
@@ -122,10 +124,10 @@ def test_arrows_and_enter_propose_too(card, offline, gains, qtbot):
     assert (gains.proposed["kp_velocity_x"], gains.proposed["kp_pitch"]) == (7.0, 300.0)
 
 
-def test_a_lost_flight_is_hatched_and_called_lost(card, offline, qtbot):
+def test_a_lost_flight_is_hatched_and_called_a_crash(card, offline, qtbot):
     offline.analysis.tell(*mapped(offline.analysis.of(DrawMap)[-1]))
     qtbot.mouseMove(card.view.viewport(), pixel(card.view, 10.0, 400.0))
-    assert card.reading.text().endswith(": lost")
+    assert card.reading.text().endswith(": crashes")
 
 
 def test_two_equal_gains_make_no_map(card, offline, qtbot):
@@ -150,3 +152,33 @@ def test_a_wait_for_the_compiler_says_so(card, offline):
     assert card.said.text() == "Drawing … compiling flights: 40 %"
     offline.analysis.tell(*mapped(offline.analysis.of(DrawMap)[-1]))
     assert card.said.text() == ""
+
+
+def test_the_colours_have_a_scale_with_the_unit(card, offline):
+    """Values of the map are from 3 to 13.5 %, where nothing is lost."""
+    offline.analysis.tell(*mapped(offline.analysis.of(DrawMap)[-1]))
+    scale = card.view._scale
+    assert scale.isVisible()
+    assert scale.getAxis("left").labelText == "Overshoot %"
+    assert scale.levels() == (3.0, pytest.approx(13.5, abs=0.6))
+    assert tuple(card.view._image.levels) == scale.levels()
+
+
+def test_no_map_is_not_hatched_in_another_look(card, offline):
+    card.view.show_map(None)
+    offline.look.changed.emit()
+    assert not card.view.getViewBox().background.isVisible()
+
+
+@pytest.mark.parametrize(
+    ("law", "axis", "first"),
+    [
+        ("pd", "x", ["kp_velocity_x", "kp_pitch"]),
+        ("pd", "z", ["kp_velocity_z", "kd_velocity_z"]),
+        ("pid", "x", ["kp_velocity_xy", "kp_tilt"]),
+        ("crazyflie", "yaw", ["pid_attitude_yaw_kp", "pid_rate_yaw_kp"]),
+        ("px4", "y", ["MPC_XY_VEL_P_ACC", "MC_ROLL_P"]),
+    ],
+)
+def test_the_first_map_of_an_axis_is_over_the_main_gains_of_its_loops(law, axis, first):
+    assert axis_gains(load_controller(law).loops, axis)[:2] == first

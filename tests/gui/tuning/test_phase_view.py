@@ -6,16 +6,16 @@ from functools import partial
 import pytest
 
 from workbench.analysis.judging import judge as answer
-from workbench.analysis.questions import Judge
-from workbench.analysis.subject import Subject
+from workbench.analysis.queries import Judge
+from workbench.analysis.subject import AnalysedVehicle
 from workbench.design.judge.loop_judgement import judge_loops
-from workbench.design.judge.phase_budget import PARTS, phase_budgets
+from workbench.design.judge.phase_budget import PHASE_BUDGET_PARTS, phase_budgets
 from workbench.design.linear.operating_point import OperatingPoint
 from workbench.design.linear.study import LinearStudy
-from workbench.gui.tuning.judgement import Judgement
-from workbench.gui.tuning.limits import Limits
-from workbench.gui.tuning.loop_plots import PhaseView
-from workbench.gui.tuning.number_table import State
+from workbench.gui.tuning.judgement import StabilityFollower
+from workbench.gui.tuning.limits import LimitValues
+from workbench.gui.tuning.number_row import RowState
+from workbench.gui.tuning.phase_view import PhaseView
 from workbench.scenario.scenario import Scenario
 
 FLOWN = {"kp_pitch": 225.0, "kd_pitch": 27.0}
@@ -26,9 +26,9 @@ LABELS = {"velocity": "vel.", "position": "pos.", "_": " "}
 
 @pytest.fixture
 def card(offline, qtbot):
-    judgement = Judgement(offline.analysis)
+    judgement = StabilityFollower(offline.analysis)
     judgement.set_seen(True)
-    made = PhaseView(offline, judgement, Limits(offline.preferences.store))
+    made = PhaseView(offline, judgement, LimitValues(offline.preferences.store))
     made.judgement = judgement
     qtbot.addWidget(made)
     made.resize(560, 270)
@@ -69,7 +69,7 @@ def turned(**other):
 def test_the_table_is_that_of_the_judge_and_follows_a_cut_off(screen, offline, qtbot, estimator):
     """Each cut-off is asked about once, and the answer of the margins fills both cards."""
     analysis, scenario = offline.analysis, Scenario(estimator=estimator)
-    subject, study, filters = Subject(scenario, {}), LinearStudy(scenario), {}
+    subject, study, filters = AnalysedVehicle(scenario, {}), LinearStudy(scenario), {}
     qtbot.waitUntil(lambda: bool(analysis.of(Judge)))
     for cutoff in (80.0, 25.0):
         asked = len(analysis.of(Judge))
@@ -84,12 +84,11 @@ def test_the_table_is_that_of_the_judge_and_follows_a_cut_off(screen, offline, q
         assert len(found) == len(screen.frequency.phase.table.rows) == 9
         for budget in found:
             *parts, at = row(screen.frequency.phase, budget.loop).cells
-            for name, cell in zip(PARTS, parts, strict=True):
+            for name, cell in zip(PHASE_BUDGET_PARTS, parts, strict=True):
                 # half of the last digit, and what both linearisations differ by
-                digit = 1.0 if abs(number(cell)) >= 10.0 else 0.1
                 angle = math.degrees(getattr(budget, name))
-                assert number(cell) == pytest.approx(angle, abs=0.55 * digit)
-                assert ("°" in cell.help) and (f"{budget.crossover:.3g} rad/s" in cell.help)
+                assert number(cell) == pytest.approx(angle, abs=0.055, rel=1e-3)
+                assert f"° at {budget.crossover:.3g}\N{NO-BREAK SPACE}rad/s" in cell.help
             assert number(at) == pytest.approx(budget.crossover, rel=6e-3)
         margin = row(screen.margins, "pitch").cells[2]
         pitch = row(screen.frequency.phase, "pitch").cells
@@ -109,11 +108,14 @@ def test_each_loop_shows_its_parts_what_costs_most_and_where(card, offline, judg
     pitch = make_loop("pitch", phase_margin=math.radians(40.0), turned=turned(rotors=-40.0))
     offline.analysis.tell(*judge(FLOWN, pitch))
     cells = row(card, "pitch").cells
-    assert [cell.text for cell in cells] == ["−70", "−20", "−5.0", "−2.0", "−3.0", "−40", "10"]
+    texts = ["−70.0", "−20.0", "−5.0", "−2.0", "−3.0", "−40.0", "10"]
+    assert [cell.text for cell in cells] == texts
     assert [cell.marked for cell in cells] == ["", "", "", "", "", "most", ""]
-    assert "−20.0° at 10 rad/s" in cells[1].help and "the low-passes" in cells[1].help
+    assert (
+        "−20.0° at 10\N{NO-BREAK SPACE}rad/s" in cells[1].help and "the low-passes" in cells[1].help
+    )
     assert "leave 40.0°" in cells[-1].help
-    assert card.headline[0] == "Weakest: pitch; most: rotors −40°"
+    assert card.headline[0] == "Weakest: pitch; most: rotors −40.0°"
     assert "most" in row(card, "pitch").spoken
     # loops whose parts are not known say so, and nothing else
     assert {cell.text for cell in row(card, "roll").cells} == {"–"}
@@ -128,7 +130,7 @@ def test_what_is_proposed_stands_beside_what_flies(card, offline, judge, make_lo
     slower = make_loop("pitch", turned=turned(filters=-35.0), crossover=12.0)
     offline.analysis.tell(*judge(PROPOSED, slower))
     law, filters, *_, at = row(card, "pitch").cells
-    assert (filters.text, filters.was, filters.marked) == ("−35", "−20", "most")
+    assert (filters.text, filters.was, filters.marked) == ("−35.0", "−20.0", "most")
     assert (at.text, at.was, law.was) == ("12", "10", "")
 
 
@@ -136,7 +138,7 @@ def test_an_unstable_loop_has_no_parts_and_says_so(card, offline, judge, make_lo
     card.judgement.follow(FLOWN, FLOWN)
     broken = make_loop("roll", stable=False, growing=True)
     offline.analysis.tell(*judge(FLOWN, broken, said="the roll loop is unstable."))
-    assert row(card, "roll").state is State.BROKEN
+    assert row(card, "roll").state is RowState.BROKEN
     assert {cell.text for cell in row(card, "roll").cells} == {"–"}
     assert card.headline[0] == "The roll loop is unstable."
     assert card.missing.text() == "Phases are known only for a stable closed loop."

@@ -5,10 +5,10 @@ import pytest
 from PyQt6.QtCore import Qt
 from PyQt6.QtGui import QGuiApplication
 
-from workbench.analysis.questions import Pin, Step
+from workbench.analysis.queries import RegressionCase, RequestedStep
 from workbench.gui.tuning.pin_card import PinCard, name_fault, regress_command, spec_path
 
-STEP = Step("x", 1.0, 2.0)
+STEP = RequestedStep("x", 1.0, 2.0)
 
 
 @pytest.fixture
@@ -29,16 +29,18 @@ def test_what_flies_is_pinned_with_the_step(card, offline, trial, qtbot, tmp_pat
     card.name.selectAll()
     qtbot.keyClicks(card.name, "quick x")
     press(qtbot, card.button)
-    path = tmp_path / "quick-x.spec.yaml"
-    assert offline.analysis.of(Pin) == [Pin(path, trial.flown, STEP, margins=True)]
+    path = tmp_path / "quick-x.workbench.yaml"
+    assert offline.analysis.of(RegressionCase) == [
+        RegressionCase(path, trial.flown, STEP, margins=True)
+    ]
 
 
 def test_paths_and_the_command_are_shown_and_copied(card, offline, qtbot, tmp_path):
     press(qtbot, card.button)
-    spec = tmp_path / "my-step.spec.yaml"
+    spec = tmp_path / "my-step.workbench.yaml"
     pinned = spec, tmp_path / "my-step.baseline", "Holds a step."
-    offline.analysis.tell(offline.analysis.of(Pin)[-1], pinned)
-    assert card.paths.text() == f"my-step.spec.yaml and my-step.baseline in {tmp_path}"
+    offline.analysis.tell(offline.analysis.of(RegressionCase)[-1], pinned)
+    assert card.paths.text() == f"my-step.workbench.yaml and my-step.baseline in {tmp_path}"
     assert str(spec) in card.paths.toolTip()
     assert card.command.text() == f"workbench regress {spec}"
     press(qtbot, card.copy)
@@ -46,26 +48,26 @@ def test_paths_and_the_command_are_shown_and_copied(card, offline, qtbot, tmp_pa
 
 
 def test_overwriting_takes_a_second_press(card, offline, qtbot, tmp_path):
-    (tmp_path / "my-step.spec.yaml").write_text("mine")
+    (tmp_path / "my-step.workbench.yaml").write_text("mine")
     press(qtbot, card.button)
-    assert offline.analysis.of(Pin) == []
-    assert card.said.text() == "my-step.spec.yaml exists: press again to overwrite it."
+    assert offline.analysis.of(RegressionCase) == []
+    assert card.said.text() == "my-step.workbench.yaml exists: press again to overwrite it."
     press(qtbot, card.button)
-    assert len(offline.analysis.of(Pin)) == 1
+    assert len(offline.analysis.of(RegressionCase)) == 1
 
 
 def test_another_name_is_asked_about_anew(card, offline, qtbot, tmp_path):
-    (tmp_path / "my-step.spec.yaml").write_text("mine")
+    (tmp_path / "my-step.workbench.yaml").write_text("mine")
     press(qtbot, card.button)
     card.name.setText("other")
     card.name.setText("my-step")
     press(qtbot, card.button)
-    assert offline.analysis.of(Pin) == []
+    assert offline.analysis.of(RegressionCase) == []
 
 
 def test_a_refusal_is_told_beside_the_button(card, offline, qtbot):
     press(qtbot, card.button)
-    offline.analysis.refused.emit(offline.analysis.of(Pin)[0], "the disk is full")
+    offline.analysis.refused.emit(offline.analysis.of(RegressionCase)[0], "the disk is full")
     assert card.said.text() == "the disk is full"
     assert card.button.isEnabled()
 
@@ -76,17 +78,17 @@ def test_a_name_is_no_path(name, good):
 
 
 def test_a_command_can_be_pasted_into_a_shell():
-    assert regress_command(Path("/a/b.spec.yaml")) == "workbench regress /a/b.spec.yaml"
+    assert regress_command(Path("/a/b.workbench.yaml")) == "workbench regress /a/b.workbench.yaml"
     command = regress_command(Path("/a b/it's.yaml"))
     assert shlex.split(command) == ["workbench", "regress", "/a b/it's.yaml"]
 
 
 def test_a_suffix_that_is_typed_is_not_doubled():
-    assert spec_path("/a", "x.spec.yaml") == Path("/a/x.spec.yaml")
+    assert spec_path("/a", "x.workbench.yaml") == Path("/a/x.workbench.yaml")
 
 
 def test_a_load_can_be_pinned(card, offline, trial, qtbot):
-    trial.set_step(Step("gust_x", 6.0, 4.0, acts=1.0))
+    trial.set_step(RequestedStep("gust_x", 6.0, 4.0, acts=1.0))
     assert "gust x, east for 4 s" in card.what.text()
     press(qtbot, card.button)
-    assert offline.analysis.of(Pin)[-1].step == trial.excited
+    assert offline.analysis.of(RegressionCase)[-1].step == trial.excited

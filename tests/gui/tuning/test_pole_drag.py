@@ -8,7 +8,7 @@ from PyQt6.QtTest import QTest
 
 from workbench.design.linear.linearize import linearize
 from workbench.design.linear.operating_point import OperatingPoint
-from workbench.gui.tuning.poles_card import Pole
+from workbench.gui.tuning.pole import Pole
 
 LEFT = Qt.MouseButton.LeftButton
 SHIFT = Qt.KeyboardModifier.ShiftModifier
@@ -39,8 +39,8 @@ def nearest(poles, place):
 def take(screen, settle, loop, near):
     """Return the plane, and the proposed pole near to a place, of a chosen loop."""
     card = screen.poles
-    settle(lambda: card.loops.count())
-    card.choose_loop(loop)
+    settle(lambda: card.loops.count() > 1)
+    card.loops.setCurrentIndex(card.loops.findData(loop))
     proposed = [pole for pole in card.plane.poles if pole.proposed]
     return card.plane, min(proposed, key=lambda pole: abs(pole.value - near))
 
@@ -88,10 +88,10 @@ def test_arrow_keys_move_the_chosen_pole(screen, settle):
     plane, pole = take(screen, settle, "pitch", -20.0 + 24.0j)
     plane.setFocus()
     for _ in range(40):
-        if plane.accessibleDescription() == pole.text:
+        if plane.chosen == pole:
             break
         QTest.keyClick(plane, Qt.Key.Key_Left)
-    assert plane.accessibleDescription() == pole.text
+    assert plane.chosen == pole
     for _ in range(3):
         QTest.keyPress(plane, Qt.Key.Key_Up, SHIFT)
         settle(lambda: True)
@@ -148,3 +148,42 @@ def test_flown_poles_stay_where_they_are(screen, settle):
     QTest.mousePress(plane.viewport(), LEFT, pos=at)
     QTest.mouseMove(plane.viewport(), at + type(at)(20, 20))
     assert plane._place is None and screen.poles._base is None
+
+
+def test_the_loop_of_a_pole_is_named_with_a_way_to_it(screen, settle):
+    """The fast tilt poles of this law are those of roll and pitch, at one place."""
+    plane, pole = take(screen, settle, "", -20.8 + 22.8j)
+    for loop, other in (("roll", "pitch"), ("pitch", "roll")):
+        screen.margins.loop_chosen.emit(loop)
+        QTest.mouseMove(plane.viewport(), plane.viewport().rect().topLeft())
+        QTest.mouseMove(plane.viewport(), plane.place(pole).toPoint())
+        assert plane.chosen.loop == loop
+        said = f"of the loop {loop}; a pole of {other} lies under it"
+        assert said in screen.poles.reading.text()
+    QTest.mouseMove(plane.viewport(), plane.viewport().rect().topLeft())
+    QTest.mouseClick(screen.poles.to_loop, LEFT)
+    assert screen.tabs.currentWidget() is screen.frequency
+    assert screen.frequency.curves.loop == loop
+
+
+@pytest.mark.parametrize("loop", ["roll", "pitch"])
+def test_a_pole_is_moved_by_the_gains_of_the_loop_that_is_read_there(screen, settle, loop):
+    """Poles of roll and pitch lie on one another; only that of the read loop moves."""
+    plane, pole = take(screen, settle, "", -20.8 + 22.8j)
+    screen.gains.set_linked(False)
+    screen.margins.loop_chosen.emit(loop)
+    before = dict(screen.gains.proposed)
+    drag(plane, pole, -14.0 + 20.0j, settle)
+    moved = {name for name, value in screen.gains.proposed.items() if value != before[name]}
+    assert moved == {f"kp_{loop}", f"kd_{loop}"}
+    assert screen.gains.next_undo == f"Pole of {loop}"
+
+
+def test_a_pole_of_no_loop_asks_for_one(screen, settle):
+    plane, _ = take(screen, settle, "", 0.0)
+    of_none = Pole(-12.0 + 9.0j, proposed=True)
+    plane.show_poles([of_none])
+    before = dict(screen.gains.proposed)
+    drag(plane, of_none, -14.0 + 9.0j, settle)
+    assert screen.gains.proposed == before
+    assert screen.poles.reading.text().startswith("No loop moves this pole by itself")

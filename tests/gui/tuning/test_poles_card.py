@@ -2,9 +2,12 @@ import numpy as np
 import pytest
 from PyQt6.QtCore import QPoint, QPointF, Qt
 
-from workbench.gui.tuning.poles_card import Pole, PolePlane, poles_headline, shown_poles
+from workbench.analysis.replies import Judged
+from workbench.gui.tuning.pole import Pole, drawn_poles, poles_headline
+from workbench.gui.tuning.pole_plane import PolePlane
 
 SWINGING = -3.0 + 4.0j
+SIDES = "left", "bottom"
 
 
 @pytest.fixture
@@ -18,27 +21,50 @@ def plane(workspace, qtbot):
     return made
 
 
+def judged(poles, loops=()):
+    return Judged((), np.array(poles, dtype=complex), True, "", tuple(loops))
+
+
 def test_a_pole_says_its_frequency_and_its_damping():
     pole = Pole(SWINGING, proposed=True)
     assert (pole.frequency, pole.damping, pole.is_stable) == (5.0, 0.6, True)
-    assert pole.text == "proposed: 5 rad/s (0.796 Hz), damping 0.60"
+    assert (
+        pole.text == "proposed: 5\N{NO-BREAK SPACE}rad/s (0.796\N{NO-BREAK SPACE}Hz), damping 0.60"
+    )
     assert Pole(2.0 + 0.0j, proposed=False).text.endswith("damping −1.00, unstable")
+    assert Pole(-1.0 + 0.0j, True, "yaw_rate").text.endswith(", of the loop yaw rate")
 
 
 def test_of_a_pair_the_upper_one_is_shown():
-    poles = shown_poles(np.array([-1.0]), np.array([SWINGING, SWINGING.conjugate()]))
-    assert poles == (Pole(-1.0 + 0.0j, False), Pole(SWINGING, True))
+    flown = judged([-1.0])
+    poles = drawn_poles(flown, judged([SWINGING, SWINGING.conjugate()], ["roll", "roll"]))
+    assert poles == (Pole(-1.0 + 0.0j, False), Pole(SWINGING, True, "roll"))
 
 
-def test_the_headline_counts_what_is_unstable():
-    assert poles_headline(np.array([-1.0, 2.0, 0.5 + 1j])) == "2 unstable poles."
-    assert poles_headline(np.array([SWINGING, -1.0])) == "Least damping 0.60, at 5 rad/s."
-    assert poles_headline(np.array([-1.0 + 0j])) == "Nothing oscillates."
+def test_the_headline_counts_what_is_unstable_and_names_its_loop():
+    def headline(*poles, loops=()):
+        return poles_headline(drawn_poles(None, judged(poles, loops)))
+
+    assert headline(-1.0, 2.0, 0.5 + 1j, 0.5 - 1j) == "3 unstable poles."
+    said = "Least damping 0.60, at 5\N{NO-BREAK SPACE}rad/s, of the loop yaw rate."
+    assert headline(SWINGING, -1.0, loops=["yaw_rate", ""]) == said
+    assert headline(0.1, 0.2, loops=["roll", "pitch"]) == "2 unstable poles, of the loop pitch."
+    assert headline(-1.0) == "Nothing oscillates."
+    for idle in (0.0, 4.5e-13):  # an integrator that an autopilot's law stops while it holds
+        assert headline(-1.0, idle) == "Nothing oscillates."
 
 
 def test_real_and_imaginary_parts_have_one_scale_so_that_angles_say_the_damping(plane):
     zero, there = plane.place(Pole(0j, True)), plane.place(Pole(SWINGING, True))
     assert (zero.x() - there.x()) / (zero.y() - there.y()) == pytest.approx(0.75)
+
+
+def test_both_axes_have_numbers_and_units(plane):
+    """Rings of 10 1/s to a span of 40: their numbers are along both axes."""
+    left, bottom = ([text for _, text in plane.getAxis(each)._tickLevels[0]] for each in SIDES)
+    assert left[:3] == ["0", "10", "20"]
+    assert {"−10", "−20", "−30", "0"} <= set(bottom)
+    assert [plane.getAxis(each).labelText for each in SIDES] == ["Im 1/s", "Re 1/s"]
 
 
 def test_the_pointer_reads_the_pole_that_is_near(plane, qtbot):

@@ -1,8 +1,13 @@
 import numpy as np
 import pytest
 
-from workbench.gui.tuning.response_card import GHOSTS, ResponseHistory, Round, Trace
-from workbench.scenario.excitation import Excitation, Exciting, Shape
+from workbench.gui.tuning.response_history import (
+    MAX_EARLIER_RESPONSES,
+    ExcitationRound,
+    ResponseHistory,
+)
+from workbench.gui.tuning.round_trace import RoundTrace
+from workbench.scenario.excitation import ActiveExcitation, Excitation, Shape
 
 STEP = Excitation("x", Shape.STEP, 1.0, 1.0, repeats=True)
 GAINS = {"kp_pitch": 225.0}
@@ -12,7 +17,7 @@ def take(excitation, begun, end):
     """Answer every command after 0.25 s."""
     time = np.arange(0.0, max(0.0, end - begun), 1 / 128)
     asked = np.array([excitation.command(max(0.0, each - 0.25)) for each in time])
-    return Trace(time, asked, np.zeros(len(time)), np.full(len(time), 0.5))
+    return RoundTrace(time, asked, np.zeros(len(time)), np.full(len(time), 0.5))
 
 
 @pytest.fixture
@@ -26,79 +31,110 @@ def test_there_is_nothing_before_the_first_round(history):
 
 
 def test_the_present_response_begins_at_the_edge_and_ends_now(history):
-    history.begin(Exciting(STEP, 10.0, 1), GAINS)
+    history.begin(ActiveExcitation(STEP, 10.0, 1), GAINS)
     trace = history.present(10.5)
     assert trace.time[0] == 0.0
     assert trace.time[-1] == pytest.approx(0.5, abs=0.01)
 
 
 def test_numbers_come_once_the_step_is_over_and_stay_while_the_next_is_flown(history):
-    history.begin(Exciting(STEP, 10.0, 1), GAINS)
+    history.begin(ActiveExcitation(STEP, 10.0, 1), GAINS)
     history.present(10.9)
     assert history.numbers is None
     history.present(11.1)
     first = history.numbers
     assert first.peak_rotor_use == 0.5
-    history.begin(Exciting(STEP, 12.0, 2), GAINS)
+    history.begin(ActiveExcitation(STEP, 12.0, 2), GAINS)
     history.present(12.3)
     assert history.numbers is first
 
 
 def test_the_same_round_told_again_changes_nothing(history):
     for _ in range(3):
-        history.begin(Exciting(STEP, 10.0, 1), GAINS)
+        history.begin(ActiveExcitation(STEP, 10.0, 1), GAINS)
     assert history.ghosts == ()
 
 
 def test_at_most_five_ghosts_are_kept_the_newest_first_with_the_gains_that_made_them(history):
     for number in range(8):
-        history.begin(Exciting(STEP, 2.0 * number, number + 1), {"kp_pitch": 100.0 + number})
-    assert len(history.ghosts) == GHOSTS == 5
+        history.begin(
+            ActiveExcitation(STEP, 2.0 * number, number + 1), {"kp_pitch": 100.0 + number}
+        )
+    assert len(history.ghosts) == MAX_EARLIER_RESPONSES == 5
     assert [each.round.gains["kp_pitch"] for each in history.ghosts] == [106, 105, 104, 103, 102]
     assert history.ghosts[0].trace.time[-1] == pytest.approx(2.0, abs=0.01)
     assert history.ghosts[0].numbers is not None
 
 
 def test_a_round_that_is_stopped_keeps_what_was_flown(history):
-    history.begin(Exciting(STEP, 10.0, 1), GAINS)
+    history.begin(ActiveExcitation(STEP, 10.0, 1), GAINS)
     history.end(10.6)
     assert not history.is_running
     assert history.present(20.0).time[-1] == pytest.approx(0.6, abs=0.01)
-    history.begin(Exciting(STEP, 30.0, 1), GAINS)
+    history.begin(ActiveExcitation(STEP, 30.0, 1), GAINS)
     assert history.ghosts[0].trace.time[-1] == pytest.approx(0.6, abs=0.01)
     assert history.ghosts[0].numbers is None
 
 
 def test_what_was_ended_at_once_makes_no_ghost(history):
-    history.begin(Exciting(STEP, 10.0, 1), GAINS)
+    history.begin(ActiveExcitation(STEP, 10.0, 1), GAINS)
     history.end(10.02)
-    history.begin(Exciting(STEP, 30.0, 1), GAINS)
+    history.begin(ActiveExcitation(STEP, 30.0, 1), GAINS)
     assert history.ghosts == ()
 
 
 def test_gains_of_a_round_are_those_at_its_beginning(history):
     gains = dict(GAINS)
-    history.begin(Exciting(STEP, 10.0, 1), gains)
+    history.begin(ActiveExcitation(STEP, 10.0, 1), gains)
     gains["kp_pitch"] = 1.0
     assert history.round.gains["kp_pitch"] == 225.0
 
 
 def test_gains_that_change_during_the_step_withhold_its_numbers(history):
-    history.begin(Exciting(STEP, 10.0, 1), GAINS)
-    history.begin(Exciting(STEP, 10.0, 1), {"kp_pitch": 300.0})
+    history.begin(ActiveExcitation(STEP, 10.0, 1), GAINS)
+    history.begin(ActiveExcitation(STEP, 10.0, 1), {"kp_pitch": 300.0})
     history.present(11.1)
     assert "parameters changed" in history.numbers.withheld
-    history.begin(Exciting(STEP, 12.0, 2), {"kp_pitch": 300.0})
+    history.begin(ActiveExcitation(STEP, 12.0, 2), {"kp_pitch": 300.0})
     assert "parameters changed" in history.ghosts[0].numbers.withheld
     history.present(13.1)
     assert "parameters changed" not in history.numbers.withheld
-    history.begin(Exciting(STEP, 12.0, 2), GAINS)  # after the step: its numbers stay
-    history.begin(Exciting(STEP, 14.0, 3), GAINS)
+    history.begin(ActiveExcitation(STEP, 12.0, 2), GAINS)  # after the step: its numbers stay
+    history.begin(ActiveExcitation(STEP, 14.0, 3), GAINS)
     assert "parameters changed" not in history.ghosts[0].numbers.withheld
 
 
+def test_numbers_stay_with_their_age_until_others_are_not_withheld():
+    """Gains change in the second round, and the third one is shorter than its step."""
+
+    def after_a_while(excitation, begun, end):
+        time = np.arange(0.0, max(0.0, end - begun), 1 / 128)
+        return RoundTrace(time, 1.0 * (time > 0.25), 0.0 * time, 0.0 * time)
+
+    history = ResponseHistory(after_a_while, lambda: 0.0)
+    history.begin(ActiveExcitation(STEP, 10.0, 1), GAINS)
+    history.present(11.5)
+    good = history.numbers
+    assert history.age_text(11.5, GAINS) == "" and not history.withheld
+    assert history.age_text(11.5, {"kp_pitch": 300.0}) == "with other gains"
+    history.begin(ActiveExcitation(STEP, 20.0, 2), GAINS)
+    history.begin(ActiveExcitation(STEP, 20.0, 2), {"kp_pitch": 300.0})
+    history.present(21.1)
+    assert history.numbers is good and "parameters changed" in history.withheld
+    assert history.age_text(23.0, GAINS) == "12\N{NO-BREAK SPACE}s ago"  # its step was over at 11 s
+    history.begin(ActiveExcitation(STEP, 200.0, 3), GAINS)
+    assert history.age_text(200.0, GAINS) == "3\N{NO-BREAK SPACE}min ago"
+    history.end(200.3)
+    history.present(200.4)
+    assert history.numbers is good
+    history.begin(ActiveExcitation(STEP, 210.0, 4), GAINS)
+    history.present(211.1)
+    assert history.numbers is not good and not history.withheld
+    assert history.age_text(220.0, GAINS) == ""
+
+
 def test_the_next_edge_of_a_round_is_known():
-    flown = Round(Excitation("x", Shape.STEP, 1.0, 2.0), 10.0, {})
+    flown = ExcitationRound(Excitation("x", Shape.STEP, 1.0, 2.0), 10.0, {})
     assert flown.next_edge(10.5) == 12.0
     assert flown.next_edge(12.0) == 14.0
     assert flown.next_edge(13.0) == 14.0

@@ -1,24 +1,23 @@
 """Oracle: python-control's step_info."""
 
+from dataclasses import replace
+
 import control
 import numpy as np
 import pytest
 
-from workbench.gui.tuning.number_table import State
-from workbench.gui.tuning.response_card import (
-    StepPart,
-    Trace,
-    measure_step,
-    metric_rows,
-    step_parts,
-)
+from workbench.gui.tuning.limits import NUMBER_LIMITS
+from workbench.gui.tuning.metric_row import metric_rows, response_headline
+from workbench.gui.tuning.number_row import RowState
+from workbench.gui.tuning.round_trace import RoundTrace
+from workbench.gui.tuning.step_part import StepPart, measure_step, step_parts
 from workbench.scenario.excitation import Excitation, Shape
 
 TIME = np.arange(0.0, 4.0, 1.0 / 128.0)
 
 
 def trace_of(response):
-    return Trace(
+    return RoundTrace(
         TIME[: len(response)], response, np.zeros(len(response)), np.full(len(response), 0.7)
     )
 
@@ -62,8 +61,46 @@ def test_numbers_that_mean_nothing_are_withheld_with_the_reason():
         rows = metric_rows(numbers, None, lambda name: 1.0)
         assert rows[0].cells[0].text == "–"
         assert rows[0].cells[0].help == numbers.withheld
-        assert rows[0].state is State.NONE
+        assert rows[0].state is RowState.NONE
     assert measure_step(trace_of(swinging(3.5)), StepPart(0.0, 3.0, 0.0, 1.0)).withheld == ""
+
+
+def test_flown_and_predicted_numbers_are_judged_apart():
+    """The flown one of a first-order lag is slow and has no overshoot; the predicted one has."""
+    lag = 1.0 - np.exp(-TIME[TIME <= 3.0] / 0.4)
+    part = StepPart(0.0, 3.0, 0.0, 1.0)
+    flown, predicted = (
+        measure_step(trace_of(lag), part),
+        measure_step(trace_of(swinging(3.0)), part),
+    )
+    limits = {"rise_time": 0.5, "overshoot": 10.0}
+    rows = metric_rows(flown, predicted, lambda name: limits.get(name, 100.0))
+    states = {row.label: [cell.state for cell in row.cells[:2]] for row in rows}
+    assert states["Rise time"] == [RowState.OVER, RowState.GOOD]  # 0.88 s: 2.2 time constants
+    assert states["Overshoot"] == [RowState.GOOD, RowState.OVER]  # 33 % at a damping of 1/3
+    said = "Flown 3 s ago: rise time over the limit. Predicted: overshoot over the limit."
+    assert response_headline(rows, "3 s ago") == said
+    unknown = replace(predicted, peak_rotor_use=np.nan)  # a linear model has no rotors
+    alone = metric_rows(None, unknown, lambda name: 100.0)
+    assert response_headline(alone) == "Flown: nothing yet. Predicted: all limits hold."
+
+
+def test_numbers_are_shown_and_limited_in_the_units_of_screens():
+    """Half a radian is 28.65°; a factor of 2, or of a half, is 6.02 dB."""
+    shown = {
+        "peak_angle": (0.5, 28.648),
+        "peak_rate": (0.5, 28.648),
+        "peak_rotor_use": (0.5, 50.0),
+        "gain_margin": (2.0, 6.021),
+        "gain_reduction_margin": (0.5, 6.021),
+        "phase_margin": (0.5, 28.648),
+        "delay_margin": (0.5, 500.0),
+    }
+    for limit in NUMBER_LIMITS:
+        value, wanted = shown.get(limit.name, (0.5, 0.5))
+        assert limit.shown(value) == pytest.approx(wanted, rel=1e-4), limit.name
+        assert limit.keeps(value, wanted - 0.001) is limit.at_least, limit.name
+        assert limit.keeps(value, wanted + 0.001) is not limit.at_least, limit.name
 
 
 def test_a_step_that_is_not_over_has_no_numbers():
@@ -102,5 +139,5 @@ def test_a_step_that_lacks_a_sample_is_not_measured_yet():
     part = StepPart(0.0, 2.0, 0.0, 1.0)
     whole = trace_of(swinging(2.0))
     assert whole.time[-1] == 2.0
-    assert measure_step(whole.between(0, len(whole) - 1), part) is None
+    assert measure_step(whole.only(slice(0, -1)), part) is None
     assert measure_step(whole, part) is not None

@@ -3,15 +3,22 @@ import dataclasses
 import control
 import numpy as np
 import pytest
-from PyQt6.QtCore import Qt
+from PyQt6.QtCore import QPoint, Qt
 from PyQt6.QtWidgets import QAbstractButton, QAbstractSpinBox, QComboBox, QLineEdit
 
-from workbench.analysis.questions import Judge, Predict, Step
-from workbench.gui.tuning.number_table import State
-from workbench.gui.tuning.response_card import ASKED, FLOWN, FUTURE, PREDICTED
+from workbench.analysis.queries import Judge, Predict, RequestedStep
+from workbench.gui.gains.gain_file_diff_view import GainFileDiffView
+from workbench.gui.tuning.number_row import RowState
+from workbench.gui.tuning.response_card import (
+    AHEAD_CURVE,
+    COMMAND_CURVE,
+    FLOWN_CURVE,
+    PREDICTED_CURVE,
+)
 from workbench.gui.tuning.tuning_screen import TuningScreen
 from workbench.live.choice import Choice
-from workbench.scenario.excitation import Excitation, Exciting, Shape
+from workbench.scenario.excitation import ActiveExcitation, Excitation, Shape
+from workbench.scenario.scenario import Action
 
 WIDE, NARROW = (1190, 600), (760, 600)
 
@@ -31,22 +38,23 @@ def fly(screen, canned, exciting=None):
 
 
 def test_margins_sliders_and_response_are_seen_together(screen):
-    for part in (screen.panel, screen.response, screen.margins, screen.frequency):
+    """In a window of 1280 x 720, the margins are a line."""
+    for part in (screen.panel, screen.response, screen.margins):
         assert part.isVisible()
         corner = part.mapTo(screen, part.rect().bottomRight())
         assert corner.x() <= WIDE[0] and corner.y() <= WIDE[1]
 
 
-def test_beside_a_picture_it_stands_in_tabs(screen, qtbot):
+def test_beside_a_picture_it_is_one_card_at_a_time(screen, qtbot):
     screen.resize(*NARROW)
-    qtbot.waitUntil(lambda: not screen.margins.isVisible())
+    qtbot.waitUntil(lambda: not screen.response.isVisible())
     assert screen.width() == NARROW[0]
-    assert [screen.tabs.tabText(index) for index in range(2)] == ["Step", "Margins"]
-    assert screen.response.isVisible()
-    screen.tabs.setCurrentIndex(1)
-    assert screen.margins.isVisible()
+    assert [screen.tabs.tabText(index) for index in range(3)] == ["Gains", "Step", "Margins"]
+    assert screen.panel.isVisible() and not screen.margins.isVisible()
+    screen.tabs.setCurrentIndex(2)
+    assert screen.margins.table.isVisible() and not screen.panel.isVisible()
     screen.resize(*WIDE)
-    assert screen.margins.isVisible() and screen.response.isVisible()
+    assert screen.panel.isVisible() and screen.response.isVisible()
 
 
 def answer(screen, judge, predict, qtbot):
@@ -66,9 +74,9 @@ def test_a_proposed_gain_is_judged_and_predicted_before_it_flies(
     qtbot.waitUntil(lambda: len(offline.analysis.of(Predict)) == 2)
     predict = offline.analysis.of(Predict)[-1]
     assert predict.gains["kp_velocity_x"] == 7.0
-    assert predict.step == Step("x", 1.0, 2.0)
+    assert predict.step == RequestedStep("x", 1.0, 2.0)
     assert offline.analysis.of(Judge)[-1].gains["kp_velocity_x"] == 7.0
-    assert not any(order[0] == "set_all" for order in offline.flight.orders.given)
+    assert not any(isinstance(order, Action) for order in offline.flight.orders)
 
 
 def test_the_prediction_is_drawn_and_its_numbers_stand_in_the_table(
@@ -77,10 +85,10 @@ def test_the_prediction_is_drawn_and_its_numbers_stand_in_the_table(
     qtbot.waitUntil(lambda: bool(offline.analysis.of(Predict)))
     asked = offline.analysis.of(Predict)[-1]
     offline.analysis.tell(*predict(asked.gains, asked.step))
-    assert PREDICTED in screen.response.plot.names
+    assert PREDICTED_CURVE in screen.response.plot.names
     overshoot = screen.response.table.rows[1]
     assert (overshoot.cells[1].text, overshoot.cells[1].over) == ("12.0", True)
-    assert overshoot.state is State.NONE
+    assert overshoot.state is RowState.NONE
 
 
 def test_the_way_that_is_flown_ahead_goes_to_the_3_d_view(screen):
@@ -102,8 +110,10 @@ def test_a_step_is_predicted_with_the_heading_at_which_its_round_began(
         return dataclasses.replace(flying, snapshot=snapshot, exciting=exciting)
 
     screen.show_view(turned(-1.45))
-    qtbot.waitUntil(lambda: offline.analysis.of(Predict)[-1].step == Step("x", 1.0, 2.0, -1.45))
-    begun = Exciting(screen.excitation.choice.excitation, began=1.0, round=1)
+    qtbot.waitUntil(
+        lambda: offline.analysis.of(Predict)[-1].step == RequestedStep("x", 1.0, 2.0, -1.45)
+    )
+    begun = ActiveExcitation(screen.excitation.choice.excitation, began=1.0, round=1)
     for yaw in (0.7, 0.9):  # the drone turns while the round is flown
         screen.show_view(turned(yaw, begun))
         assert screen.trial.step.heading == 0.7
@@ -111,27 +121,36 @@ def test_a_step_is_predicted_with_the_heading_at_which_its_round_began(
 
 def test_what_a_prediction_waits_for_is_told(screen, offline, predict, qtbot):
     qtbot.waitUntil(lambda: bool(offline.analysis.of(Predict)))
-    offline.analysis.preparing.emit("compiling flights: 40 %")
-    assert screen.response.said.text() == "Predicting … compiling flights: 40 %"
+    for said, shown in (
+        ("compiling flights for this machine, up to a minute, this once", "up to a minute"),
+        (
+            "compiling flights: 40 %, 8 s",
+            "about 12\N{NO-BREAK SPACE}s",
+        ),  # 8 s are 40 %, so all are 20 s
+    ):
+        offline.analysis.preparing.emit(said)
+        assert f"Preparing predictions, {shown}" in screen.response.said.text()
     asked = offline.analysis.of(Predict)[-1]
     offline.analysis.tell(*predict(asked.gains, asked.step))
-    assert "compiling" not in screen.response.said.text()
+    assert "Preparing" not in screen.response.said.text()
     offline.analysis.preparing.emit("compiling something else")
-    assert "compiling" not in screen.response.said.text()
+    assert "Preparing" not in screen.response.said.text()
 
 
 def test_a_lost_prediction_is_told(screen, offline, predict, qtbot):
     qtbot.waitUntil(lambda: bool(offline.analysis.of(Predict)))
     asked = offline.analysis.of(Predict)[-1]
     offline.analysis.tell(*predict(asked.gains, asked.step, lost=True))
-    assert screen.response.said.text() == "With the proposed gains the drone would be lost."
-    assert PREDICTED not in screen.response.plot.names
+    assert screen.response.said.text() == "The drone crashes with the proposed gains."
+    assert PREDICTED_CURVE not in screen.response.plot.names
 
 
 def test_a_flown_step_has_the_numbers_of_python_control(screen, canned):
     """The canned flight steps to 2 m/s after 1 s."""
     screen.excitation.choice = dataclasses.replace(screen.excitation.choice, period=1.5)
-    exciting = Exciting(screen.excitation.choice.with_amplitude(2.0).excitation, began=1.0, round=1)
+    exciting = ActiveExcitation(
+        screen.excitation.choice.with_amplitude(2.0).excitation, began=1.0, round=1
+    )
     fly(screen, canned, exciting)
     time, speed = screen.workspace.signals.series("velocity_data.v_x", 1.0 - 1e-6)
     flown = time <= 2.5 + 1e-6
@@ -140,8 +159,8 @@ def test_a_flown_step_has_the_numbers_of_python_control(screen, canned):
     assert numbers.rise_time == pytest.approx(info["RiseTime"])
     assert numbers.overshoot == pytest.approx(info["Overshoot"])
     assert numbers.settling_time == pytest.approx(info["SettlingTime"], nan_ok=True)
-    assert FLOWN in screen.response.plot.names
-    assert ASKED in screen.response.plot.names
+    assert FLOWN_CURVE in screen.response.plot.names
+    assert COMMAND_CURVE in screen.response.plot.names
     assert screen.response.table.rows[0].cells[0].text == f"{info['RiseTime']:.3f}"
     assert [use.label for use in screen.response.strip.uses] == ["tilt", "rotor use", "speed"]
 
@@ -149,7 +168,7 @@ def test_a_flown_step_has_the_numbers_of_python_control(screen, canned):
 def test_nothing_is_asked_while_the_screen_is_not_seen(screen, offline, judge, predict, qtbot):
     answer(screen, judge, predict, qtbot)
     screen.hide()
-    screen.trial.set_step(Step("y", 1.0, 2.0))
+    screen.trial.set_step(RequestedStep("y", 1.0, 2.0))
     qtbot.wait(50)
     assert len(offline.analysis.of(Predict)) == len(offline.analysis.of(Judge)) == 1
     screen.show()
@@ -210,23 +229,49 @@ def test_a_prediction_that_is_refused_leaves_none_of_earlier_gains(
     screen, offline, judge, predict, qtbot
 ):
     answer(screen, judge, predict, qtbot)
-    assert PREDICTED in screen.response.plot.names
+    assert PREDICTED_CURVE in screen.response.plot.names
     screen.gains.propose("kp_velocity_x", 7.0)
     qtbot.waitUntil(lambda: len(offline.analysis.of(Predict)) == 2)
     offline.analysis.refused.emit(offline.analysis.of(Predict)[-1], "its process has died")
-    assert PREDICTED not in screen.response.plot.names
+    assert PREDICTED_CURVE not in screen.response.plot.names
     assert screen.response.said.text() == "No prediction: its process has died"
     assert screen.response.table.rows[0].cells[1].text == "–"
 
 
 def test_what_lies_ahead_is_shown_as_far_as_its_command_holds(screen):
     card = screen.response
-    card.history.begin(Exciting(Excitation("x", Shape.STEP, 1.0, 2.0, True), 10.0, 1), {})
+    card.history.begin(ActiveExcitation(Excitation("x", Shape.STEP, 1.0, 2.0, True), 10.0, 1), {})
     time = 11.0 + np.linspace(0.0, 5.0, 501)
     card.show_ahead(time, np.zeros(501))
-    assert FUTURE in card.plot.names
-    curve = card.plot.curves[card.plot.names.index(FUTURE)]
+    assert AHEAD_CURVE in card.plot.names
+    curve = card.plot.curves[card.plot.names.index(AHEAD_CURVE)]
     shown, _ = curve.samples(0.0)
     assert (shown[0], shown[-1]) == pytest.approx((1.0, 2.0))
     card.show_ahead(time - 2.0, np.zeros(501))  # from before the round began
-    assert FUTURE not in card.plot.names
+    assert AHEAD_CURVE not in card.plot.names
+
+
+def test_the_response_to_an_attitude_step_ends_where_the_loops_outside_fly_back(screen):
+    screen.excitation.tabs.setCurrentIndex(1)
+    assert screen.excitation.choice.axis == "roll"
+    screen.response.plot.redraw()
+    assert screen.response.plot.window_ends == (0.0, screen.excitation.choice.period)
+
+
+def test_a_loaded_gain_file_has_room_in_a_low_window(screen, canned, qtbot):
+    """In a window of 1280 x 720 its lines and buttons stand in place of the gains."""
+    fly(screen, canned)
+    view = screen.findChild(GainFileDiffView)
+    screen.gain_files.paste(
+        "gains: {kp_pitch: 150.0, kp_roll: 150.0, kd_pitch: 20.0, kd_roll: 20.0}"
+    )
+    qtbot.waitUntil(view.isVisible)
+    view.said.setText(20 * "a remark of the file ")
+    buttons, rows = (view.fly, view.none), [*view.ticks.values()]
+    qtbot.waitUntil(lambda: view.said.height() >= view.said.heightForWidth(view.said.width()) > 30)
+    assert len(rows) == 4 and not screen.panel.isVisible()
+    lowest = max(row.mapTo(view, row.rect().bottomLeft()).y() for row in rows)
+    assert all(button.mapTo(view, QPoint()).y() > lowest for button in buttons)
+    assert screen.diff_margins.is_folded and screen.diff_margins.geometry().bottom() <= WIDE[1]
+    screen.gain_files.dismiss()
+    assert screen.panel.isVisible()

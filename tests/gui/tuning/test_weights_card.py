@@ -1,10 +1,10 @@
 import pytest
 
-from workbench.analysis.questions import Step, Weigh
+from workbench.analysis.queries import RequestedStep, Sensitivities
 from workbench.gui.tuning.limits import find_limit
-from workbench.gui.tuning.weights_card import WeightsCard, strongest, weight_text
+from workbench.gui.tuning.weights_card import WeightsCard, strongest_gains, weight_text
 
-STEP = Step("x", 1.0, 2.0)
+STEP = RequestedStep("x", 1.0, 2.0)
 
 
 @pytest.fixture
@@ -27,25 +27,25 @@ def test_a_slope_for_one_percent_is_told_for_ten():
 
 def test_gains_that_do_nothing_to_speak_of_are_left_out():
     slopes = {"a": 0.001, "c": 0.3, "b": -1.0, "d": float("nan")}
-    assert [*strongest(slopes)] == ["b", "c"]
-    assert strongest({"a": 0.0}) == {}
+    assert [*strongest_gains(slopes)] == ["b", "c"]
+    assert strongest_gains({"a": 0.0}) == {}
 
 
 def test_it_asks_once_gains_have_settled(card, offline, trial, gains, qtbot):
     for value in (300.0, 310.0, 320.0):
         gains.propose("kp_pitch", value)
-    assert offline.analysis.of(Weigh) == []
-    qtbot.waitUntil(lambda: bool(offline.analysis.of(Weigh)))
-    assert offline.analysis.of(Weigh) == [Weigh(trial.proposed, STEP)]
+    assert offline.analysis.of(Sensitivities) == []
+    qtbot.waitUntil(lambda: bool(offline.analysis.of(Sensitivities)))
+    assert offline.analysis.of(Sensitivities) == [Sensitivities(trial.proposed, STEP)]
 
 
 def test_the_metric_on_show_is_told_in_words(card, offline, trial, qtbot):
-    qtbot.waitUntil(lambda: bool(offline.analysis.of(Weigh)))
+    qtbot.waitUntil(lambda: bool(offline.analysis.of(Sensitivities)))
     weights = {
         "rise_time": {"kp_velocity_x": -0.003, "kp_pitch": 0.001},
         "overshoot": {"kp_pitch": 0.2},
     }
-    offline.analysis.tell(Weigh(trial.proposed, STEP), weights)
+    offline.analysis.tell(Sensitivities(trial.proposed, STEP), weights)
     assert card.words.text() == "10 % more Velocity x Kp: rise time −0.0300 s."
     card.number.setCurrentIndex(1)
     assert card.words.text() == "10 % more Pitch Kp: overshoot +2.00 %."
@@ -53,7 +53,7 @@ def test_the_metric_on_show_is_told_in_words(card, offline, trial, qtbot):
 
 
 def test_old_bars_say_that_they_are_old(card, offline, trial, gains, qtbot):
-    qtbot.waitUntil(lambda: bool(offline.analysis.of(Weigh)))
-    offline.analysis.tell(Weigh(trial.proposed, STEP), {})
+    qtbot.waitUntil(lambda: bool(offline.analysis.of(Sensitivities)))
+    offline.analysis.tell(Sensitivities(trial.proposed, STEP), {})
     gains.propose("kp_pitch", 333.0)
     assert card.said.text() == "For the previous gains; new ones follow …"

@@ -15,8 +15,9 @@ from pydrake.math import RigidTransform, RollPitchYaw
 from PyQt6.QtCore import Qt, QUrl
 from PyQt6.QtWidgets import QApplication
 
-from workbench.gui.view3d.view3d_panel import STATE, is_blank, load_web_view
-from workbench.live.picture import DRONE, place_camera
+from workbench.gui.view3d.view3d_panel import PAGE_STATE_SCRIPT, is_blank
+from workbench.gui.view3d.web_engine import load_web_view
+from workbench.live.picture import DRONE_PATH, place_camera
 
 LIMIT = 120.0
 SHAPE = ["drake", "visualizer", "it", "base"]
@@ -69,7 +70,7 @@ class Page:
     def fly(self, place, yaw: float) -> None:
         """Let the drone be at a place, and the page know."""
         pose = RigidTransform(RollPitchYaw(0.0, 0.0, yaw), np.array(place))
-        self.meshcat.SetTransform(DRONE, pose)
+        self.meshcat.SetTransform(DRONE_PATH, pose)
         x, y, z = place
         near = f"viewer.controls.target.distanceTo({{x: {x}, y: {z}, z: {-y}}}) < 1e-6"
         self.until(lambda: self.ask(f"String({near})") == "true")
@@ -77,7 +78,7 @@ class Page:
     def tell(self, pose: RigidTransform) -> None:
         """Let the drone be somewhere, and wait until the page has heard of it."""
         self.told += 1
-        self.meshcat.SetTransform(DRONE, pose)
+        self.meshcat.SetTransform(DRONE_PATH, pose)
         self.meshcat.SetObject(f"told_{self.told}", Box(1, 1, 1), Rgba(1, 0, 0, 1))
         there = f"viewer.scene_tree.find(['drake']).children.told_{self.told}"
         self.until(lambda: self.ask(f"String(Boolean({there}))") == "true")
@@ -124,7 +125,7 @@ def main() -> None:
     state = {}
 
     def draws() -> bool:
-        state.update(json.loads(page.ask(STATE)))
+        state.update(json.loads(page.ask(PAGE_STATE_SCRIPT)))
         return state["pictures"] > 0 or bool(state["fault"])
 
     page.until(draws)
@@ -133,7 +134,7 @@ def main() -> None:
         os._exit(0)
     page.fly((0.0, 0.0, 1.0), 0.0)
     page.until(lambda: not is_blank(page.view.grab().toImage()))
-    found = {"state": json.loads(page.ask(STATE)), "home": page.ask(PLACE)}
+    found = {"state": json.loads(page.ask(PAGE_STATE_SCRIPT)), "home": page.ask(PLACE)}
     page.fly((30.0, 20.0, 5.0), 0.0)
     found["along"] = page.ask(PLACE)
     for way in ("follow", "top", "side"):
@@ -144,6 +145,7 @@ def main() -> None:
     found["turned"] = page.ask(PLACE)
     page.ask("viewer.camera.position.set(NaN, NaN, NaN); viewer.controls.target.x = NaN; true")
     found["cured"] = page.look("reset")
+    found["controls"] = page.ask("getComputedStyle(viewer.gui.domElement).display")
     found |= replay(page)
     print(json.dumps(found), flush=True)
     os._exit(0)

@@ -55,6 +55,7 @@ def test_the_page_says_how_it_does_and_the_camera_goes_where_it_is_told(tmp_path
     assert way["side"] / np.linalg.norm(way["side"]) == pytest.approx([0.0, 0.1, 1.0], abs=0.01)
     assert cameras["cured"] == pytest.approx(cameras["along"]), "a reset needs nothing of before"
 
+    assert found["controls"] == "none", "nothing of Meshcat's own covers the picture"
     assert found["at"] == [7.0, 8.0, 9.0]
     assert (found["shown"], found["copied"], found["hidden"]) == ("true", "1", "false")
     assert found["opacity"] == [0.5], "the drone of a log is pale"

@@ -5,16 +5,18 @@ import math
 
 import numpy as np
 import pytest
+from PyQt6.QtGui import QImage
 
 from workbench.gui.poses import rotation_of
-from workbench.gui.view3d.scene import Track
-from workbench.gui.view3d.view3d_panel import PlainView
+from workbench.gui.view3d.plain_view import PlainView
+from workbench.gui.view3d.scene import LogTrack
 from workbench.plant.worlds.outline import Outline
+from workbench.session.snapshot import CableStatus
 
 
 @pytest.fixture
 def view(qtbot, workspace, canned):
-    made = PlainView(workspace.look)
+    made = PlainView(workspace.look, workspace.preferences)
     qtbot.addWidget(made)
     made.resize(400, 400)
     seen = canned.views[-1]
@@ -90,7 +92,7 @@ def test_obstacles_lidar_a_predicted_way_and_a_log_are_drawn_where_they_are(view
         canned.views[-1], snapshot=view._now, outlines=(), vehicle=canned.views[-1].vehicle
     )
     box = Outline("box", ((4.0, 2.0), (4.5, 2.0), (4.5, 3.0), (4.0, 3.0)), 0.5, 2.5)
-    log = Track(
+    log = LogTrack(
         "it", np.arange(2.0), np.array([[2.0, 2.0, 0.0], [2.0, 2.0, 3.0]]), np.zeros((2, 3))
     )
     here = np.eye(4)
@@ -135,3 +137,19 @@ def test_obstacles_lidar_a_predicted_way_and_a_log_are_drawn_where_they_are(view
     shown = view.grab().toImage()
     view.show_parts({"trail", "arrows"})
     assert view.grab().toImage() != shown
+
+
+def test_a_cable_is_drawn_and_said_to_be_slack(view, canned):
+    """A taut one along the drone's x is dark; the pixel in its middle, and the text below."""
+    view.look("top")
+    seen, now = canned.views[-1], view._now
+    taut = CableStatus("sling", (3.0, 2.0, 1.0), (4.0, 2.0, 1.0), 1.0, 2.5)
+
+    def shown(*cables: CableStatus) -> QImage:
+        view.show_view(dataclasses.replace(seen, snapshot=dataclasses.replace(now, cables=cables)))
+        return view.grab().toImage()
+
+    bare, straight = shown(), shown(taut)
+    assert straight.pixel(280, 200) != bare.pixel(280, 200)
+    view._now = dataclasses.replace(now, cables=(taut, dataclasses.replace(taut, tension=0.0)))
+    assert view.words(view._now).endswith(", sling 2.50\xa0N, sling slack")

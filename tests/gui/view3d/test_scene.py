@@ -6,20 +6,18 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from workbench.gui.view3d.scene import Scene, track_of
-from workbench.gui.visualization.log_messages import LogContents
+from workbench.common.flight import Flight
+from workbench.common.series import Series
+from workbench.gui.view3d.scene import Scene, log_track
 
 TIME = np.linspace(2.0, 6.0, 81)
 
 
 def contents(**signals):
-    """A log of signals at `TIME`, each on a topic of its name; those named are left as they are."""
+    """A log of signals at `TIME`; those named are left as they are."""
     values = {name.replace("__", "."): np.asarray(each) for name, each in signals.items()}
-    topic_of = {name: name.partition(".")[0] for name in values}
-    times = dict.fromkeys(topic_of.values(), TIME)
-    return LogContents(
-        Path("it.mcap"), "x500", 2.0, 6.0, "", dict.fromkeys(values, "1"), times, values, topic_of
-    )
+    made = {name: Series(name, "1", TIME, each) for name, each in values.items()}
+    return Flight("x500", Path("it.mcap"), "", made, end=6.0)
 
 
 def motion(source="position_data", **changed):
@@ -36,7 +34,7 @@ def motion(source="position_data", **changed):
 
 
 def test_a_pose_lies_between_its_samples_and_turns_as_scipy_has_it():
-    track = track_of(contents(**motion()))
+    track = log_track(contents(**motion()))
     for time in (2.0, 3.1415, 3.16, 5.99):
         pose = track.at(time)
         assert pose[:3, 3] == pytest.approx([time, 2.0 * time, 1.5])
@@ -51,14 +49,14 @@ def test_the_estimate_stands_in_and_without_a_position_there_is_no_motion():
     flown = motion("estimate", y=known)
     for name in ("roll", "pitch", "yaw"):
         flown.pop(f"estimate__{name}")
-    track = track_of(contents(**flown))
+    track = log_track(contents(**flown))
     assert track.time[0] == pytest.approx(3.05)
     np.testing.assert_array_equal(track.at(4.0)[:3, :3], np.eye(3))
-    both = track_of(contents(**motion("estimate"), **motion(z=np.full(81, 7.0))))
+    both = log_track(contents(**motion("estimate"), **motion(z=np.full(81, 7.0))))
     assert both.at(4.0)[2, 3] == 7.0  # the true motion
-    assert track_of(contents(imu__specific_force=np.ones(81))) is None
+    assert log_track(contents(imu__specific_force=np.ones(81))) is None
     nowhere = np.full(81, np.nan)
-    assert track_of(contents(**motion(x=nowhere))) is None
+    assert log_track(contents(**motion(x=nowhere))) is None
 
 
 def test_who_looks_is_told_of_another_log_and_another_time(qapp):

@@ -13,29 +13,33 @@ from PyQt6.QtTest import QTest
 from PyQt6.QtWidgets import QLineEdit, QVBoxLayout, QWidget
 
 from workbench.common.errors import WorkbenchError
-from workbench.gui.actions import make_actions
-from workbench.gui.view3d import view3d_panel
+from workbench.common.flight import Flight
+from workbench.common.series import Series
+from workbench.gui.command_action import make_actions
+from workbench.gui.view3d import view3d_panel, web_engine
 from workbench.gui.view3d.view3d_panel import (
-    BLANK,
-    ENDED,
-    FAULTS,
-    FLAGS,
-    GBM,
-    NO_PAGE,
-    NOT_DRAWN,
-    PARTS,
-    PATIENCE,
-    SMALL_HEAP,
-    STATE,
-    WAITING,
+    BLANK_PAGE_URL,
+    BLANK_VIEW_TEXT,
+    HIDABLE_PARTS,
+    NOT_DRAWN_TEXT,
+    PAGE_FAULT_TEXTS,
+    PAGE_STATE_SCRIPT,
+    PAGE_TIMEOUT_S,
+    VIEW_ENDED_TEXT,
+    VIEW_WAITING_TEXT,
     View3d,
-    can_draw,
+)
+from workbench.gui.view3d.web_engine import (
+    CHROMIUM_FLAGS_VARIABLE,
+    FORCE_GBM_VARIABLE,
+    SMALL_HEAP_FLAG,
+    can_use_gpu,
     load_web_view,
     missing_library,
-    prepare,
+    prepare_web_engine,
 )
-from workbench.gui.visualization.log_messages import LogContents
 from workbench.live.messages import Pace, Phase
+from workbench.live.orders import ShowPrediction
 
 PAGE, OTHER = "http://localhost:7000", "http://localhost:7001"
 
@@ -60,7 +64,7 @@ class Web(QWidget):
 
     def runJavaScript(self, code, answered):
         self.ran.append(code)
-        answered(json.dumps(self.state) if code == STATE and self.state else "")
+        answered(json.dumps(self.state) if code == PAGE_STATE_SCRIPT and self.state else "")
 
     def paintEvent(self, event):
         painter = QPainter(self)
@@ -77,10 +81,8 @@ def straight_log():
         for axis, each in zip("yz", (0, 1), strict=True)
     }
     values["position_data.x"] = 2.0 * time
-    topic_of = dict.fromkeys(values, "position_data")
-    return LogContents(
-        Path("it.mcap"), "it", 0.0, 1.0, "", {}, {"position_data": time}, values, topic_of
-    )
+    signals = {name: Series(name, "m", time, each) for name, each in values.items()}
+    return Flight("it", Path("it.mcap"), "", signals, end=1.0)
 
 
 def no_engine():
@@ -98,11 +100,11 @@ def loaded():
 
 
 @pytest.fixture
-def actions(qtbot):
+def actions(qtbot, workspace):
     window = QWidget()
     qtbot.addWidget(window)
-    made = make_actions(window, defaultdict(lambda: lambda: None))
-    for name in PARTS:
+    made = make_actions(window, defaultdict(lambda: lambda: None), workspace.keys)
+    for name in HIDABLE_PARTS:
         made[name].setChecked(True)
     yield made
     window.close()
@@ -142,7 +144,7 @@ def web(panel, show, drawn, qtbot, loaded, clock):
 def test_before_the_flight_it_says_so_and_loads_nothing(panel, qtbot, loaded):
     panel.show()
     qtbot.waitExposed(panel)
-    assert panel.said == WAITING
+    assert panel.said == VIEW_WAITING_TEXT
     assert loaded == []
 
 
@@ -184,14 +186,14 @@ def test_the_page_goes_with_its_flight(panel, show, drawn, qtbot, loaded):
     show(drawn)
     qtbot.waitUntil(lambda: bool(loaded), timeout=5000)
     show(dataclasses.replace(drawn, phase=Phase.ENDED, said="its process is gone"))
-    assert panel.said == ENDED
-    assert loaded[0].went[-1] == NO_PAGE
+    assert panel.said == VIEW_ENDED_TEXT
+    assert loaded[0].went[-1] == BLANK_PAGE_URL
 
 
 def test_a_flight_that_is_not_drawn_says_how(panel, show, canned):
     panel.show()
     show(canned.views[0])
-    assert panel.said == NOT_DRAWN
+    assert panel.said == NOT_DRAWN_TEXT
     assert panel.plain.isVisible()  # Qt draws it itself
 
 
@@ -239,7 +241,7 @@ def test_a_flight_that_the_picture_slows_is_told_once(
 def test_a_page_that_cannot_draw_says_what_to_do_and_offers_its_address(panel, web, fault):
     web.state["fault"] = fault
     panel._look_at_page()
-    assert panel.said == FAULTS[fault]
+    assert panel.said == PAGE_FAULT_TEXTS[fault]
     assert panel._address.text() == PAGE
     assert panel._browse.isVisible()
     assert panel.plain.isVisible()  # Qt draws the flight itself meanwhile
@@ -253,20 +255,20 @@ def test_a_page_that_hangs_and_one_whose_process_ends_are_told(panel, web, clock
     web.state = None
     panel._look_at_page()
     assert panel.said == ""
-    clock[0] += PATIENCE + 1.0
+    clock[0] += PAGE_TIMEOUT_S + 1.0
     panel._look_at_page()
-    assert panel.said == FAULTS["silent"]
+    assert panel.said == PAGE_FAULT_TEXTS["silent"]
     web.renderProcessTerminated.emit(None, 1)
-    assert panel.said == FAULTS["ended"]
+    assert panel.said == PAGE_FAULT_TEXTS["ended"]
 
 
 def test_a_picture_that_is_drawn_but_not_seen_is_told(panel, web, clock):
     web.is_seen = False
     panel._look_at_page()
     assert panel.said == ""
-    clock[0] += PATIENCE + 1.0
+    clock[0] += PAGE_TIMEOUT_S + 1.0
     panel._look_at_page()
-    assert panel.said == BLANK
+    assert panel.said == BLANK_VIEW_TEXT
     web.is_seen = True
     panel._look_at_page()
     assert panel.said == ""
@@ -279,7 +281,7 @@ def test_a_page_that_begins_looks_as_the_one_before_it_did(panel, web, actions):
     panel._look_at_page()
     *first, background = web.ran
     assert first == [
-        STATE,
+        PAGE_STATE_SCRIPT,
         'window.workbench?.look("follow")',
         'window.workbench?.show("trail", false)',
         'window.workbench?.show("arrows", true)',
@@ -323,7 +325,7 @@ def test_a_log_is_flown_by_a_pale_drone_in_the_page(panel, web, workspace, qtbot
 
 def test_a_log_without_a_position_says_so(panel, web, workspace):
     log = straight_log()
-    workspace.scene.show_log(dataclasses.replace(log, values={}))
+    workspace.scene.show_log(dataclasses.replace(log, signals={}))
     assert "it.mcap has no position" in panel._log_line.text()
     assert orders_of(web, "log") == []
 
@@ -331,15 +333,13 @@ def test_a_log_without_a_position_says_so(panel, web, workspace):
 def test_a_predicted_way_goes_to_all_pages_of_the_flight(panel, web, workspace, monkeypatch, drawn):
     given = []
 
-    class Live:
-        def foresee(self, ends, places):
-            given.append((ends, places))
-
-    monkeypatch.setattr(workspace.flight, "_live", Live())
-    monkeypatch.setattr(workspace.flight, "order", lambda give: give(workspace.flight.live))
+    monkeypatch.setattr(workspace.flight, "_live", object())
+    monkeypatch.setattr(workspace.flight, "do", given.append)
     way = np.zeros((3, 3))
     workspace.scene.foreseen.emit(4.0, way)
-    assert given == [(4.0, way)]
+    (order,) = given
+    assert isinstance(order, ShowPrediction)
+    assert (order.ends, order.p_WB) == (4.0, way)
     undrawn = dataclasses.replace(drawn, url="")
     monkeypatch.setattr(workspace.flight, "_view", undrawn)
     workspace.scene.foreseen.emit(4.0, way)
@@ -349,7 +349,7 @@ def test_a_predicted_way_goes_to_all_pages_of_the_flight(panel, web, workspace, 
 
 def test_while_it_is_hidden_there_is_no_page(panel, web, qtbot):
     panel.hide()
-    assert web.went[-1] == NO_PAGE
+    assert web.went[-1] == BLANK_PAGE_URL
     panel.look("top")
     assert web.ran == []
     panel.show()
@@ -381,31 +381,35 @@ def test_keys_go_to_the_window_and_not_to_the_page(panel, web, qtbot):
 @pytest.mark.parametrize(
     ("given", "is_root", "wanted"),
     [
-        ("", False, f"--ignore-gpu-blocklist {SMALL_HEAP}"),
-        ("", True, f"--ignore-gpu-blocklist {SMALL_HEAP} --no-sandbox"),
-        ("--no-sandbox --mine", True, f"--no-sandbox --mine --ignore-gpu-blocklist {SMALL_HEAP}"),
+        ("", False, f"--ignore-gpu-blocklist {SMALL_HEAP_FLAG}"),
+        ("", True, f"--ignore-gpu-blocklist {SMALL_HEAP_FLAG} --no-sandbox"),
+        (
+            "--no-sandbox --mine",
+            True,
+            f"--no-sandbox --mine --ignore-gpu-blocklist {SMALL_HEAP_FLAG}",
+        ),
         ("--js-flags=--mine", False, "--js-flags=--mine --ignore-gpu-blocklist"),
     ],
 )
 def test_chromium_gets_its_flags_beside_those_of_the_user(given, is_root, wanted):
-    environment = {FLAGS: given} if given else {}
-    prepare(environment, is_root=is_root, draws=True)
-    assert environment == {FLAGS: wanted}
+    environment = {CHROMIUM_FLAGS_VARIABLE: given} if given else {}
+    prepare_web_engine(environment, is_root=is_root, draws=True)
+    assert environment == {CHROMIUM_FLAGS_VARIABLE: wanted}
 
 
 def test_without_a_graphics_processor_no_buffers_are_shared_with_one(tmp_path):
     node = tmp_path / "renderD128"
-    assert not can_draw([node])
+    assert not can_use_gpu([node])
     node.touch()
-    assert can_draw([node])
-    for given, wanted in (({}, "0"), ({GBM: "1"}, "1")):
-        prepare(given, is_root=False, draws=False)
-        assert given[GBM] == wanted
+    assert can_use_gpu([node])
+    for given, wanted in (({}, "0"), ({FORCE_GBM_VARIABLE: "1"}, "1")):
+        prepare_web_engine(given, is_root=False, draws=False)
+        assert given[FORCE_GBM_VARIABLE] == wanted
 
 
 def test_a_missing_package_and_a_missing_library_are_sentences(monkeypatch):
-    monkeypatch.setenv(FLAGS, "")
-    monkeypatch.setattr(view3d_panel, "MODULE", "PyQt6.QtNoEngine")
+    monkeypatch.setenv(CHROMIUM_FLAGS_VARIABLE, "")
+    monkeypatch.setattr(web_engine, "WEB_WIDGETS_MODULE", "PyQt6.QtNoEngine")
     with pytest.raises(WorkbenchError, match="pip install PyQt6-WebEngine"):
         load_web_view()
     said = missing_library("libnss3.so: cannot open shared object file: No such file")

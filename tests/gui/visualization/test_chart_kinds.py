@@ -10,15 +10,13 @@ from PyQt6.QtTest import QTest
 from PyQt6.QtWidgets import QComboBox, QDialogButtonBox
 
 from workbench.common.errors import WorkbenchError
+from workbench.gui.charts.chart_kind import SPECTRUM_CHART, XY_CHART, chart_kinds
 from workbench.gui.charts.ticks import Scale
-from workbench.gui.visualization.derived_signals import Derived
+from workbench.gui.visualization.derived_signals import DerivedSignal
 from workbench.gui.visualization.layouts import (
-    KINDS,
-    PRESETS,
-    SPECTRUM,
-    XY,
+    LAYOUT_PRESETS,
+    ChartLayout,
     ChartSpec,
-    Layout,
     layout_text,
     read_layout,
 )
@@ -37,13 +35,13 @@ def page(begun, workspace, canned):
 
 
 def show(page, *charts):
-    page.show_layout(Layout(charts=charts))
+    page.show_layout(ChartLayout(charts=charts))
     page.refresh(3.0)
     return [pane.chart for pane in page.board.panes]
 
 
 def test_a_spectrum_is_scipy_s_of_the_samples_in_the_window(page, qtbot):
-    (chart,) = show(page, ChartSpec("Gyro", (GYRO, "velocity_data.v_x")).of_kind(SPECTRUM))
+    (chart,) = show(page, ChartSpec("Gyro", (GYRO, "velocity_data.v_x")).of_kind(SPECTRUM_CHART))
     qtbot.waitUntil(lambda: len(chart.curves) == 2)
     time, values = page._source.series(GYRO)
     rate = (len(time) - 1) / (time[-1] - time[0])
@@ -82,7 +80,9 @@ def test_a_spectrum_is_scipy_s_of_the_samples_in_the_window(page, qtbot):
 
 
 def test_with_two_cursors_the_spectrum_is_of_what_lies_between(page, qtbot):
-    over, chart = show(page, ChartSpec("Over", (GYRO,)), ChartSpec("", (GYRO,)).of_kind(SPECTRUM))
+    over, chart = show(
+        page, ChartSpec("Over", (GYRO,)), ChartSpec("", (GYRO,)).of_kind(SPECTRUM_CHART)
+    )
     over.set_mark("A", 0.5)
     over.set_mark("B", 2.5)
     qtbot.waitUntil(lambda: chart.said.text().startswith("2 s:"))
@@ -94,7 +94,7 @@ def test_with_two_cursors_the_spectrum_is_of_what_lies_between(page, qtbot):
 
 
 def test_a_signal_without_a_spectrum_says_why(page, qtbot):
-    (chart,) = show(page, ChartSpec("Charge", ("drone_state.charge",)).of_kind(SPECTRUM))
+    (chart,) = show(page, ChartSpec("Charge", ("drone_state.charge",)).of_kind(SPECTRUM_CHART))
     page.board.set_marks({"A": 1.0, "B": 1.2})
     qtbot.waitUntil(
         lambda: "charge: a spectrum needs 16 samples, but there are only" in chart.said.text()
@@ -105,7 +105,7 @@ def test_a_signal_without_a_spectrum_says_why(page, qtbot):
 def test_x_y_draws_one_signal_over_another_at_the_same_times(page):
     chart, over = show(
         page,
-        ChartSpec("Path", ("position_data.x", "velocity_data.v_x"), XY),
+        ChartSpec("Path", ("position_data.x", "velocity_data.v_x"), XY_CHART),
         ChartSpec("Speed", SPEEDS),
     )
     (line,) = chart.canvas.content.lines
@@ -168,7 +168,7 @@ def test_the_slope_between_two_cursors_stands_in_the_table(page, statistic):
 def test_a_chart_changes_its_kind_by_its_menu(page, qtbot):
     (chart,) = show(page, ChartSpec("a", SPEEDS))
     pane = page.board.panes[0]
-    for name, kind in (("Spectrum", SPECTRUM), ("x-y, over the first signal", XY)):
+    for name, kind in (("Spectrum", SPECTRUM_CHART), ("x-y, over the first signal", XY_CHART)):
         menus = [each.menu() for each in pane.chart.make_menu().actions() if each.menu()]
         menu = next(each for each in menus if each.title() == "Show as")
         next(each for each in menu.actions() if each.text() == name).trigger()
@@ -211,15 +211,15 @@ def test_a_derived_signal_is_typed_checked_and_drawn(page, told):
 
 
 def test_a_layout_is_saved_and_opened_as_it_was(page, qtbot, tmp_path, told):
-    show(page, ChartSpec("Mine", SPEEDS), ChartSpec("S", (GYRO,)).of_kind(SPECTRUM))
-    page._take(Derived("own.k", "m/s", "v_x*2"), None)
+    show(page, ChartSpec("Mine", SPEEDS), ChartSpec("S", (GYRO,)).of_kind(SPECTRUM_CHART))
+    page._take(DerivedSignal("own.k", "m/s", "v_x*2"), None)
     page.board.set_marks({"A": 1.0, "B": 2.0})
     before = dataclasses.replace(page.layout_shown, version=1)
     page.save_layout(tmp_path / "mine")
     qtbot.waitUntil(lambda: len(told) == 1)
     path = tmp_path / "mine.layout.yaml"
     assert read_layout(path) == before
-    page.show_layout(Layout(charts=PRESETS["Rotors"]))
+    page.show_layout(ChartLayout(charts=LAYOUT_PRESETS["Rotors"]))
     page.open_layout(path)
     qtbot.waitUntil(lambda: page.layout_shown.charts == before.charts)
     assert dataclasses.replace(page.layout_shown, version=1) == before
@@ -228,13 +228,15 @@ def test_a_layout_is_saved_and_opened_as_it_was(page, qtbot, tmp_path, told):
 def test_layouts_of_all_kinds_go_round(tmp_path):
     path = tmp_path / "a.layout.yaml"
     rng = np.random.default_rng(2)
-    for charts in PRESETS.values():
+    for charts in LAYOUT_PRESETS.values():
         marks = dict(zip("AB", rng.normal(size=2).tolist(), strict=True))
         charts = tuple(
-            dataclasses.replace(each, kind=str(rng.choice(KINDS)), log_y=bool(rng.integers(2)))
+            dataclasses.replace(
+                each, kind=str(rng.choice([*chart_kinds()])), log_y=bool(rng.integers(2))
+            )
             for each in charts
         )
-        layout = Layout(1, charts, (), marks)
+        layout = ChartLayout(1, charts, (), marks)
         path.write_text(layout_text(layout))
         assert read_layout(path) == layout
 

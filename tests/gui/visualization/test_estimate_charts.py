@@ -5,7 +5,7 @@ import pytest
 
 from workbench.gui.signals import Signals
 from workbench.gui.visualization.derived_signals import WithDerived
-from workbench.gui.visualization.layouts import PRESETS
+from workbench.gui.visualization.layouts import LAYOUT_PRESETS
 from workbench.scenario.scenario import Scenario
 from workbench.session.session import Session
 from workbench.systems.bridge import Bridge
@@ -22,8 +22,8 @@ def source():
 
 
 def test_a_flight_on_an_estimate_has_every_signal_of_its_charts(source):
-    wanted = {name for chart in PRESETS["Estimate"] for name in chart.signals}
-    assert len(wanted) == 4 * len(PRESETS["Estimate"])
+    wanted = {name for chart in LAYOUT_PRESETS["Estimate"] for name in chart.signals}
+    assert len(wanted) == 4 * len(LAYOUT_PRESETS["Estimate"])
     assert wanted <= set(source.units)
     assert source.units["bound.roll_low"] == "rad"
 

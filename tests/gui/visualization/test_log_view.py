@@ -1,27 +1,33 @@
 """A log in the charts: read beside the app, scrubbed and played, refused with a sentence."""
 
 import contextlib
-import dataclasses
 import math
 import threading
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from mcap.reader import make_reader
-from PyQt6.QtCore import Qt
+from PyQt6.QtCore import QPoint, Qt
 from PyQt6.QtTest import QTest
-from PyQt6.QtWidgets import QPushButton
+from PyQt6.QtWidgets import QApplication, QPushButton
 
-from tests.logs.test_flight_reader import usd_log
 from workbench.common.errors import WorkbenchError
+from workbench.gui.charts.chart_kind import STEP_CHART, XY_CHART
 from workbench.gui.charts.curve import CurveStyle
 from workbench.gui.number_field import NumberField
-from workbench.gui.visualization.derived_signals import Derived
-from workbench.gui.visualization.layouts import STEPS, XY, ChartSpec, Layout
-from workbench.gui.visualization.log_worker import contents_of, live_name, short_name, si_unit
+from workbench.gui.visualization.derived_signals import DerivedSignal
+from workbench.gui.visualization.layouts import ChartLayout, ChartSpec
+from workbench.gui.visualization.log_bar import LogBar, LogClock
+from workbench.gui.visualization.log_worker import (
+    drawable_flight,
+    live_name,
+    short_series_name,
+    si_unit,
+)
 from workbench.gui.visualization.overlays import Overlay
-from workbench.gui.visualization.visualization_screen import LogBar, LogClock
+from workbench.gui.visualization.signal_catalog import signal_label
 from workbench.link.backplane import Sampled
 from workbench.logs.flight_log import FlightLog
 
@@ -41,23 +47,29 @@ def log(canned, tmp_path_factory) -> Path:
     return path
 
 
+@pytest.fixture(scope="module")
+def drawn(log):
+    """What the process of a reader tells of the log."""
+    return drawable_flight(log, lambda _: None)
+
+
 @pytest.fixture
-def shown(begun, log, qtbot):
-    begun.open_log(log)
-    qtbot.waitUntil(lambda: begun.shows_log, timeout=LIMIT)
+def shown(begun, drawn):
+    begun._reader.ready.emit(drawn)
+    assert begun.shows_log
     return begun
 
 
 def test_a_name_without_end_is_shortened_and_stays_the_only_one():
-    assert short_name("imu.q_WS.0", {}) == "imu.q_WS.0"
-    first = short_name("x" * 1_000_000, {})
+    assert short_series_name("imu.q_WS.0", {}) == "imu.q_WS.0"
+    first = short_series_name("x" * 1_000_000, {})
     assert first == "x" * 200 + "… (1,000,000 characters)"
-    assert short_name("x" * 1_000_000, {first: "m"}) == f"{first} 2"
+    assert short_series_name("x" * 1_000_000, {first: "m"}) == f"{first} 2"
 
 
 def test_series_are_those_of_the_flight_by_the_same_names(canned, workspace, log):
     shares = []
-    source = contents_of(log, shares.append)
+    source = drawable_flight(log, shares.append)
     workspace.signals.begin(canned.views[0].topics)
     for some in canned.published:
         workspace.signals.add(some)
@@ -80,10 +92,9 @@ def test_series_are_those_of_the_flight_by_the_same_names(canned, workspace, log
     assert shares[-1] == pytest.approx(1.0)
 
 
-def test_an_unknown_series_is_named(log):
-    source = contents_of(log, lambda _: None)
-    with pytest.raises(WorkbenchError, match="unknown signal 'velocity_data.v_q'"):
-        source.series("velocity_data.v_q")
+def test_an_unknown_series_is_named(drawn):
+    with pytest.raises(WorkbenchError, match="unknown signal of flight.mcap, 'velocity_data.v_q'"):
+        drawn.series("velocity_data.v_q")
 
 
 def test_names_of_a_log_are_those_of_a_flight():
@@ -114,13 +125,34 @@ def test_a_log_is_marked_and_leads_back_to_live(shown, canned):
     assert pane.chart.canvas.content.x_label == "s from now"
 
 
+def test_numbers_follow_a_replay_only_as_often_as_they_are_legible(shown, monkeypatch, qtbot):
+    """The crosshair moves each time; once the replay rests, numbers are those of its time."""
+    board = shown.charts.board
+    chart, written = board.panes[0].chart, []
+    show = chart.legend.show_entries
+    monkeypatch.setattr(
+        chart.legend, "show_entries", lambda entries: (written.append(entries), show(entries))
+    )
+    for time in range(100, 200):
+        board.point_at(0.01 * time)
+    assert chart.cursor_time == 0.01 * 199 and written == []
+    qtbot.waitUntil(lambda: bool(written))
+    assert len(written) == 1
+    assert written[0] == chart._model.entries(0.01 * 199)
+
+
 def test_the_time_bar_scrubs(shown):
     bar, pane = shown.log_bar, shown.charts.board.panes[0]
     assert bar.slider.maximum() == 300
     bar.slider.setValue(150)
+    assert pane.chart.window_ends == pytest.approx((0.0, 3.0), abs=0.02)  # the whole log
+    assert pane.chart.cursor_time == 1.5
+    pane.chart.follow()
+    bar.slider.setValue(151)
+    bar.slider.setValue(150)
     assert pane.chart.window_ends[1] == 1.5
     assert max(line.time[-1] for line in pane.chart.canvas.content.lines) <= 1.5
-    assert bar.time.text() == "1.50 of 0.00 to 3.00 s"
+    assert bar.time.text() == "1.50 of 0.00 to 3.00\N{NO-BREAK SPACE}s"
     assert shown.workspace.scene.time == 1.5
     bar.slider.setFocus()
     QTest.keyClick(bar.slider, Qt.Key.Key_Right)
@@ -129,22 +161,21 @@ def test_the_time_bar_scrubs(shown):
     assert bar.clock.time == pytest.approx(1.5)
 
 
-def test_the_time_bar_of_a_log_that_began_in_flight_begins_with_its_first_sample(log, qtbot):
-    contents = contents_of(log, lambda _: None)
-    assert (contents.begin, contents.end) == pytest.approx((0.0, 3.0), abs=0.02)
+def test_the_time_bar_of_a_log_that_began_in_flight_begins_with_its_first_sample(drawn, qtbot):
+    assert (drawn.begin, drawn.end) == pytest.approx((0.0, 3.0), abs=0.02)
     bar = LogBar()
     qtbot.addWidget(bar)
-    bar.show_log(dataclasses.replace(contents, begin=119.0, end=122.0))
-    assert (bar.slider.minimum(), bar.slider.maximum()) == (11900, 12200)
-    assert bar.time.text() == "122.00 of 119.00 to 122.00 s"
+    bar.show_log(drawn.between(1.0, 2.0))
+    assert (bar.slider.minimum(), bar.slider.maximum()) == (100, 200)
+    assert bar.time.text() == "2.00 of 1.00 to 2.00\N{NO-BREAK SPACE}s"
     bar.slider.setFocus()
     QTest.keyClick(bar.slider, Qt.Key.Key_Home)
-    assert bar.clock.time == 119.0
+    assert bar.clock.time == 1.0
     bar.clock.step(-1)
-    assert bar.clock.time == 119.0
+    assert bar.clock.time == 1.0
     with qtbot.waitSignal(bar.whole_wanted) as wanted:
         QTest.mouseClick(bar.whole, Qt.MouseButton.LeftButton)
-    assert wanted.args == [119.0, 122.0]
+    assert wanted.args == [1.0, 2.0]
 
 
 def test_all_of_a_log_is_seen_at_once(shown):
@@ -196,11 +227,13 @@ def test_a_reader_that_dies_is_a_sentence_with_the_file(
     assert not begun.is_reading
 
 
-def test_reading_can_be_cancelled_and_leaves_nothing(begun, log):
+def test_reading_moves_no_button_and_can_be_cancelled_and_leaves_nothing(begun, log):
     threads = set(threading.enumerate())
+    place = begun.open_button.mapTo(begun, QPoint())
     begun.open_log(log)
-    assert begun.is_reading
-    assert begun.cancel.isVisible()
+    assert begun.is_reading and begun.cancel.isVisible()
+    QApplication.processEvents()
+    assert begun.open_button.mapTo(begun, QPoint()) == place
     QTest.mouseClick(begun.cancel, Qt.MouseButton.LeftButton)
     assert not begun.is_reading
     assert not begun.cancel.isVisible()
@@ -296,7 +329,7 @@ def test_a_log_is_drawn_over_the_live_flight_with_its_time_shifted(
     QTest.mouseClick(align, Qt.MouseButton.LeftButton)
     assert overlay.shift == pytest.approx(0.0, abs=1e-6)
     assert field.si == overlay.shift
-    page._take(Derived("own.twice", "m/s", "2*velocity_data.v_x"), None)
+    page._take(DerivedSignal("own.twice", "m/s", "2*velocity_data.v_x"), None)
     assert chart.curves[-1].label == "twice · flight"
     assert np.allclose(
         chart.curves[-1].samples(1.0)[1][1:9], 2 * overlay.series("velocity_data.v_x", 1.0)[1][1:9]
@@ -306,29 +339,85 @@ def test_a_log_is_drawn_over_the_live_flight_with_its_time_shifted(
     assert not page.overlays.isVisible()
 
 
-def test_logs_without_a_common_event_are_not_aligned(begun, log, told):
-    overlay = Overlay("a", contents_of(log, lambda _: None))
+def test_a_log_is_aligned_by_its_first_step_to_that_of_another():
+    """It steps at 2 s, the other one at 5 s; what it had at 2 s is then at 5 s."""
+    overlay = Overlay("a", SteppedCommand(2.0))
+    overlay.align(SteppedCommand(5.0))
+    assert overlay.shift == 3.0
+    time, values = overlay.series("command_velocity.v_x")
+    assert time[np.argmax(values > 0.0)] == 5.0
+
+
+def test_logs_without_a_common_event_are_not_aligned(begun, drawn, told):
+    overlay = Overlay("a", drawn)
     with pytest.raises(WorkbenchError, match="a: there is no command step or take-off"):
         overlay.align(Overlay("b", begun.charts._live))
 
 
+@dataclass
+class SteppedCommand:
+    """A source of a command that steps at a time [s]."""
+
+    at: float
+    units = {"command_velocity.v_x": "m/s"}
+
+    def series(self, name, since=-np.inf):
+        time = np.arange(10.0)
+        return time, 1.0 * (time >= self.at)
+
+
+@dataclass
+class OneSignal:
+    """A source of one signal: 1, 2, 3 at 0, 1, 2 s."""
+
+    units: dict[str, str]
+
+    def series(self, name, since=-np.inf):
+        assert name in self.units
+        time = np.arange(3.0)
+        return time[time >= since], np.arange(1.0, 4.0)[time >= since]
+
+
+def test_a_shifted_log_is_read_from_the_time_that_is_asked_for_on():
+    """Its 1 s is 3 s here."""
+    overlay = Overlay("real", OneSignal({"a": "m"}))
+    overlay.shift = 2.0
+    time, values = overlay.series("a", 3.0)
+    assert (list(time), list(values)) == ([3.0, 4.0], [2.0, 3.0])
+
+
+def test_an_estimate_is_drawn_over_the_true_motion_and_a_log_without_either_is_reported(
+    begun, drawn, told
+):
+    page = begun.charts
+    page.show_layout(ChartLayout(charts=(ChartSpec("Speed", ("velocity_data.v_x",)),)))
+    before = len(told)
+    page.add_overlay("real", OneSignal({"estimate.v_x": "m/s"}))
+    (chart,) = (pane.chart for pane in page.board.panes)
+    assert chart.curves[-1].label == f"{signal_label('estimate.v_x')} · real"
+    assert list(chart.curves[-1].samples(0.0)[1]) == [1.0, 2.0, 3.0]
+    assert len(told) == before
+    page.add_overlay("other", OneSignal({"motors.command_1": "1"}))
+    assert told[-1].what == "the overlay other has none of the signals in these charts"
+
+
 def test_paths_and_steps_of_a_log_stand_beside_those_of_the_flight(
-    begun, log, workspace, canned, qtbot, mouse_on
+    begun, drawn, workspace, canned, qtbot, mouse_on
 ):
     for some in canned.published:
         workspace.signals.add(some)
     page = begun.charts
     page.show_layout(
-        Layout(
+        ChartLayout(
             charts=(
-                ChartSpec("Path", ("position_data.x", "position_data.z"), XY),
-                ChartSpec("Steps", ("command_velocity.v_x", "velocity_data.v_x"), STEPS),
+                ChartSpec("Path", ("position_data.x", "position_data.z"), XY_CHART),
+                ChartSpec("Steps", ("command_velocity.v_x", "velocity_data.v_x"), STEP_CHART),
                 ChartSpec("Speed", ("velocity_data.v_x",)),
             )
         )
     )
     begun.show_view(canned.views[-1])
-    page.add_overlay("b", contents_of(log, lambda _: None))
+    page.add_overlay("b", drawn)
     path, steps, speed = (pane.chart for pane in page.board.panes)
     path.redraw()
     ours, theirs = path.canvas.content.lines
@@ -345,16 +434,31 @@ def test_paths_and_steps_of_a_log_stand_beside_those_of_the_flight(
     assert speed.window_ends[1] - speed.window_ends[0] == pytest.approx(20.0)
 
 
-def test_a_log_of_another_program_is_shown_by_the_names_of_a_flight(begun, qtbot, tmp_path):
-    rows = [(1000 * i, 90.0, 1.0) for i in range(3000) if not 1000 < i < 1500]
-    path = tmp_path / "log07"
-    path.write_bytes(usd_log(rows))
-    begun.open_log(path)
-    qtbot.waitUntil(lambda: begun.shows_log, timeout=LIMIT)
-    contents = contents_of(path, lambda share: None)
-    assert contents.units == {"imu.angular_velocity.1": "rad/s", "imu.specific_force.2": "m/s^2"}
-    assert contents.vehicle == "log07" and contents.end == pytest.approx(2.999)
-    turning = contents.values["imu.angular_velocity.1"]
-    inside = (contents.times["imu"] > 1.001) & (contents.times["imu"] < 1.499)
-    assert inside.any() and np.isnan(turning[inside]).all()
-    assert np.isfinite(turning[~inside]).all()
+@pytest.mark.parametrize(
+    ("clock_start", "shown_start", "since"),
+    [
+        (52.25, 52.25, "since the start of its clock"),
+        (1_700_000_000.0, 80_000.0, "since midnight UTC"),  # 14 November 2023, 22:13:20
+    ],
+)
+def test_times_are_those_of_the_logs_own_clock_on_demand(
+    begun, drawn, qtbot, clock_start, shown_start, since
+):
+    """By hand: 22 h 13 min 20 s are 80,000 s."""
+    begun._reader.ready.emit(replace(drawn, clock_start=clock_start))
+    bar, chart = begun.log_bar, begun.charts.board.panes[0].chart
+    begun.charts.board.show_window(1.0, 2.0)
+    before = bar.time.text()
+    assert chart.canvas.content.origin == 0.0
+    qtbot.mouseClick(bar.absolute, Qt.MouseButton.LeftButton)
+    assert since in bar.absolute.toolTip()
+    assert chart.canvas.content.origin == -shown_start
+    words = bar.time.text().replace("of", "to").removesuffix("\N{NO-BREAK SPACE}s").split(" to ")
+    clock = (bar.clock.time, bar.clock.begin, bar.clock.end)
+    expected = [each + shown_start for each in clock]
+    assert list(map(float, words)) == pytest.approx(expected, abs=0.006)
+    chart.set_mark("A", 1.5)
+    assert float(chart._model.mark_heads[0].split()[2]) == pytest.approx(1.5 + shown_start)
+    begun._reader.ready.emit(drawn)
+    assert not bar.absolute.isEnabled() and bar.time.text() == before
+    assert chart.canvas.content.origin == 0.0

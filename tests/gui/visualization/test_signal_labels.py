@@ -19,4 +19,4 @@ from workbench.gui.visualization.signal_catalog import make_catalog, signal_labe
 )
 def test_a_label_counts_from_1_and_names_components(name, label):
     assert signal_label(name) == label
-    assert make_catalog({name: "1"}, ()) == {name.partition(".")[0]: [(name, "1", "")]}
+    assert make_catalog({name: "1"}, ()) == {name.partition(".")[0]: [(name, "1", "", "")]}

@@ -9,9 +9,9 @@ from PyQt6.QtGui import QDropEvent
 from PyQt6.QtTest import QTest
 from PyQt6.QtWidgets import QApplication
 
-from workbench.gui.visualization.layouts import MOST_CHARTS, ChartSpec, read_kept
-from workbench.gui.visualization.sensor_pages import SLANTED, TOP
-from workbench.gui.visualization.signal_tree import MIME
+from workbench.gui.visualization.cloud_view import SLANTED_VIEWPOINT, TOP_VIEWPOINT
+from workbench.gui.visualization.layouts import MAX_BOARD_CHARTS, ChartSpec, read_stored_layout
+from workbench.gui.visualization.signal_tree import SIGNAL_MIME_TYPE
 from workbench.gui.visualization.visualization_screen import VisualizationScreen
 from workbench.link.backplane import Published
 
@@ -83,7 +83,7 @@ def test_enter_in_the_tree_adds_too(screen):
 def test_signals_are_dropped_on_a_chart(screen):
     pane = screen.charts.board.panes[2]
     data = QMimeData()
-    data.setData(MIME, b"imu.specific_force.0\nimu.specific_force.2")
+    data.setData(SIGNAL_MIME_TYPE, b"imu.specific_force.0\nimu.specific_force.2")
     action, button = Qt.DropAction.CopyAction, Qt.MouseButton.LeftButton
     held = Qt.KeyboardModifier.NoModifier
     pane.dropEvent(QDropEvent(QPointF(50, 50), action, data, button, held))
@@ -100,18 +100,18 @@ def test_the_tree_drags_names(screen):
         if model.index(row, 0).data() == "Velocity"
     )
     index = model.index(0, 0, top)
-    assert model.mimeData([index]).data(MIME).data() == b"velocity_data.v_x"
+    assert model.mimeData([index]).data(SIGNAL_MIME_TYPE).data() == b"velocity_data.v_x"
 
 
 def test_charts_are_added_up_to_eight_and_removed(screen, told):
     board = screen.charts.board
-    for _ in range(MOST_CHARTS):
+    for _ in range(MAX_BOARD_CHARTS):
         QTest.mouseClick(screen.charts.add, Qt.MouseButton.LeftButton)
-    assert len(board.panes) == MOST_CHARTS
+    assert len(board.panes) == MAX_BOARD_CHARTS
     assert "remove one first" in told[-1].what
     board.panes[-1].chart.setFocus()
     QTest.keyClick(board.panes[-1].chart, Qt.Key.Key_Delete, Qt.KeyboardModifier.ShiftModifier)
-    assert len(board.panes) == MOST_CHARTS - 1
+    assert len(board.panes) == MAX_BOARD_CHARTS - 1
 
 
 def test_del_removes_the_last_signal(screen):
@@ -139,11 +139,11 @@ def test_charts_are_kept_between_starts(screen, workspace, canned, qtbot):
 
 @pytest.mark.parametrize("text", ["", "{", "[]", '[{"title": 3}]', "[1]", '{"a": 1}'])
 def test_what_is_no_layout_is_passed_over(text):
-    assert read_kept(text) is None
+    assert read_stored_layout(text) is None
 
 
 def test_charts_that_an_earlier_version_kept_are_shown():
-    kept = read_kept('[{"title": "Mine", "signals": ["wind.wind.1"]}]')
+    kept = read_stored_layout('[{"title": "Mine", "signals": ["wind.wind.1"]}]')
     assert kept.charts == (ChartSpec("Mine", ("wind.wind.1",)),)
 
 
@@ -198,11 +198,11 @@ def test_the_cloud_is_where_the_room_is(screen, canned):
     screen.tabs.setCurrentWidget(screen.cloud)
     screen.show_view(canned.views[-1])
     view = screen.cloud.view
-    assert len(view._points) > 500
+    assert len(view.points) > 500
     snapshot = canned.views[-1].snapshot
-    lowest = np.percentile(view._points[:, 2], 1.0)
+    lowest = np.percentile(view.points[:, 2], 1.0)
     assert lowest == pytest.approx(-snapshot.p_WB[2], abs=0.15)
-    nearest = np.linalg.norm(view._points, axis=1).min()
+    nearest = np.linalg.norm(view.points, axis=1).min()
     assert nearest == pytest.approx(snapshot.lidar.nearest, abs=0.5)
     assert "rays returned" in screen.cloud.said.text()
 
@@ -212,10 +212,10 @@ def test_the_cloud_turns_by_keys_and_mouse(screen):
     view = screen.cloud.view
     view.setFocus()
     QTest.keyClick(view, Qt.Key.Key_T)
-    assert view.viewpoint.tilt == TOP.tilt
+    assert view.viewpoint.tilt == TOP_VIEWPOINT.tilt
     QTest.keyClick(view, Qt.Key.Key_P)
     QTest.keyClick(view, Qt.Key.Key_Left)
-    assert view.viewpoint.turn == pytest.approx(SLANTED.turn + math.radians(10.0))
+    assert view.viewpoint.turn == pytest.approx(SLANTED_VIEWPOINT.turn + math.radians(10.0))
     QTest.keyClick(view, Qt.Key.Key_Plus)
     assert view.viewpoint.width == pytest.approx(32.0)
     view.grab()
@@ -224,7 +224,7 @@ def test_the_cloud_turns_by_keys_and_mouse(screen):
 def test_no_camera_says_how_to_get_one(screen, canned):
     screen.tabs.setCurrentWidget(screen.camera)
     screen.show_view(canned.views[-1])
-    assert "all-sensors" in screen.camera.depth_view._hint
+    assert "all-sensors" in screen.camera.depth_view.hint
 
 
 def test_frames_show_where_the_drone_is(screen, canned):
@@ -273,3 +273,16 @@ def test_everything_that_takes_the_focus_has_a_name(screen):
             if widget.focusPolicy() != Qt.FocusPolicy.NoFocus and widget.isEnabled():
                 named = widget.accessibleName() or getattr(widget, "text", str)()
                 assert named or widget.objectName().startswith("qt_"), widget
+
+
+def test_several_selected_signals_are_added_at_once(screen):
+    tree, pane = screen.charts.tree, screen.charts.board.panes[1]
+    tree.search.setText("specific_force")
+    model = tree.view.model()
+    top = model.index(0, 0)
+    tree.view.setCurrentIndex(model.index(0, 0, top))
+    tree.view.setFocus()
+    QTest.keyClick(tree.view, Qt.Key.Key_Down, Qt.KeyboardModifier.ShiftModifier)
+    pane.chart.setFocus()
+    QTest.keyClick(tree.view, Qt.Key.Key_Return)
+    assert pane.spec.signals[-2:] == ("imu.specific_force.0", "imu.specific_force.1")

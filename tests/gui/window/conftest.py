@@ -8,7 +8,7 @@ import pytest
 from PyQt6.QtWidgets import QDoubleSpinBox, QLineEdit, QVBoxLayout
 
 from workbench.gui.main_window import MainWindow
-from workbench.gui.screen_table import SCREENS
+from workbench.gui.screen_table import SCREEN_TABLE
 from workbench.gui.screens import Screen
 
 
@@ -56,7 +56,7 @@ def light(monkeypatch):
 @pytest.fixture
 def rows(light):
     """The six screens, light ones."""
-    return tuple(dataclasses.replace(row, module="light_page", kind="Page") for row in SCREENS)
+    return tuple(dataclasses.replace(row, module="light_page", kind="Page") for row in SCREEN_TABLE)
 
 
 @pytest.fixture

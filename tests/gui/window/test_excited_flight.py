@@ -7,6 +7,8 @@ from workbench.gui.main_window import MainWindow
 from workbench.gui.preferences import Preferences
 from workbench.gui.workspace import make_workspace
 from workbench.live.choice import Choice
+from workbench.live.orders import SetSpeed
+from workbench.scenario.scenario import Action
 
 LIMIT = 120_000
 """Any single thing happens within this time, however slow the machine is [ms]."""
@@ -52,13 +54,13 @@ def test_it_is_refused_before_a_wall_returns_and_ends_when_the_drone_swings(wind
     enter("-1")
     qtbot.mouseClick(card.button, LEFT)
     qtbot.waitUntil(lambda: card.is_running, timeout=LIMIT)
-    flight.order(lambda live: live.set_speed(10.0))
+    flight.do(SetSpeed(10.0))
     back = "Flying back to where it began."
     qtbot.waitUntil(lambda: card.said.text() == back, timeout=LIMIT)
     qtbot.waitUntil(lambda: flight.view.exciting.round > 1, timeout=LIMIT)
     assert abs(flight.view.snapshot.p_WB[0]) < 2.5
 
-    flight.order(lambda live: live.set("kp_velocity_x", 18.0))
+    flight.do(Action(set={"kp_velocity_x": 18.0}))
     qtbot.waitUntil(lambda: not card.is_running, timeout=LIMIT)
     assert "the drone oscillates" in card.said.text()
     assert "The excitation has ended: the drone oscillates" in told[-1]

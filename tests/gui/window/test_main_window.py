@@ -7,10 +7,10 @@ from PyQt6.QtCore import Qt
 from PyQt6.QtWidgets import QFileDialog, QLineEdit
 
 from workbench.control.mode import FlightMode
-from workbench.gui.help import keys_page
-from workbench.gui.main_window import SMALLEST
+from workbench.gui.main_window import MIN_WINDOW_SIZE_PX
 from workbench.live.choice import Choice
 from workbench.live.messages import Phase
+from workbench.scenario.scenario import Action
 
 FLYING = 60_000
 """Longest wait for a flight to begin [ms]."""
@@ -31,41 +31,32 @@ def test_the_collector_passes_over_what_lives_as_long_as_the_window(opened, qtbo
 def test_the_stop_key_works_wherever_the_keyboard_is(opened, qtbot, workspace, field, monkeypatch):
     window = opened(first="home")
     asked = []
-    monkeypatch.setattr(workspace.flight, "order", lambda give, *rest: give(Asked(asked)))
+    monkeypatch.setattr(workspace.flight, "do", lambda order, *rest: asked.append(order))
     widget = getattr(window.stack.current, field)
     widget.setFocus()
     qtbot.keyClick(widget, Qt.Key.Key_F12)
-    assert asked == [("request", "stop")]
+    assert asked == [Action(request="stop")]
     window.top_bar.speed.setFocus()
     qtbot.keyClick(window.top_bar.speed, Qt.Key.Key_F12)
-    assert asked == [("request", "stop")] * 2
+    assert asked == [Action(request="stop")] * 2
 
 
 def test_the_stop_key_works_above_an_open_dialog(opened, qtbot, workspace, monkeypatch):
     window = opened(first="home")
     asked = []
-    monkeypatch.setattr(workspace.flight, "order", lambda give, *rest: give(Asked(asked)))
+    monkeypatch.setattr(workspace.flight, "do", lambda order, *rest: asked.append(order))
     window.actions_by_name["open_scenario"].trigger()
     (dialog,) = window.findChildren(QFileDialog)
     qtbot.waitExposed(dialog)
     qtbot.keyClick(dialog.findChild(QLineEdit), Qt.Key.Key_F12)
-    assert asked == [("request", "stop")]
+    assert asked == [Action(request="stop")]
     dialog.close()
 
 
-class Asked:
-    """A live flight that notes what it is asked for."""
-
-    def __init__(self, asked):
-        self._asked = asked
-
-    def __getattr__(self, name):
-        return lambda *args: self._asked.append((name, *args))
-
-
-def test_what_the_window_showed_is_there_at_the_next_start(opened):
+def test_what_the_window_showed_is_there_at_the_next_start(opened, workspace):
+    workspace.preferences.store.setValue("window/1/beside", True)
     window = opened(first="home", view3d=True)
-    window.resize(SMALLEST[0], 700)  # the test's screen is too narrow for another width
+    window.resize(MIN_WINDOW_SIZE_PX[0], 700)  # the test's screen is too narrow for another width
     at_first = window.splitter.sizes()
     window.splitter.setSizes([sum(at_first), 0])  # as far as both can be dragged
     sizes = window.splitter.sizes()
@@ -78,16 +69,23 @@ def test_what_the_window_showed_is_there_at_the_next_start(opened):
     assert again.splitter.sizes() == sizes
 
 
-def test_ctrl_0_hides_the_3d_view_and_that_is_kept(opened, qtbot):
+def test_ctrl_0_shows_the_3d_view_which_is_closed_at_first_and_that_is_kept(opened, qtbot):
     window = opened(view3d=True)
-    assert window.view3d.isVisible()
-    qtbot.keyClick(window, Qt.Key.Key_0, CTRL)
     assert not window.view3d.isVisible()
+    qtbot.keyClick(window, Qt.Key.Key_0, CTRL)
+    assert window.view3d.isVisible()
     window.close()
+    again = opened(view3d=True)
+    assert again.view3d.isVisible()
+    qtbot.keyClick(again, Qt.Key.Key_0, CTRL)
+    again.close()
     assert not opened(view3d=True).view3d.isVisible()
 
 
 def test_a_start_without_3d_leaves_the_next_one_its_view(opened):
+    first = opened(view3d=True)
+    first.actions_by_name["view_3d"].trigger()
+    first.close()
     opened(view3d=False).close()
     assert opened(view3d=True).view3d.isVisible()
 
@@ -111,19 +109,6 @@ def test_the_theme_is_chosen_in_the_menu(opened, workspace):
         if window.actions_by_name[name].isChecked()
     ]
     assert checked == ["theme_dark"]
-
-
-def test_the_page_of_keys_lists_every_shortcut(qtbot):
-    from PyQt6.QtWidgets import QLabel
-
-    from workbench.gui.actions import ACTIONS
-
-    page = keys_page()
-    qtbot.addWidget(page)
-    words = " ".join(label.text() for label in page.findChildren(QLabel))
-    for row in ACTIONS:
-        assert row.shortcut in words
-        assert not row.shortcut or row.help in words
 
 
 def test_leaving_the_window_lets_go(opened, qtbot, qapp):

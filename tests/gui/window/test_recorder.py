@@ -3,6 +3,7 @@
 import dataclasses
 
 from workbench.gui.recorder import log_name, size_text
+from workbench.gui.saved_files import save_beside_logs
 from workbench.live.messages import NetworkView
 
 
@@ -11,7 +12,7 @@ def test_a_screenshot_goes_to_the_folder_and_is_told(opened, qtbot, told, tmp_pa
     window.actions_by_name["screenshot"].trigger()
     qtbot.waitUntil(lambda: bool(told), timeout=10_000)
     (picture,) = (tmp_path / "logs").iterdir()
-    assert told[0].what == f"wrote {picture}"
+    assert told[0].what == f"Saved {picture}"
     assert picture.read_bytes().startswith(b"\x89PNG")
 
 
@@ -21,10 +22,18 @@ def test_a_folder_that_cannot_be_written_is_a_notice(opened, qtbot, told, worksp
     window = opened()
     window.actions_by_name["screenshot"].trigger()
     qtbot.waitUntil(lambda: bool(told), timeout=10_000)
-    assert "could not be written" in told[0].what
+    assert "was not saved" in told[0].what
     assert "Settings" in told[0].remedy
     window.recorder.toggle()
     assert "the folder for logs cannot be made" in told[1].what
+
+
+def test_a_picture_that_qt_does_not_write_is_a_notice(workspace, qtbot, told, tmp_path):
+    workspace.preferences.set("log_folder", str(tmp_path))
+    save_beside_logs(workspace, "chart.png", lambda path: 0)
+    qtbot.waitUntil(lambda: bool(told), timeout=10_000)
+    why = "the disk is full, or the folder is not writable"
+    assert told[0].what == f"{tmp_path / 'chart.png'} was not saved: {why}"
 
 
 def test_a_log_that_ends_by_itself_is_told_and_the_flight_goes_on(opened, show, canned, told):
@@ -35,7 +44,7 @@ def test_a_log_that_ends_by_itself_is_told_and_the_flight_goes_on(opened, show, 
     assert window.actions_by_name["record"].isChecked()
     show(dataclasses.replace(view, network=NetworkView(log_said="the disk is full")))
     assert told[0].what == "recording has ended: the disk is full"
-    assert "The flight continues" in told[0].remedy
+    assert "Choose another folder" in told[0].remedy
     assert not window.actions_by_name["record"].isChecked()
 
 

@@ -6,9 +6,23 @@ import threading
 from dataclasses import replace
 
 from workbench.link import drone_topics as topic
-from workbench.link.authority import HOLD_AFTER, Authority, DeniedError, Effect, Limits
-from workbench.link.backplane import Command, Flight, Gone, Published, Refused, Reply, Request
-from workbench.link.drone_topics import Outfit, drone_topics
+from workbench.link.authority import (
+    HOLD_AFTER_S,
+    Authority,
+    CommandLimits,
+    DeniedError,
+    SilenceEffect,
+)
+from workbench.link.backplane import (
+    ClientDisconnected,
+    ClientRequest,
+    CommandRefusal,
+    Published,
+    Reply,
+    ServedFlight,
+    VelocityCommand,
+)
+from workbench.link.drone_topics import drone_topics
 from workbench.link.messages import (
     FlightDone,
     FlightOperation,
@@ -21,6 +35,7 @@ from workbench.link.server.admission import Admission
 from workbench.link.server.config import ServerConfig
 from workbench.link.server.hub import Hub
 from workbench.link.server.policy import Policy
+from workbench.link.signal import TopicOptions
 
 STEP = 0.02
 CLIMB = 10.0
@@ -60,10 +75,12 @@ class PlayedFlight:
     def __init__(self, config=None, *, lidar=True):
         self.config = config or ServerConfig(port=0, web=True)
         rays = COLUMNS * LAYERS[2] if lidar else 0
-        self.outfit = Outfit(4, 200, 8, lidar=10 if lidar else 0, rays=rays, scan=SCAN)
+        self.outfit = TopicOptions(
+            4, 200, 8, rates={"lidar": 10} if lidar else {}, rays=rays, scan=SCAN
+        )
         self.topics = {each.id: each for each in drone_topics(self.outfit)}
         self.commands, self.done = [], []
-        self.authority = Authority(Limits(*LIMITS))
+        self.authority = Authority(CommandLimits(*LIMITS))
         self.now, self.pace = 0.0, PACE
         self.place = [0.0, 0.0, 0.1]
         self.yaw, self.velocity, self.yaw_rate = 0.6, (0.0, 0.0, 0.0), 0.0
@@ -97,10 +114,10 @@ class PlayedFlight:
         self._ready.set()
 
     async def _serve(self):
-        flight = Flight("dh_drone", tuple(self.topics.values()), (), LIMITS)
+        flight = ServedFlight("dh_drone", tuple(self.topics.values()), (), LIMITS)
         policy = Policy(flight, self.config.tokens(), self.config.allow_commands)
         # A lease lasts as long for the page, which goes by its own clock.
-        policy.__dict__["_limits"] = replace(policy._limits, hold_after=HOLD_AFTER / PACE)
+        policy.__dict__["_limits"] = replace(policy._limits, hold_after=HOLD_AFTER_S / PACE)
         self.hub = Hub(policy, Admission(16, 4), self._asked.append)
         page = web.Page(self.hub, self.config)
         await page.open()
@@ -124,7 +141,7 @@ class PlayedFlight:
         effect = self.authority.effect_due(self.now)
         if effect is not None:
             self.velocity, self.yaw_rate = (0.0, 0.0, 0.0), 0.0
-        if effect is Effect.LAND and self.mode > 1:
+        if effect is SilenceEffect.LAND and self.mode > 1:
             self.mode = 7
         self._move()
         told.append(self._published(count))
@@ -138,18 +155,18 @@ class PlayedFlight:
         """Do what a client asks for, and return the answer."""
         try:
             match asked:
-                case Command():
+                case VelocityCommand():
                     flown = self.authority.command(asked, self.now)
                     self.velocity, self.yaw_rate = flown.velocity, flown.yaw_rate
                     self.commands.append((self.now, *flown.velocity, flown.yaw_rate))
                     return None
-                case Request(peer, operation):
+                case ClientRequest(peer, operation):
                     return Reply(peer, self._answer(peer, operation))
-                case Gone(peer):
+                case ClientDisconnected(peer):
                     self.authority.gone(peer)
         except DeniedError as denied:
-            if isinstance(asked, Command):
-                return Refused(asked.peer, asked.seq, denied.code, str(denied))
+            if isinstance(asked, VelocityCommand):
+                return CommandRefusal(asked.peer, asked.seq, denied.code, str(denied))
             return Reply(asked.peer, Nack(denied.code, str(denied), asked.operation.id))
         return None
 
@@ -189,15 +206,23 @@ class PlayedFlight:
         left = math.cos(self.yaw) * moving[1] - math.sin(self.yaw) * moving[0]
         angles = (-0.08 * left, 0.08 * ahead, self.yaw)
         values = {
-            topic.POSITION: (*self.place, *angles, *self.place),
-            topic.VELOCITY: (*moving, 0.0, 0.0, self.yaw_rate),
+            topic.POSITION_SIGNAL.id: (*self.place, *angles, *self.place),
+            topic.VELOCITY_SIGNAL.id: (*moving, 0.0, 0.0, self.yaw_rate),
         }
         if count % 6 == 0 and self.tells_mode:
-            values[topic.DRONE_STATE] = (self.mode, MODES[self.mode], self.charge, math.inf)
-        if count % 5 == 0 and topic.LIDAR_CLOUD in self.topics:
-            values[topic.LIDAR_CLOUD] = (round(self.now * 1e9), self._ranges(*angles))
+            values[topic.DRONE_STATE_SIGNAL.id] = (
+                self.mode,
+                MODES[self.mode],
+                self.charge,
+                math.inf,
+            )
+        if count % 5 == 0 and topic.LIDAR_CLOUD_SIGNAL.id in self.topics:
+            values[topic.LIDAR_CLOUD_SIGNAL.id] = (round(self.now * 1e9), self._ranges(*angles))
         payloads = [(id, self.topics[id].pack(each)) for id, each in values.items()]
-        payloads += [(topic.EVENTS, self.topics[topic.EVENTS].pack(said)) for said in self._said]
+        payloads += [
+            (topic.EVENTS_SIGNAL.id, self.topics[topic.EVENTS_SIGNAL.id].pack(said))
+            for said in self._said
+        ]
         self._said.clear()
         return Published(round(self.now * 1e9), 0, tuple(payloads))
 

@@ -2,12 +2,10 @@
 
 import pytest
 
+from tests.link.page.expecting import expect
+
 pytestmark = pytest.mark.slow
 
-sync_api = pytest.importorskip(
-    "playwright.sync_api", reason="needs playwright: pip install playwright"
-)
-expect = sync_api.expect
 LONG = 20_000
 """For what a slow machine takes [ms]."""
 

@@ -4,17 +4,14 @@ import math
 
 import pytest
 
+from tests.link.page.expecting import expect
 from workbench.common.resources import find_scenario
 from workbench.link.server.config import ServerConfig
 from workbench.live.flight import LiveFlight
-from workbench.scenario.scenario import load_scenario
+from workbench.scenario.scenario_file import load_scenario
 
 pytestmark = pytest.mark.slow
 
-sync_api = pytest.importorskip(
-    "playwright.sync_api", reason="needs playwright: pip install playwright"
-)
-expect = sync_api.expect
 STARTING = 60.0
 LONG = 60_000
 """For what a slow machine takes [ms]."""

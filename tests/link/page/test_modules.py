@@ -8,10 +8,10 @@ from pathlib import Path
 
 import pytest
 
-from workbench.link.drone_topics import Outfit, drone_topics
+from tests.link.test_golden_vectors import OUTFIT
+from workbench.link.drone_topics import drone_topics
 
 HERE = Path(__file__).parent
-OUTFIT = Outfit(rotors=4, fast=200, slow=8, imu=200, gps=5, lidar=10, rays=4, frames=[("W", "B")])
 OLDEST_NODE = 20
 
 

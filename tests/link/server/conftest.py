@@ -11,20 +11,22 @@ import subprocess
 import sys
 import tempfile
 import time
+from dataclasses import replace
 from multiprocessing import Pipe
 from pathlib import Path
 
 import pytest
 
-from workbench.link.backplane import Flight, Published, ServerStatus, Stop
-from workbench.link.drone_topics import COMMAND, EVENTS, Outfit, drone_topics
+from workbench.link.backplane import Published, ServedFlight, ServerStatus, StopServer
+from workbench.link.drone_topics import COMMAND_SIGNAL, EVENTS_SIGNAL, drone_topics
 from workbench.link.hello import ParameterRow
 from workbench.link.server.admission import Admission
 from workbench.link.server.hub import Hub
 from workbench.link.server.policy import Policy
-from workbench.link.wire import Decoder, Flag, Frame, Kind
+from workbench.link.signal import TopicOptions
+from workbench.link.wire import Decoder, FrameFlag, FrameKind, WireFrame
 
-OUTFIT = Outfit(rotors=4, fast=204.8, slow=10.24)
+OUTFIT = TopicOptions(rotors=4, fast=204.8, slow=10.24)
 ROOT = Path(__file__).resolve().parents[3]
 LIMIT = 300.0
 """Generous: nothing here is a matter of time [s]."""
@@ -33,11 +35,11 @@ LIMIT = 300.0
 @functools.cache
 def make_flight():
     rows = (ParameterRow("kp_x", "1/s", 0.0, 10.0, 2.0, "gain of v_x"),)
-    return Flight("x500", drone_topics(OUTFIT), rows, (8.0, 8.0, 0.4))
+    return ServedFlight("x500", drone_topics(OUTFIT), rows, (8.0, 8.0, 0.4))
 
 
 SIZES = {topic.id: topic.packer.size for topic in drone_topics(OUTFIT)}
-STATES = tuple(number for number in SIZES if number not in (16, EVENTS))
+STATES = tuple(number for number in SIZES if number not in (16, EVENTS_SIGNAL.id))
 
 
 def published(step, topics=STATES, wall_ns=None):
@@ -55,34 +57,29 @@ def operation(op, seq=1, **values):
 
 def saying(values, seq):
     payload = json.dumps(values).encode()
-    return Frame(Kind.CONTROL, 0, 0, seq, 0, payload)
+    return WireFrame(FrameKind.CONTROL, 0, 0, seq, 0, payload)
 
 
 def command(seq=1, lease=7, velocity=(0.0, 0.0, 0.0), yaw_rate=0.0, axes=15, t_ns=0):
     payload = struct.pack("<II4f", lease, axes, *velocity, yaw_rate)
-    return Frame(Kind.DATA, COMMAND, 0, seq, t_ns, payload)
+    return WireFrame(FrameKind.DATA, COMMAND_SIGNAL.id, 0, seq, t_ns, payload)
 
 
 def acknowledgement(seq):
-    return Frame(Kind.ACKNOWLEDGEMENT, 0, 0, seq, 0, b"")
+    return WireFrame(FrameKind.ACKNOWLEDGEMENT, 0, 0, seq, 0, b"")
 
 
-def proven(frame, key):
-    """Return the bytes of a frame with its proof, made by the words of the protocol alone."""
-    head = bytearray(frame.to_bytes()[:24])
-    head[6:8] = (frame.flags | 1).to_bytes(2, "little")
-    head[12:16] = (len(frame.payload) + 16).to_bytes(4, "little")
-    signed = bytes(head) + frame.payload
-    return signed + hmac.new(key, signed, hashlib.sha256).digest()[:16]
-
-
-def login_of(token, role, server_nonce, client_nonce="ab" * 16):
-    """Return login's fields and the key of the session, by the words of the protocol alone."""
+def older_proof(token, role, server_nonce, client_nonce="ab" * 16):
+    """Return how a client of before tokens were sent logs in, by the words of the protocol."""
     nonces = bytes.fromhex(server_nonce + client_nonce)
-    secret = token.encode()
-    proof = hmac.new(secret, b"DH1 login" + role.encode() + nonces, hashlib.sha256).hexdigest()
-    key = hmac.new(secret, b"DH1 session" + nonces, hashlib.sha256).digest()
-    return {"role": role, "nonce": client_nonce, "proof": proof}, key
+    text = b"DH1 login" + role.encode() + nonces
+    proof = hmac.new(token.encode(), text, hashlib.sha256).hexdigest()
+    return {"role": role, "nonce": client_nonce, "proof": proof}
+
+
+def with_proof(frame, proof=b"p" * 16):
+    """Return the bytes of a frame as such a client sends it, with a proof at its end."""
+    return replace(frame, flags=frame.flags | 1, payload=frame.payload + proof).to_bytes()
 
 
 class FakeTransport:
@@ -119,7 +116,7 @@ class FakeClient:
 
     def send(self, *frames):
         data = b"".join(f if isinstance(f, bytes) else f.to_bytes() for f in frames)
-        self.kept.keep(data)
+        self.kept.received += data
         return self.room.hub.receive(self.session, len(data))
 
     def go_on(self):
@@ -135,7 +132,7 @@ class FakeClient:
 
     def said(self):
         """Return the operations that have come."""
-        return [json.loads(f.payload) for f in self.frames() if f.kind == Kind.CONTROL]
+        return [json.loads(f.payload) for f in self.frames() if f.kind == FrameKind.CONTROL]
 
     def answer(self, op):
         """Return the last operation of a name that has come."""
@@ -145,7 +142,7 @@ class FakeClient:
         """Read all there is and acknowledge as a good client does; return the frames."""
         frames = self.frames()
         for frame in frames:
-            if frame.flags & Flag.ACKNOWLEDGE:
+            if frame.flags & FrameFlag.ACKNOWLEDGE:
                 self.send(acknowledgement(frame.seq))
         return frames
 
@@ -185,7 +182,7 @@ class Raw:
             (host, port), LIMIT, source_address=(source, 0) if source else None
         )
         if context is not None:
-            self.socket = context.wrap_socket(self.socket)
+            self.socket = context.wrap_socket(self.socket, server_hostname=host)
         self._decoder = Decoder()
         self._frames = []
 
@@ -210,7 +207,7 @@ class Raw:
     def answer(self, op):
         """Wait for an operation, and let others pass."""
         while (frame := self.frame()) is not None:
-            if frame.kind == Kind.CONTROL:
+            if frame.kind == FrameKind.CONTROL:
                 said = json.loads(frame.payload)
                 if said["op"] == op:
                     return said
@@ -219,7 +216,7 @@ class Raw:
     def rest(self):
         """Wait for the end; return the operations until then."""
         frames = list(iter(self.frame, None))
-        return [json.loads(frame.payload) for frame in frames if frame.kind == Kind.CONTROL]
+        return [json.loads(frame.payload) for frame in frames if frame.kind == FrameKind.CONTROL]
 
 
 class Process:
@@ -260,7 +257,7 @@ class Process:
     def stop(self):
         """Stop it; return what it has printed."""
         try:
-            self.flight.send(Stop.STOP)
+            self.flight.send(StopServer.STOP)
             while self.flight.poll(LIMIT):
                 self.flight.recv()
         except (OSError, EOFError):  # it has ended

@@ -4,9 +4,9 @@ import random
 import struct
 
 from workbench.link.authentication import Tokens
-from workbench.link.backplane import Disconnect, Refused, Reply
+from workbench.link.backplane import CommandRefusal, Disconnect, Reply
 from workbench.link.messages import Nack, ParameterValues
-from workbench.link.wire import LARGEST, Kind
+from workbench.link.wire import MAX_PAYLOAD_BYTES, FrameKind
 
 STEPS = 8
 OPERATIONS = (
@@ -25,6 +25,7 @@ OPERATIONS = (
     {"op": "ping", "id": -1},
     {"op": "login", "name": "me"},
     {"op": "login", "role": "command", "nonce": "00" * 16, "proof": "00" * 32},
+    {"op": "login", "role": "command", "token": "00" * 16},
     {"op": "dance"},
     {"op": 3},
     {},
@@ -38,7 +39,7 @@ def play(parts, seed):
     draw = random.Random(seed)
     tokens = Tokens("v" * 16, "c" * 16) if draw.random() < 0.5 else None
     room = parts.Room(tokens=tokens, allow_commands=draw.random() < 0.9)
-    good, _ = enter(parts, room, "10.0.0.1:1")
+    good = enter(parts, room, "10.0.0.1:1")
     good.send(parts.operation("subscribe", 2, topics=["/dh_drone/time_data"]))
     good.frames()
     bad = [None, None, None]
@@ -48,12 +49,12 @@ def play(parts, seed):
         at = draw.randrange(3)
         if bad[at] is None or bad[at].session is None or not bad[at].is_in:
             host = f"10.0.1.{at}:1"
-            bad[at] = enter(parts, room, host)[0] if draw.random() < 0.5 else room.connect(host)
+            bad[at] = enter(parts, room, host) if draw.random() < 0.5 else room.connect(host)
         else:
             act(parts, draw, room, bad[at])
         step += 1
         room.hub.hear([parts.published(step)])
-        got += [frame.t_ns for frame in good.acknowledge() if frame.kind == Kind.DATA]
+        got += [frame.t_ns for frame in good.acknowledge() if frame.kind == FrameKind.DATA]
         if draw.random() < 0.3:
             room.now += draw.choice((0.01, 0.5, 3.5))
             room.hub.tick()
@@ -61,14 +62,11 @@ def play(parts, seed):
 
 
 def enter(parts, room, address):
-    """Return a client that has logged in where that is needed, and its key."""
+    """Return a client that has logged in where that is needed."""
     client = room.connect(address)
-    if room.policy.tokens is None or client.session is None:
-        return client, b""
-    nonce = client.answer("hello")["nonce"]
-    fields, key = parts.login_of("c" * 16, "command", nonce)
-    client.send(parts.operation("login", 1, **fields))
-    return client, key
+    if room.policy.tokens is not None and client.session is not None:
+        client.send(parts.operation("login", 1, role="command", token="c" * 16))
+    return client
 
 
 def act(parts, draw, room, client):
@@ -88,7 +86,7 @@ def act(parts, draw, room, client):
                     (
                         Reply(number, ParameterValues(draw.randrange(9), {})),
                         Reply(number, Nack("held", "x" * 500, 1)),
-                        Refused(number, draw.randrange(9), "too_fast", "slower"),
+                        CommandRefusal(number, draw.randrange(9), "too_fast", "slower"),
                         Disconnect(number, "go"),
                     )
                 )
@@ -119,9 +117,9 @@ def words(parts, draw):
     elif kind == 4:
         data = parts.acknowledgement(seq)
     elif kind == 5:
-        data = parts.Frame(1, draw.choice((0, 1, 8, 65535)), 0, seq, -1, draw.randbytes(24))
+        data = parts.WireFrame(1, draw.choice((0, 1, 8, 65535)), 0, seq, -1, draw.randbytes(24))
     else:
-        length = draw.choice((0, 16, 4097, LARGEST + 1, 2**32 - 1))
+        length = draw.choice((0, 16, 4097, MAX_PAYLOAD_BYTES + 1, 2**32 - 1))
         head = (draw.choice((b"DH", b"dh")), draw.choice((1, 1, 2)), draw.randrange(256))
         return struct.pack("<2sBBHHIIq", *head, 0, draw.randrange(4), seq, length, 0)
     found = bytearray(data.to_bytes())
@@ -145,7 +143,11 @@ def wrong(parts, room, good, got, step):
             said.append("the good client is not answered")
     for session in room.hub._sessions.values():
         out = session.out
-        if out.overflowed or len(out._batches) > 2 or session._decoder.waiting > 2 * LARGEST:
+        if (
+            out.overflowed
+            or len(out._batches) > 2
+            or session._decoder.waiting > 2 * MAX_PAYLOAD_BYTES
+        ):
             said.append("too much is kept")
         if len(session.transport.data) > 400_000:
             said.append("too much is written to who does not read")

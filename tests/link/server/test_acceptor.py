@@ -9,13 +9,19 @@ import pytest
 
 from workbench.link.address import Address, network_of
 from workbench.link.server import acceptor
-from workbench.link.server.acceptor import Accepted, Acceptor, Guest, Waiting, listen
+from workbench.link.server.acceptor import (
+    AcceptedConnection,
+    AcceptedProtocol,
+    Acceptor,
+    PendingConnections,
+    listen,
+)
 
 LIMIT = 300.0
 """Generous: nothing here is a matter of time [s]."""
 
 
-class Stranger(Guest):
+class Stranger(AcceptedProtocol):
     """Keeps its connection open; it has logged in once the test says so."""
 
     is_in = False
@@ -88,7 +94,7 @@ def run(scenario):
 
 def test_who_has_not_logged_in_makes_room_and_who_has_stays(monkeypatch):
     """The oldest of the network that has most goes, so one address cannot keep out another."""
-    monkeypatch.setattr(acceptor, "MOST", 4)
+    monkeypatch.setattr(acceptor, "MAX_BEGUN_CONNECTIONS", 4)
 
     async def scenario(station):
         owner = await station.connect("127.0.0.2")
@@ -109,7 +115,7 @@ def test_who_has_not_logged_in_makes_room_and_who_has_stays(monkeypatch):
 
 
 def test_a_place_is_free_when_a_connection_ends(monkeypatch):
-    monkeypatch.setattr(acceptor, "MOST", 2)
+    monkeypatch.setattr(acceptor, "MAX_BEGUN_CONNECTIONS", 2)
 
     async def scenario(station):
         first = await station.connect("127.0.0.2")
@@ -124,7 +130,7 @@ def test_a_place_is_free_when_a_connection_ends(monkeypatch):
 
 
 def test_only_clients_that_have_logged_in_can_take_all_places(monkeypatch):
-    monkeypatch.setattr(acceptor, "MOST", 2)
+    monkeypatch.setattr(acceptor, "MAX_BEGUN_CONNECTIONS", 2)
 
     async def scenario(station):
         for host in ("127.0.0.2", "127.0.0.3"):
@@ -139,13 +145,13 @@ def test_only_clients_that_have_logged_in_can_take_all_places(monkeypatch):
 
 
 def accepted(host):
-    return Accepted(object(), Address(host, 1), network_of(host))
+    return AcceptedConnection(object(), Address(host, 1), network_of(host))
 
 
 def test_of_those_that_wait_the_newest_of_the_smallest_network_begins(monkeypatch):
     """Networks of IPv6 are of 64 bits: nobody has many of them for its many addresses."""
-    monkeypatch.setattr(acceptor, "MOST_WAITING", 4)
-    waiting = Waiting()
+    monkeypatch.setattr(acceptor, "MAX_PENDING_CONNECTIONS", 4)
+    waiting = PendingConnections()
     one, two, three = (accepted(f"2001:db8::{n}") for n in range(1, 4))
     other, owner = accepted("2001:db8:0:1::1"), accepted("192.0.2.7")
     assert [waiting.add(each) for each in (one, other, two, owner)] == [None] * 4
@@ -158,9 +164,9 @@ def test_of_those_that_wait_the_newest_of_the_smallest_network_begins(monkeypatc
 
 def test_connections_begin_no_faster_than_they_can_log_in(monkeypatch):
     """Without time, a burst begins; the others wait, and the oldest of them are turned away."""
-    monkeypatch.setattr(acceptor, "BEGIN_RATE", 0.0)
-    monkeypatch.setattr(acceptor, "BEGUN_AT_ONCE", 8)
-    monkeypatch.setattr(acceptor, "MOST_WAITING", 5)
+    monkeypatch.setattr(acceptor, "BEGIN_RATE_HZ", 0.0)
+    monkeypatch.setattr(acceptor, "BEGINS_PER_TURN", 8)
+    monkeypatch.setattr(acceptor, "MAX_PENDING_CONNECTIONS", 5)
 
     async def scenario(station):
         station.acceptor._due = 3.0
@@ -169,7 +175,7 @@ def test_connections_begin_no_faster_than_they_can_log_in(monkeypatch):
             station.connecting.append(end)
         await station.until(lambda: len(station.inside) == 3)
         assert len(station.refused) == 7
-        monkeypatch.setattr(acceptor, "BEGIN_RATE", 1e6)
+        monkeypatch.setattr(acceptor, "BEGIN_RATE_HZ", 1e6)
         await station.until(lambda: len(station.inside) == 5)
 
     run(scenario)

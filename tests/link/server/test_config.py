@@ -21,10 +21,30 @@ def test_the_default_listens_to_this_machine_only():
 
 
 @pytest.mark.parametrize("host", ["0.0.0.0", "::", "192.168.1.5", "drone.local", "8.8.8.8"])
-def test_where_others_reach_it_tokens_are_needed(tmp_path, host):
-    with pytest.raises(WorkbenchError, match=f"others can reach {host}.*token file"):
-        ServerConfig(host).check()
-    ServerConfig(host, token_file=tokens(tmp_path)).check()
+def test_where_others_reach_it_tokens_and_tls_are_needed(tmp_path, host, certificate):
+    cert, key = certificate
+    tls = {"tls_cert": cert, "tls_key": key}
+    for more in ({}, tls):
+        with pytest.raises(WorkbenchError, match=f"others can reach {host}.*token file"):
+            ServerConfig(host, **more).check()
+    token_file = tokens(tmp_path)
+    with pytest.raises(WorkbenchError, match=f"others can reach {host}.*without TLS.*: openssl"):
+        ServerConfig(host, token_file=token_file).check()
+    ServerConfig(host, token_file=token_file, **tls).check()
+
+
+def test_the_command_for_a_certificate_names_where_it_is_served(tmp_path, case, monkeypatch):
+    file = tokens(tmp_path)
+    for own in ("192.168.1.7", None):
+        monkeypatch.setattr("workbench.link.server.config.lan_address", lambda _, own=own: own)
+        for host, name in [
+            ("192.168.1.5", "IP:192.168.1.5"),
+            ("fd00::5", "IP:fd00::5"),
+            ("drone.local", "DNS:drone.local"),
+            ("0.0.0.0", f"IP:{own or '0.0.0.0'}"),
+        ]:
+            with case(host, own), pytest.raises(WorkbenchError, match=f"subjectAltName={name} -"):
+                ServerConfig(host, token_file=file).check()
 
 
 def test_what_cannot_be_had_is_said_in_a_sentence(case):

@@ -8,46 +8,47 @@ import pytest
 from websockets.protocol import OPEN
 from websockets.server import ServerProtocol
 
+from workbench.control.controller_file import load_controller
 from workbench.link.authentication import Tokens
 from workbench.link.backplane import (
-    Command,
+    ClientDisconnected,
+    ClientRequest,
+    CommandRefusal,
     Disconnect,
-    Gone,
-    Refused,
     Reply,
-    Request,
     ServerStatus,
-    Stop,
+    StopServer,
+    VelocityCommand,
 )
-from workbench.link.drone_topics import EVENTS, Outfit, drone_topics
+from workbench.link.drone_topics import EVENTS_SIGNAL, drone_topics
 from workbench.link.messages import (
+    ControlOwner,
     ControlState,
     FlightDone,
     FlightOperation,
     GetParameters,
-    Hand,
+    LinkLossStage,
     ParameterValues,
     ReleaseControl,
     RequestControl,
     Role,
     SetParameters,
-    Stage,
 )
-from workbench.link.server.client_session import (
-    FRAME_BURST,
-    FRAME_WORK,
-    LEAST_PAUSE,
-    OPERATION_BURST,
-    OPERATIONS,
+from workbench.link.server.client_session import FRAME_COST_BYTES
+from workbench.link.server.hub import STRANGERS_WORK_BYTES, TURN_WORK_BYTES
+from workbench.link.server.rate_limiter import (
+    FRAME_BURST_COUNT,
+    MIN_READ_PAUSE_S,
+    OPERATION_BURST_BYTES,
+    OPERATION_BYTES_PER_S,
     RateLimiter,
 )
-from workbench.link.server.hub import TURN, TURN_OF_STRANGERS
 from workbench.link.server.web_socket import WebSocket
-from workbench.link.wire import LARGEST_OPERATION, Flag, Kind
-from workbench.scenario.parameters import parameter_table
+from workbench.link.signal import TopicOptions
+from workbench.link.wire import MAX_OPERATION_BYTES, FrameFlag, FrameKind
 
 MASK = b"\x11\x22\x33\x44"
-HELD = ControlState(Hand.CLIENT, 3, "phone", Stage.LIVE, 0.1, "it asked")
+HELD = ControlState(ControlOwner.CLIENT, 3, "phone", LinkLossStage.LIVE, 0.1, "it asked")
 
 
 def test_hello_comes_first_and_says_all_that_is_needed(room, parts):
@@ -83,8 +84,8 @@ def test_nothing_comes_before_it_is_subscribed_to(room, parts):
     assert (said["id"], said["topics"]) == (5, ["/dh_drone/velocity_data"])
     room.hub.hear([parts.published(2)])
     (frame,) = client.frames()
-    assert (frame.kind, frame.topic, frame.t_ns) == (Kind.DATA, 3, 9765625)
-    assert frame.flags == Flag.ACKNOWLEDGE
+    assert (frame.kind, frame.topic, frame.t_ns) == (FrameKind.DATA, 3, 9765625)
+    assert frame.flags == FrameFlag.ACKNOWLEDGE
 
 
 def test_all_topics_come_with_a_star(room, parts):
@@ -93,9 +94,9 @@ def test_all_topics_come_with_a_star(room, parts):
     client.frames()
     got = set()
     for step in range(1, 9):
-        room.hub.hear([parts.published(step, (*parts.STATES, EVENTS))])
+        room.hub.hear([parts.published(step, (*parts.STATES, EVENTS_SIGNAL.id))])
         got |= {frame.topic for frame in client.acknowledge()}
-    assert got == {*parts.STATES, EVENTS}
+    assert got == {*parts.STATES, EVENTS_SIGNAL.id}
 
 
 def test_an_unknown_topic_changes_nothing(room, parts):
@@ -120,7 +121,7 @@ def test_who_commands_is_told_to_all_and_to_whoever_comes(room):
 def test_a_command_reaches_the_flight_as_it_stood_in_its_frame(room, parts):
     client = room.connect()
     client.send(parts.command(9, 77, (1.0, -2.0, 0.5), 0.25, axes=7, t_ns=123))
-    assert room.told == [Command(1, 9, 123, 77, 7, (1.0, -2.0, 0.5), 0.25)]
+    assert room.told == [VelocityCommand(1, 9, 123, 77, 7, (1.0, -2.0, 0.5), 0.25)]
 
 
 @pytest.mark.parametrize(
@@ -144,7 +145,7 @@ def test_requests_reach_the_flight_and_its_reply_the_client(room, parts, said, a
     client, other = room.connect(), room.connect()
     client.frames(), other.frames()
     client.send(parts.operation(**said, id=4))
-    assert room.told == [Request(1, asked)]
+    assert room.told == [ClientRequest(1, asked)]
     room.hub.hear([Reply(1, FlightDone(4, "land", 5))])
     assert client.said() == [{"op": "flight", "id": 4, "what": "land", "applied_ns": 5}]
     assert other.said() == []
@@ -152,7 +153,7 @@ def test_requests_reach_the_flight_and_its_reply_the_client(room, parts, said, a
 
 def test_a_refusal_of_the_flight_is_a_nack_of_the_frame(room, parts):
     client = room.connect()
-    room.hub.hear([Refused(1, 9, "too_fast", "over twice the limit")])
+    room.hub.hear([CommandRefusal(1, 9, "too_fast", "over twice the limit")])
     said = client.answer("nack")
     assert (said["seq"], said["code"], said["said"]) == (9, "too_fast", "over twice the limit")
     assert room.hub.refusals.counts == {"too_fast": 1}
@@ -167,7 +168,9 @@ def test_a_reply_that_json_has_no_numbers_for_is_a_nack(room, parts):
 def test_what_is_for_a_client_that_has_gone_is_nothing(room, parts):
     client = room.connect()
     told, sent = list(room.told), bytes(client.transport.data)
-    room.hub.hear([Reply(9, ReleaseControl(1)), Refused(9, 1, "held", ""), Disconnect(9, "")])
+    room.hub.hear(
+        [Reply(9, ReleaseControl(1)), CommandRefusal(9, 1, "held", ""), Disconnect(9, "")]
+    )
     assert (room.told, bytes(client.transport.data)) == (told, sent)
 
 
@@ -212,7 +215,7 @@ def test_the_flight_learns_at_once_that_a_client_has_gone(room):
     client = room.connect()
     room.hub.lost(client.session)
     room.hub.lost(client.session)
-    assert room.told == [Gone(1)]
+    assert room.told == [ClientDisconnected(1)]
 
 
 def test_goodbye_ends_the_connection(room, parts):
@@ -220,7 +223,7 @@ def test_goodbye_ends_the_connection(room, parts):
     client.send(parts.operation("bye"))
     assert client.answer("bye")
     assert client.transport.closed
-    assert room.told == [Gone(1)]
+    assert room.told == [ClientDisconnected(1)]
 
 
 def test_the_operator_disconnects_a_client_with_a_reason(room):
@@ -234,7 +237,7 @@ def test_the_operator_disconnects_a_client_with_a_reason(room):
 
 def test_when_the_server_stops_all_are_told(room):
     clients = [room.connect(), room.connect()]
-    room.hub.hear([Stop.STOP])
+    room.hub.hear([StopServer.STOP])
     assert room.hub.stopped.is_set()
     room.hub.stop("the server stops")
     assert [each.answer("bye")["said"] for each in clients] == ["the server stops"] * 2
@@ -343,16 +346,16 @@ def test_what_a_client_does_not_use_is_not_saved_up(case):
     for most, spend in (
         (199, lambda limiter, now: limiter.take_frame()),  # the next is waited for
         (128, lambda limiter, now: limiter.take(1024, now)),
-        (2, lambda limiter, now: limiter.take_operation(LARGEST_OPERATION)),
+        (2, lambda limiter, now: limiter.take_operation(MAX_OPERATION_BYTES)),
     ):
         with case(most):
             limiter, now = RateLimiter(0.0), 3600.0
-            limiter.take(0, now)
+            assert limiter.pause(now) == 0.0
             for _ in range(most):
                 spend(limiter, now)
-                assert limiter.pause() == 0.0
+                assert limiter.pause(now) == 0.0
             spend(limiter, now)
-            assert limiter.pause() > 0.0
+            assert limiter.pause(now) > 0.0
 
 
 @pytest.mark.parametrize("piece", [b"", b"D"], ids=["nothing", "a byte of a frame"])
@@ -387,7 +390,7 @@ def test_acknowledgements_are_no_flood(room, parts):
     for step in range(1, 2000):
         room.hub.hear([parts.published(step, range(1, 9))])
         for frame in client.frames():
-            if frame.flags & Flag.ACKNOWLEDGE:
+            if frame.flags & FrameFlag.ACKNOWLEDGE:
                 assert client.send(parts.acknowledgement(frame.seq)) == 0.0
 
 
@@ -413,10 +416,12 @@ def test_viewers_share_the_work_of_a_turn_and_who_flies_has_its_own(parts):
     turns = []
     room = parts.Room(an_address=16, call_soon=turns.append)
     pilot, *viewers = [room.connect() for _ in range(10)]
-    flies = ControlState(Hand.CLIENT, pilot.session.number, "Ada", Stage.LIVE, 0.0, "Ada flies")
+    flies = ControlState(
+        ControlOwner.CLIENT, pilot.session.number, "Ada", LinkLossStage.LIVE, 0.0, "Ada flies"
+    )
     room.hub.hear([flies])
     largest = parts.saying({"op": "ping", "deep": [{}] * 2035}, 1)
-    assert LARGEST_OPERATION - 100 < len(largest.payload) <= LARGEST_OPERATION
+    assert MAX_OPERATION_BYTES - 100 < len(largest.payload) <= MAX_OPERATION_BYTES
     greedy = b"".join([largest.to_bytes()] * 3 + [parts.operation("ping").to_bytes()] * 100)
     for each in (pilot, *viewers):
         each.frames()
@@ -437,29 +442,29 @@ def test_viewers_share_the_work_of_a_turn_and_who_flies_has_its_own(parts):
             answered[each] += sum(said["op"] == "pong" for said in each.said())
         counts = [answered[each] for each in waiting]
         assert not counts or max(counts) - min(counts) <= 60, "nobody is left behind"
-    assert TURN <= most < TURN + LARGEST_OPERATION + 200
+    assert TURN_WORK_BYTES <= most < TURN_WORK_BYTES + MAX_OPERATION_BYTES + 200
     assert set(answered.values()) == {103}
-    least = (3 * LARGEST_OPERATION - OPERATION_BURST) / OPERATIONS
+    least = (3 * MAX_OPERATION_BYTES - OPERATION_BURST_BYTES) / OPERATION_BYTES_PER_S
     assert room.now - began >= 0.9 * least, "to read operations has a price of its own"
 
 
 def test_an_operation_that_is_too_long_ends_the_connection_before_it_is_read(room, parts):
     client = room.connect()
-    frame = parts.saying({"op": "ping", "long": "x" * LARGEST_OPERATION}, 1).to_bytes()
+    frame = parts.saying({"op": "ping", "long": "x" * MAX_OPERATION_BYTES}, 1).to_bytes()
     client.send(frame[:24])
     said = client.answer("error")
-    assert (said["code"], str(LARGEST_OPERATION) in said["said"]) == ("length", True)
+    assert (said["code"], str(MAX_OPERATION_BYTES) in said["said"]) == ("length", True)
     assert not client.is_in
 
 
 def test_all_that_may_be_set_or_subscribed_to_fits_into_one_operation():
     """As long-winded as JSON can be: a blank after each sign, and all digits of each number."""
-    values = {row.name: -1.2345678901234567e-300 for row in parameter_table()}
+    values = {row.name: -1.2345678901234567e-300 for row in load_controller().table}
     largest = {"op": "parameters", "id": 2**32 - 1, "set": values, "lease": 2**32 - 1}
-    assert len(json.dumps(largest, indent=2)) < LARGEST_OPERATION
-    outfit = Outfit(12, 200.0, 8.0, 100.0, 5.0, 10.0, 360)
+    assert len(json.dumps(largest, indent=2)) < MAX_OPERATION_BYTES
+    outfit = TopicOptions(12, 200.0, 8.0, rates={"imu": 100.0, "gps": 5.0, "lidar": 10.0}, rays=360)
     topics = [topic.name for topic in drone_topics(outfit)]
-    assert len(json.dumps({"op": "subscribe", "topics": topics}, indent=2)) < LARGEST_OPERATION
+    assert len(json.dumps({"op": "subscribe", "topics": topics}, indent=2)) < MAX_OPERATION_BYTES
 
 
 def test_answers_of_the_flight_are_charged_as_well(room, parts):
@@ -475,12 +480,14 @@ def test_answers_of_the_flight_are_charged_as_well(room, parts):
 def test_who_is_silent_is_asked_and_gives_its_place_to_others_unless_it_answers(parts):
     room = parts.Room()
     silent, reading, pinging = [room.connect(f"10.0.0.{n}:1") for n in range(3)]
-    room.hub.hear([ControlState(Hand.NOBODY, 0, "", Stage.LIVE, math.inf, "nobody yet")])
+    room.hub.hear(
+        [ControlState(ControlOwner.NOBODY, 0, "", LinkLossStage.LIVE, math.inf, "nobody yet")]
+    )
     asked = 0
     for second in range(60):
-        asked += sum(bool(each.flags & Flag.ACKNOWLEDGE) for each in reading.acknowledge())
+        asked += sum(bool(each.flags & FrameFlag.ACKNOWLEDGE) for each in reading.acknowledge())
         pinging.send(parts.operation("ping", second))
-        assert not any(each.flags & Flag.ACKNOWLEDGE for each in pinging.frames())
+        assert not any(each.flags & FrameFlag.ACKNOWLEDGE for each in pinging.frames())
         room.wait(1.0)
         assert silent.is_in == (second < 10)
     assert 9 <= asked <= 12
@@ -502,7 +509,7 @@ def test_strangers_have_a_part_of_a_turn_and_the_newest_is_first(parts):
         return answer
 
     for number in range(6):
-        room.hub.later(stranger(number, TURN_OF_STRANGERS // 2))
+        room.hub.later(stranger(number, STRANGERS_WORK_BYTES // 2))
     room.hub.later(stranger("gone", 0))
     assert answered == [0, 1]
     for expected in ([0, 1, "gone", 5, 4], [0, 1, "gone", 5, 4, 3, 2]):
@@ -520,16 +527,18 @@ def test_the_pieces_of_a_web_socket_share_the_turns_of_the_loop(parts):
     viewer = room.connect()
     socket = WebSocket(protocol, lambda data: None, lambda: None)
     viewer.session._decoder = socket
-    socket.keep(bytes([0x02, 0x80, *MASK]) + bytes([0x00, 0x80, *MASK]) * 1000)
+    socket.received += bytes([0x02, 0x80, *MASK]) + bytes([0x00, 0x80, *MASK]) * 1000
     pause = room.hub.receive(viewer.session, 6006)
-    assert room.hub._worked == TURN and 0.0 < pause < 1e-3, "the others have their turn"
-    done = TURN // FRAME_WORK
-    while room.hub.receive(viewer.session) < LEAST_PAUSE:
-        done += TURN // FRAME_WORK
+    assert room.hub._worked == TURN_WORK_BYTES and 0.0 < pause < 1e-3, "the others have their turn"
+    done = TURN_WORK_BYTES // FRAME_COST_BYTES
+    while room.hub.receive(viewer.session) < MIN_READ_PAUSE_S:
+        done += TURN_WORK_BYTES // FRAME_COST_BYTES
         [turn] = turns
         turns.clear()
         turn()
-    assert done <= FRAME_BURST + TURN // FRAME_WORK, "and so many come in a second at most"
+    assert done <= FRAME_BURST_COUNT + TURN_WORK_BYTES // FRAME_COST_BYTES, (
+        "and so many come in a second at most"
+    )
 
 
 def test_a_crowd_of_strangers_is_no_news_to_the_flight(parts):
@@ -546,8 +555,7 @@ def test_a_crowd_of_strangers_is_no_news_to_the_flight(parts):
     [status] = room.asked(ServerStatus)
     assert [each.peer for each in status.clients] == list(range(21, 29))
     owner = room.connect()
-    fields, _ = parts.login_of("c" * 20, "command", owner.answer("hello")["nonce"])
-    owner.send(parts.operation("login", **fields))
+    owner.send(parts.operation("login", role="command", token="c" * 20))
     room.told.clear()
     room.wait(0.1)
     [status] = room.asked(ServerStatus)

@@ -7,11 +7,11 @@ from itertools import pairwise
 
 import pytest
 
-from workbench.link.authority import Authority, DeniedError, Effect, Limits
-from workbench.link.backplane import Command, Refused, Reply, Request
-from workbench.link.drone_topics import COMMAND
+from workbench.link.authority import Authority, CommandLimits, DeniedError, SilenceEffect
+from workbench.link.backplane import ClientRequest, CommandRefusal, Reply, VelocityCommand
+from workbench.link.drone_topics import COMMAND_SIGNAL
 from workbench.link.messages import Nack, RequestControl
-from workbench.link.wire import Decoder, Flag, Frame, Kind
+from workbench.link.wire import Decoder, FrameFlag, FrameKind, WireFrame
 
 STEP = 1 / 204.8
 VELOCITY = 3
@@ -39,7 +39,7 @@ class FarFlight:
         self.room = parts.Room()
         self.parts, self.delay, self.now = parts, delay, 0.0
         self.begun = self.room.now
-        self.authority = Authority(Limits(8.0, 8.0, 0.4))
+        self.authority = Authority(CommandLimits(8.0, 8.0, 0.4))
         self.effects, self.refused, self.flown = [], [], []
         self.end = self.room.connect()
         self.up, self.down = deque(), deque()  # what is on its way, and when it arrives
@@ -57,7 +57,7 @@ class FarFlight:
     def command(self, lease, v_x, t_ns):
         self.seq += 1
         payload = struct.pack("<II4f", lease, 15, v_x, 0.0, 0.0, 0.0)
-        self.send(Frame(Kind.DATA, COMMAND, 0, self.seq, t_ns, payload))
+        self.send(WireFrame(FrameKind.DATA, COMMAND_SIGNAL.id, 0, self.seq, t_ns, payload))
 
     def fly(self, seconds):
         """Let time pass."""
@@ -84,18 +84,18 @@ class FarFlight:
             self.effects.append((effect, self.now))
         for each in told:
             try:
-                if isinstance(each, Command):
+                if isinstance(each, VelocityCommand):
                     self.authority.command(each, self.now)
                     self.flown.append(self.now)
-                elif isinstance(each, Request):
+                elif isinstance(each, ClientRequest):
                     assert isinstance(each.operation, RequestControl)
                     lease = self.authority.request(each.peer, "far", self.now)
                     answer = RequestControl(each.operation.id, lease=lease, expires=0.5)
                     self.room.hub.hear([Reply(each.peer, answer)])
             except DeniedError as error:
                 self.refused.append(error.code)
-                if isinstance(each, Command):
-                    record = Refused(each.peer, each.seq, error.code, str(error))
+                if isinstance(each, VelocityCommand):
+                    record = CommandRefusal(each.peer, each.seq, error.code, str(error))
                 else:
                     record = Reply(each.peer, Nack(error.code, str(error), each.operation.id))
                 self.room.hub.hear([record])
@@ -116,9 +116,9 @@ class LockStep:
 
     def receive(self, data):
         for frame in self._decoder.feed(data):
-            if frame.flags & Flag.ACKNOWLEDGE:
+            if frame.flags & FrameFlag.ACKNOWLEDGE:
                 self.flight.send(self.flight.parts.acknowledgement(frame.seq))
-            if frame.kind == Kind.CONTROL:
+            if frame.kind == FrameKind.CONTROL:
                 self.heard(json.loads(frame.payload))
             else:
                 self.newest = max(self.newest, frame.t_ns)
@@ -171,7 +171,9 @@ def test_who_is_far_away_keeps_control(parts, client, topics, delay):
     flight.fly(SETTLED)
     flight.say("request_control", id=1)
     flight.fly(10.0)
-    assert [effect for effect, _ in flight.effects] == [Effect.HOLD], "that of the grant alone"
+    assert [effect for effect, _ in flight.effects] == [SilenceEffect.HOLD], (
+        "that of the grant alone"
+    )
     assert flight.refused == []
     steps = [after - before for before, after in pairwise([*flight.flown, flight.now])]
     assert max(steps) <= delay + 0.1, "the gap that silence may have is half a second"

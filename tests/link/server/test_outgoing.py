@@ -3,16 +3,20 @@ import struct
 import pytest
 
 from workbench.link.backplane import Published
-from workbench.link.drone_topics import EVENTS, Outfit, drone_topics
-from workbench.link.server.outgoing import LONGEST_QUEUE, Outgoing, SampleBuffer, data_frames
-from workbench.link.wire import HEADER, Flag, Kind
+from workbench.link.drone_topics import EVENTS_SIGNAL, drone_topics
+from workbench.link.server.outgoing import MAX_QUEUED_ANSWERS, Outgoing, SampleBuffer, data_frames
+from workbench.link.signal import TopicOptions
+from workbench.link.wire import FRAME_HEADER, FrameFlag, FrameKind
 
 PERIOD = 1.0 / 204.8
 EIGHT = (1, 2, 3, 4, 5, 6, 7, 8)
 
 
 def topics(numbers):
-    found = {topic.id: topic for topic in drone_topics(Outfit(4, 204.8, 204.8, 204.8, 204.8))}
+    found = {
+        topic.id: topic
+        for topic in drone_topics(TopicOptions(4, 204.8, 204.8, rates={"imu": 204.8, "gps": 204.8}))
+    }
     return [found[number] for number in numbers]
 
 
@@ -20,7 +24,7 @@ def split(data):
     """Return (kind, topic, flags, seq, t_ns) of frames, decoded by hand."""
     found = []
     while data:
-        _, _, kind, topic, flags, seq, length, t_ns = HEADER.unpack_from(data)
+        _, _, kind, topic, flags, seq, length, t_ns = FRAME_HEADER.unpack_from(data)
         assert len(data) >= 24 + length
         found.append((kind, topic, flags, seq, t_ns))
         data = data[24 + length :]
@@ -49,7 +53,7 @@ class Reader:
             self.free = begun + self.period
             self.ages.append((begun, begun - 1e-9 * t_ns))
             self.got.append((topic, t_ns))
-            if flags & Flag.ACKNOWLEDGE:
+            if flags & FrameFlag.ACKNOWLEDGE:
                 acknowledged.append(seq)
         return acknowledged
 
@@ -74,7 +78,7 @@ def run(parts, reader, seconds, numbers=EIGHT, burst=1, rate=None, paused=(0.0, 
             for seq in reader.read(now):
                 out.acknowledge(seq, now)
         while data := out.take(now):
-            reader.waiting += [(now, frame) for frame in split(data) if frame[0] == Kind.DATA]
+            reader.waiting += [(now, frame) for frame in split(data) if frame[0] == FrameKind.DATA]
     return out
 
 
@@ -122,7 +126,7 @@ def test_no_more_than_two_batches_are_on_their_way(parts):
     for step in range(1, 50):
         publish(out, parts.published(step, EIGHT))
         sent += split(out.take(step * PERIOD))
-    assert sum(bool(flags & Flag.ACKNOWLEDGE) for _, _, flags, _, _ in sent) == 2
+    assert sum(bool(flags & FrameFlag.ACKNOWLEDGE) for _, _, flags, _, _ in sent) == 2
     assert len(sent) == 16
 
 
@@ -147,7 +151,7 @@ def test_answers_come_though_nothing_is_acknowledged(parts):
         publish(out, parts.published(step, EIGHT))
         out.take(step * PERIOD)
     out.answer(b"{}")
-    assert [kind for kind, *_ in split(out.take(1.0))] == [Kind.CONTROL]
+    assert [kind for kind, *_ in split(out.take(1.0))] == [FrameKind.CONTROL]
 
 
 @pytest.mark.parametrize("seq", [0, 17, 2**32 - 1])
@@ -178,14 +182,14 @@ def test_silence_counts_from_the_oldest_batch_that_waits(parts):
 
 def test_events_are_never_dropped_but_the_64_that_wait_are_the_most(parts):
     out = Outgoing()
-    out.subscribe(topics([EVENTS]), None)
+    out.subscribe(topics([EVENTS_SIGNAL.id]), None)
     sent = []
-    for step in range(1, LONGEST_QUEUE + 3):  # two go at once, in a batch each
-        publish(out, parts.published(step, [EVENTS]))
+    for step in range(1, MAX_QUEUED_ANSWERS + 3):  # two go at once, in a batch each
+        publish(out, parts.published(step, [EVENTS_SIGNAL.id]))
         sent += split(out.take(0.0))
     assert len(sent) == 2
     assert not out.overflowed
-    publish(out, parts.published(99, [EVENTS]))
+    publish(out, parts.published(99, [EVENTS_SIGNAL.id]))
     assert out.overflowed
 
 
@@ -206,9 +210,9 @@ def test_a_flight_that_begins_anew_goes_on_at_a_rate(parts):
 
 def test_in_a_long_batch_frames_between_ask_for_an_acknowledgement_too(parts):
     out = Outgoing()
-    out.subscribe(topics([*EIGHT, EVENTS]), None)
+    out.subscribe(topics([*EIGHT, EVENTS_SIGNAL.id]), None)
     for step in range(1, 61):
-        publish(out, parts.published(step, [EVENTS]))
+        publish(out, parts.published(step, [EVENTS_SIGNAL.id]))
     frames = split(out.take(0.0))
     assert [index for index, frame in enumerate(frames) if frame[2] & 2] == [27, 59]
 

@@ -5,7 +5,7 @@ import json
 import pytest
 
 from workbench.link.authentication import Tokens
-from workbench.link.hello import Hello, Limits
+from workbench.link.hello import Hello, ServerLimits
 from workbench.link.server import policy as module
 from workbench.link.server.policy import Policy
 
@@ -16,7 +16,7 @@ def test_hello_says_what_is_each_clients_own_and_what_is_all_clients(parts, toke
     policy = Policy(flight, tokens, clients=9, server="s", session="5e")
     for peer, nonce, places in ((1, "00" * 16, 4), (2**40, "ff" * 16, 12)):
         level, climb, turn = flight.limits
-        limits = Limits(level, climb, turn, clients=9, clients_an_address=places)
+        limits = ServerLimits(level, climb, turn, clients=9, clients_an_address=places)
         hello = Hello(
             "s",
             "5e",

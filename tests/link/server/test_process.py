@@ -18,28 +18,27 @@ import pytest
 
 from workbench.common.errors import WorkbenchError
 from workbench.link import Client
-from workbench.link.backplane import Command, Gone, Reply, Request, ServerFailed, ServerStatus
-from workbench.link.messages import ControlState, Hand, ReleaseControl, RequestControl, Stage
-from workbench.link.server.acceptor import MOST, MOST_WAITING
+from workbench.link.backplane import (
+    ClientDisconnected,
+    ClientRequest,
+    Reply,
+    ServerFailed,
+    ServerStatus,
+    VelocityCommand,
+)
+from workbench.link.messages import (
+    ControlOwner,
+    ControlState,
+    LinkLossStage,
+    ReleaseControl,
+    RequestControl,
+)
+from workbench.link.server.acceptor import MAX_BEGUN_CONNECTIONS, MAX_PENDING_CONNECTIONS
 from workbench.link.server.config import ServerConfig
 from workbench.link.server.process import FlightConnection
 
 ANY = ServerConfig(port=0)
 RESET = struct.pack("ii", 1, 0)
-
-
-@pytest.fixture(scope="module")
-def certificate(tmp_path_factory):
-    """Return the paths of a certificate for this machine and of its key."""
-    folder = tmp_path_factory.mktemp("certificate")
-    cert, key = folder / "cert.pem", folder / "key.pem"
-    subprocess.run(
-        ["openssl", "req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:P-256"]
-        + ["-nodes", "-keyout", key, "-out", cert, "-days", "2", "-subj", "/CN=localhost"],
-        check=True,
-        capture_output=True,
-    )
-    return str(cert), str(key)
 
 
 def test_the_certificate_of_the_page_serves_a_client_that_checks_it(serve, tmp_path):
@@ -86,14 +85,14 @@ def test_it_says_where_it_listens_and_serves(serve, parts):
         frame = client.frame()
         assert (frame.topic, frame.flags, frame.t_ns) == (1, 2, 14648438)
         client.send(parts.acknowledgement(frame.seq), parts.command(6))
-        assert server.hear_of(Command).seq == 6
+        assert server.hear_of(VelocityCommand).seq == 6
         client.send(parts.operation("request_control", 7, id=3, name="me"))
-        assert server.hear_of(Request) == Request(1, RequestControl(3, "me"))
+        assert server.hear_of(ClientRequest) == ClientRequest(1, RequestControl(3, "me"))
         server.flight.send(Reply(1, RequestControl(3, lease=5, expires=0.5)))
         assert client.answer("request_control")["lease"] == 5
         status = server.hear_of(ServerStatus, lambda record: record.clients)
         assert status.clients[0].address.startswith("127.0.0.1:")
-    assert server.hear_of(Gone) == Gone(1)
+    assert server.hear_of(ClientDisconnected) == ClientDisconnected(1)
 
 
 def test_it_loads_neither_drake_nor_numpy():
@@ -128,12 +127,15 @@ def test_what_cannot_be_had_is_said_in_a_sentence(serve, config, said):
     assert said in server.begun.said
 
 
-def test_an_address_of_another_machine_is_said_in_a_sentence(serve, tmp_path):
+def test_an_address_of_another_machine_is_said_in_a_sentence(serve, tmp_path, certificate):
+    cert, key = certificate
     path = tmp_path / "tokens"
     path.write_text("view: " + "v" * 20 + "\ncommand: " + "c" * 20 + "\n")
     path.chmod(0o600)
-    server = serve(ServerConfig("192.0.2.1", port=0, token_file=str(path)))
-    assert "192.0.2.1 is not an address of this machine" in server.begun.said
+    server = serve(
+        ServerConfig("203.0.113.1", port=0, token_file=str(path), tls_cert=cert, tls_key=key)
+    )
+    assert "203.0.113.1 is not an address of this machine" in server.begun.said
 
 
 def test_it_says_goodbye_when_it_is_stopped(serve):
@@ -165,19 +167,19 @@ def test_a_reset_is_a_client_that_has_gone(serve, parts):
     server = serve(ANY)
     client = server.client()
     client.send(parts.command())
-    server.hear_of(Command)
+    server.hear_of(VelocityCommand)
     client.socket.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, RESET)
     client.socket.close()
-    assert server.hear_of(Gone) == Gone(1)
+    assert server.hear_of(ClientDisconnected) == ClientDisconnected(1)
 
 
 def test_half_a_frame_and_then_nothing_is_a_client_that_has_gone(serve, parts):
     server = serve(ANY)
     with server.client() as client:
         client.send(parts.command(), parts.command().to_bytes()[:30])
-        server.hear_of(Command)
+        server.hear_of(VelocityCommand)
         client.socket.shutdown(socket.SHUT_WR)
-        assert server.hear_of(Gone) == Gone(1)
+        assert server.hear_of(ClientDisconnected) == ClientDisconnected(1)
 
 
 def test_a_crowd_of_connections_leaves_nothing_behind(serve):
@@ -185,9 +187,9 @@ def test_a_crowd_of_connections_leaves_nothing_behind(serve):
     with server.client() as steady:
         steady.answer("hello")
         before = descriptors(server)
-        crowd = [server.client() for _ in range(MOST + 200)]
+        crowd = [server.client() for _ in range(MAX_BEGUN_CONNECTIONS + 200)]
         server.hear_of(ServerStatus, lambda record: record.refusals.get("too_many", 0) > 200)
-        assert descriptors(server) <= before + MOST + MOST_WAITING
+        assert descriptors(server) <= before + MAX_BEGUN_CONNECTIONS + MAX_PENDING_CONNECTIONS
         for each in crowd:
             each.socket.close()
         wait_until(lambda: descriptors(server) == before)
@@ -246,14 +248,16 @@ def test_a_flight_that_stands_still_harms_no_client(serve, parts):
         assert client.answer("pong")
         commands = []
         while not commands or commands[-1].seq < 599:
-            commands.append(server.hear_of(Command))
+            commands.append(server.hear_of(VelocityCommand))
         assert len(commands) < 300
         assert [each.seq for each in commands] == sorted(each.seq for each in commands)
 
 
 def test_who_commands_is_told_to_who_comes_later(serve):
     server = serve(ANY)
-    server.flight.send(ControlState(Hand.OPERATOR, 0, "operator", Stage.LIVE, 0.0, "it pleased"))
+    server.flight.send(
+        ControlState(ControlOwner.OPERATOR, 0, "operator", LinkLossStage.LIVE, 0.0, "it pleased")
+    )
     with server.client() as client:
         assert client.answer("control_state")["hand"] == "operator"
 
@@ -262,7 +266,6 @@ def test_tls_serves_as_tcp_does(serve, parts, certificate):
     cert, key = certificate
     server = serve(ServerConfig(port=0, tls_cert=cert, tls_key=key))
     context = ssl.create_default_context(cafile=cert)
-    context.check_hostname = False
     with server.client(context=context) as client:
         client.answer("hello")
         client.send(parts.operation("subscribe", topics=["*"]))
@@ -306,8 +309,7 @@ def test_a_crowd_of_who_never_shakes_hands_keeps_nobody_out(serve, certificate):
     cert, key = certificate
     server = serve(ServerConfig(port=0, tls_cert=cert, tls_key=key))
     context = ssl.create_default_context(cafile=cert)
-    context.check_hostname = False
-    silent = [server.client() for _ in range(MOST + 16)]
+    silent = [server.client() for _ in range(MAX_BEGUN_CONNECTIONS + 16)]
     server.hear_of(ServerStatus, lambda record: record.refusals.get("too_many", 0) >= 16)
     with server.client(context=context) as client:
         assert client.answer("hello")
@@ -324,7 +326,7 @@ def test_a_server_that_was_killed_leaves_its_clients_with_an_end(serve):
 
 
 def command(peer, seq):
-    return Command(peer, seq, 0, 7, 15, (0.0, 0.0, 0.0), 0.0)
+    return VelocityCommand(peer, seq, 0, 7, 15, (0.0, 0.0, 0.0), 0.0)
 
 
 def test_records_go_both_ways_and_its_end_is_noticed():
@@ -366,8 +368,8 @@ def status(page):
     return ServerStatus("a:1", page, (), {}, ())
 
 
-ASKS = Request(3, RequestControl(1, "me"))
-RELEASES = Request(3, ReleaseControl(2, 77))
+ASKS = ClientRequest(3, RequestControl(1, "me"))
+RELEASES = ClientRequest(3, ReleaseControl(2, 77))
 COMMANDS = [command(3, seq) for seq in range(6)]
 
 
@@ -383,7 +385,10 @@ COMMANDS = [command(3, seq) for seq in range(6)]
             [*COMMANDS[:2], ASKS, command(2, 5), COMMANDS[2], COMMANDS[4]],
         ),
         ([status(page) for page in "abc"], [status("c")]),
-        ([ASKS, COMMANDS[1], Gone(3)], []),  # of who was never heard of, nothing counts
+        (
+            [ASKS, COMMANDS[1], ClientDisconnected(3)],
+            [],
+        ),  # of who was never heard of, nothing counts
     ],
 )
 def test_of_what_waits_the_newest_counts(told, sent):
@@ -393,8 +398,11 @@ def test_of_what_waits_the_newest_counts(told, sent):
 @pytest.mark.parametrize(
     ("told", "sent"),
     [
-        ([COMMANDS[2], RELEASES, Gone(3)], [RELEASES, Gone(3)]),  # goodbye undoes no release
-        ([COMMANDS[2], Gone(3)], [Gone(3)]),
+        (
+            [COMMANDS[2], RELEASES, ClientDisconnected(3)],
+            [RELEASES, ClientDisconnected(3)],
+        ),  # goodbye undoes no release
+        ([COMMANDS[2], ClientDisconnected(3)], [ClientDisconnected(3)]),
     ],
 )
 def test_what_a_client_asked_before_it_went_counts_if_the_flight_knows_it(told, sent):
@@ -404,7 +412,7 @@ def test_what_a_client_asked_before_it_went_counts_if_the_flight_knows_it(told, 
 def what_a_flight_gets(before, told):
     """Return what a flight reads that had read some records, stood still, and then goes on."""
     here, there = Pipe()
-    filler = Request(9, RequestControl(0, "x" * 900_000))  # more than any buffer holds
+    filler = ClientRequest(9, RequestControl(0, "x" * 900_000))  # more than any buffer holds
 
     async def run():
         connection = FlightConnection(here)
@@ -414,11 +422,11 @@ def what_a_flight_gets(before, told):
         connection.tell(filler)
         for record in told:
             connection.tell(record)
-        connection.tell(Request(9, RequestControl(0, "end")))
+        connection.tell(ClientRequest(9, RequestControl(0, "end")))
 
         def read():
             found = []
-            while (record := there.recv()) != Request(9, RequestControl(0, "end")):
+            while (record := there.recv()) != ClientRequest(9, RequestControl(0, "end")):
                 found.append(record)
             return found
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-SEQUENCES = 2000
+SEQUENCES = 1000
 PARTS = 8
 
 

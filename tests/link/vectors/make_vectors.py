@@ -31,7 +31,7 @@ def frame(kind=0, topic=0, flags=0, seq=1, t_ns=0, payload=b"", length=None, **o
     return struct.pack(HEADER, magic, version, kind, topic, flags, seq, size, t_ns) + payload
 
 
-def seen(kind=0, topic=0, flags=0, seq=1, t_ns=0, payload=b"", proof=b""):
+def seen(kind=0, topic=0, flags=0, seq=1, t_ns=0, payload=b""):
     """Return what a decoder is to make of a frame."""
     return {
         "kind": kind,
@@ -40,13 +40,19 @@ def seen(kind=0, topic=0, flags=0, seq=1, t_ns=0, payload=b"", proof=b""):
         "seq": seq,
         "t_ns": t_ns,
         "payload": payload.hex(),
-        "proof": proof.hex(),
     }
 
 
 def good(name, **values):
     """Return the vector of one frame that is to be decoded as it was made."""
     return {"name": name, "hex": frame(**values).hex(), "frames": [seen(**values)], "error": None}
+
+
+def older(name, proof, payload=b"", flags=0, **values):
+    """Return the vector of one frame of an older client, whose proof is dropped."""
+    data = frame(payload=payload + proof, flags=flags | 1, **values)
+    values |= {"payload": payload, "flags": flags}
+    return {"name": name, "hex": data.hex(), "frames": [seen(**values)], "error": None}
 
 
 def bad(name, data, error, frames=(), largest=65536):
@@ -62,7 +68,6 @@ def bad(name, data, error, frames=(), largest=65536):
 
 def frames():
     """Return streams of bytes, and what a decoder makes of them."""
-    proof = bytes(range(16))
     ping = b'{"op":"ping"}'
     command = struct.pack("<IIffff", 7, 15, 1.0, 0.0, 0.0, 0.0)
     first = frame(seq=1, payload=ping)
@@ -80,25 +85,6 @@ def frames():
             "name": "acknowledgement, typed by hand",
             "hex": "4448 01 02 0000 0000 04030201 00000000 0000000000000000",
             "frames": [seen(kind=2, seq=16909060)],
-            "error": None,
-        },
-        # kind 1, topic 8, flags 1, seq 2, length 40, t_ns 1 s; lease 1, axes 15, zeros; proof.
-        {
-            "name": "a proven command, typed by hand",
-            "hex": "4448 01 01 0800 0100 02000000 28000000 00ca9a3b00000000"
-            " 01000000 0f000000 00000000 00000000 00000000 00000000"
-            " 000102030405060708090a0b0c0d0e0f",
-            "frames": [
-                seen(
-                    kind=1,
-                    topic=8,
-                    flags=1,
-                    seq=2,
-                    t_ns=1000000000,
-                    payload=bytes.fromhex("010000000f000000" + "00" * 16),
-                    proof=proof,
-                )
-            ],
             "error": None,
         },
         good("control, empty payload", payload=b""),
@@ -121,24 +107,6 @@ def frames():
             "frames": [seen(payload=b"z" * 4096)],
             "error": None,
             "largest": 4096,
-        },
-        {
-            "name": "a proof alone",
-            "hex": frame(flags=1, payload=proof).hex(),
-            "frames": [seen(flags=1, proof=proof)],
-            "error": None,
-        },
-        {
-            "name": "a proof and the end of a batch",
-            "hex": frame(kind=1, topic=8, flags=3, payload=command + proof).hex(),
-            "frames": [seen(kind=1, topic=8, flags=3, payload=command, proof=proof)],
-            "error": None,
-        },
-        {
-            "name": "the longest frame with a proof",
-            "hex": frame(kind=1, flags=1, payload=b"z" * 65520 + proof).hex(),
-            "frames": [seen(kind=1, flags=1, payload=b"z" * 65520, proof=proof)],
-            "error": None,
         },
         {
             "name": "three frames in a row",
@@ -175,10 +143,7 @@ def frames():
         bad("one byte too long", frame(kind=1, length=65537), "length"),
         bad("longest length there is", frame(kind=1, length=2**32 - 1), "length"),
         bad("too long before login", frame(length=4097), "length", largest=4096),
-        bad("too long with a proof", frame(flags=1, length=65537), "length"),
         bad("a kind to skip, too long", frame(kind=200, length=65537), "length"),
-        bad("a proof in nothing", frame(flags=1, length=0), "length"),
-        bad("a proof in 15 bytes", frame(flags=1, payload=bytes(15)), "length"),
         bad(
             "a good frame, then a bad one",
             first + frame(version=9),
@@ -323,6 +288,13 @@ def topics():
             {"speed": [500.0, 501.0, 502.0, 503.0], "thrust": [4.5, 4.75, 5.0, 5.25]},
         ),
         topic(15, "wind", "<3f", [3.0, -1.0, 0.5], {"wind": [3.0, -1.0, 0.5]}),
+        numbers(
+            20,
+            "battery",
+            "<ffff",
+            "voltage current charge capacity",
+            [15.5, 21.25, 0.75, 18000.0],
+        ),
         topic(
             16,
             "parameters",
@@ -376,7 +348,14 @@ def operations():
         said(nested(8), operation=["Ping", {"id": 0}]),
         said(
             '{"op":"login","name":"Zo\\u00eb"}',
-            operation=["Login", {"id": 0, "name": "Zoë", "role": None, "nonce": "", "proof": ""}],
+            operation=["Login", {"id": 0, "name": "Zoë", "role": None}],
+        ),
+        said(
+            '{"op":"login","id":1,"name":"a","role":"view","token":"0123456789abcd\\u00eb"}',
+            operation=[
+                "Login",
+                {"id": 1, "name": "a", "role": "view", "token": "0123456789abcdë"},
+            ],
         ),
         said(
             f'{{"op":"login","id":1,"role":"command","nonce":"{nonce.upper()}","proof":"{proof}"}}',
@@ -411,6 +390,7 @@ def operations():
             operation=["FlightOp", {"id": 0, "what": "land", "height": 1.5, "lease": lease}],
         ),
         said('{"op":"parameters","get":[]}', operation=["GetParametersOp", {"id": 0, "names": []}]),
+        said('{"op":"description"}', operation=["DescribeVehicle", {"id": 0, "urdf": ""}]),
         said(
             '{"op":"parameters","set":{"kp_velocity_x":6},"lease":1}',
             operation=["SetParametersOp", {"id": 0, "values": {"kp_velocity_x": 6}, "lease": 1}],
@@ -458,6 +438,9 @@ def operations():
         said('{"op":"login","name":"' + "x" * 49 + '"}', "bad_value"),
         said('{"op":"login","name":"bell\\u0007"}', "bad_value"),
         said('{"op":"login","role":"admin"}', "bad_value"),
+        said('{"op":"login","role":"view","token":7}', "bad_value"),
+        said('{"op":"login","role":"view","token":"' + "x" * 1025 + '"}', "bad_value"),
+        said('{"op":"login","role":"view","token":"0123456789abcdef\\n"}', "bad_value"),
         said('{"op":"login","nonce":"0f"}', "bad_value"),
         said('{"op":"login","nonce":"' + "zz" * 16 + '"}', "bad_value"),
         said('{"op":"login","proof":"' + "a5" * 31 + '"}', "bad_value"),
@@ -485,35 +468,45 @@ def operations():
 
 
 def proofs():
-    """Return a login and frames that are proven after it."""
-    token = TOKEN.encode()
+    """Return a login of older clients, and their frames with proofs, which are dropped."""
     nonces = bytes.fromhex(SERVER_NONCE + CLIENT_NONCE)
-    key = hmac_sha256(token, b"DH1 session" + nonces)
-    made = []
-    for name, values in (
-        (
-            "neutral command",
-            {"kind": 1, "topic": 8, "payload": struct.pack("<II4f", 7, 15, 0, 0, 0, 0)},
-        ),
-        ("request_control", {"kind": 0, "payload": b'{"op":"request_control","id":3}'}),
-        ("nothing", {"kind": 0, "payload": b""}),
-    ):
-        payload = values["payload"]
-        signed = frame(
-            **values | {"flags": 1, "seq": 5, "t_ns": 2 * 10**9, "length": len(payload) + 16}
-        )
-        proof = hmac_sha256(key, signed)[:16]
-        made.append({"name": name, "hex": (signed + proof).hex(), "proof": proof.hex()})
+    proof = bytes(range(16))
+    command = struct.pack("<IIffff", 7, 15, 1.0, 0.0, 0.0, 0.0)
     return {
         "token": TOKEN,
         "server_nonce": SERVER_NONCE,
         "client_nonce": CLIENT_NONCE,
         "login_proof": {
-            role: hmac_sha256(token, b"DH1 login" + role.encode() + nonces).hex()
+            role: hmac_sha256(TOKEN.encode(), b"DH1 login" + role.encode() + nonces).hex()
             for role in ("view", "command")
         },
-        "session_key": key.hex(),
-        "frames": made,
+        "frames": [
+            # kind 1, topic 8, flags 1, seq 2, length 40, t_ns 1 s; lease 1, axes 15, zeros; proof.
+            {
+                "name": "a command, typed by hand",
+                "hex": "4448 01 01 0800 0100 02000000 28000000 00ca9a3b00000000"
+                " 01000000 0f000000 00000000 00000000 00000000 00000000"
+                " 000102030405060708090a0b0c0d0e0f",
+                "frames": [
+                    seen(
+                        kind=1,
+                        topic=8,
+                        seq=2,
+                        t_ns=1000000000,
+                        payload=bytes.fromhex("010000000f000000" + "00" * 16),
+                    )
+                ],
+                "error": None,
+            },
+            older("a proof alone", proof),
+            older(
+                "a proof and the end of a batch", proof, kind=1, topic=8, flags=2, payload=command
+            ),
+            older("the longest frame", proof, kind=1, payload=b"z" * 65520),
+            bad("too long", frame(flags=1, length=65537), "length"),
+            bad("a proof in nothing", frame(flags=1, length=0), "length"),
+            bad("a proof in 15 bytes", frame(flags=1, payload=bytes(15)), "length"),
+        ],
     }
 
 

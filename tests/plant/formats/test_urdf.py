@@ -8,7 +8,8 @@ from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
 
 from workbench.common.errors import WorkbenchError
-from workbench.plant.formats.urdf import note_unknown, read_urdf
+from workbench.plant.formats.urdf import read_urdf
+from workbench.plant.formats.urdf_words import note_unknown_urdf
 from workbench.plant.formats.xml import parse_xml, read_xml
 from workbench.plant.packages import PackageFinder
 from workbench.plant.remarks import Remarks
@@ -201,7 +202,7 @@ def test_what_cannot_be_meant_is_a_sentence(read, tmp_path, text, said):
 
 def remarks_on(text: str) -> list[str]:
     remarks = Remarks()
-    note_unknown(Path("a.urdf"), parse_xml(text, Path("a.urdf")), remarks)
+    note_unknown_urdf(Path("a.urdf"), parse_xml(text, Path("a.urdf")), remarks)
     return [f"{remark.element}: {remark.text}" for remark in remarks.found]
 
 
@@ -241,9 +242,6 @@ def test_what_is_known_and_not_used_is_said():
     assert remarks_on(f"<robot>{inner}</robot>") == [
         "element <mu1> of <gazebo>: Gazebo's; not used (2 times)",
         "element <kp> of <gazebo>: Gazebo's; not used",
-        "element <transmission>: ROS's, of control; not used",
-        "element <dynamics> of <joint>: a rotor's lag is that of its motor, and no other joint "
-        "moves; not used",
     ]
 
 

@@ -239,7 +239,7 @@ DOUBLING = (
     ],
 )
 def test_what_takes_too_long_is_stopped(write, monkeypatch, body):
-    monkeypatch.setattr(ours, "_SECONDS", 1.0)
+    monkeypatch.setattr(ours, "_XACRO_CPU_S", 1.0)
     path = write(f"{HEAD}{body}</robot>", "a.xacro")
     assert fault(path).startswith(f"{path}: cannot be expanded: it took more than 1 s")
 

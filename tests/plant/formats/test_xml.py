@@ -4,7 +4,7 @@ import pytest
 
 from workbench.common.errors import WorkbenchError
 from workbench.plant.formats import xml
-from workbench.plant.formats.xml import parse_xml, place, read_xml
+from workbench.plant.formats.xml import element_location, parse_xml, read_xml
 
 
 @pytest.fixture
@@ -28,7 +28,7 @@ def test_elements_know_their_lines(write):
     path = write(b"<a>\n <b/>\n <c>\n  <d/>\n </c>\n</a>")
     root = read_xml(path)
     assert [element.line for element in root.iter()] == [1, 2, 3, 4]
-    assert place(root[1]) == f"{path}:3"
+    assert element_location(root[1]) == f"{path}:3"
 
 
 def test_empty_lines_before_the_declaration_do_not_matter(write):
@@ -43,7 +43,7 @@ def test_two_hyphens_in_a_comment_do_not_matter(write):
 
 def test_a_text_made_from_a_file_has_no_lines(tmp_path):
     path = tmp_path / "a.xacro"
-    assert place(parse_xml("<a>\n<b/></a>", path)[0]) == str(path)
+    assert element_location(parse_xml("<a>\n<b/></a>", path)[0]) == str(path)
 
 
 @pytest.mark.parametrize(
@@ -88,12 +88,12 @@ def test_an_external_file_is_not_read(write, tmp_path):
 
 
 def test_too_many_elements_are_refused(write, monkeypatch):
-    monkeypatch.setattr(xml, "MOST_ELEMENTS", 10)
+    monkeypatch.setattr(xml, "MAX_XML_ELEMENTS", 10)
     assert "more than 10 elements" in fault(write(b"<a>" + b"<b/>" * 10 + b"</a>"))
 
 
 def test_too_large_a_file_is_refused(write, monkeypatch):
-    monkeypatch.setattr(xml, "MOST_BYTES", 10)
+    monkeypatch.setattr(xml, "MAX_XML_BYTES", 10)
     assert "larger than" in fault(write(b"<a>         </a>"))
 
 

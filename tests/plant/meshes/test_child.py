@@ -13,8 +13,8 @@ from PIL import Image
 from pydrake.geometry import Convex
 
 from workbench.common.errors import WorkbenchError
-from workbench.plant.meshes import child, gltf
-from workbench.plant.meshes.child import convert, convert_all
+from workbench.plant.meshes import child, collada, gltf, mesh_file
+from workbench.plant.meshes.child import convert_all, converted_content
 from workbench.plant.meshes.job import MeshJob, is_sealed, read_reason
 
 CORNERS = ((0, 0, 0), (1, 0, 0), (0, 2, 0), (0, 0, 3))
@@ -87,7 +87,7 @@ def bounds(tmp_path):
 
     def read(asked: MeshJob) -> list[list[float]]:
         path = tmp_path / ("out.gltf" if asked.use == "visual" else "out.obj")
-        path.write_bytes(convert(asked))
+        path.write_bytes(converted_content(asked))
         hull = Convex(str(path)).GetConvexHull()
         corners = np.array([hull.vertex(i) for i in range(hull.num_vertices())])
         return [corners.min(axis=0).round(5).tolist(), corners.max(axis=0).round(5).tolist()]
@@ -97,7 +97,7 @@ def bounds(tmp_path):
 
 def failure(asked: MeshJob) -> str:
     with pytest.raises(WorkbenchError) as caught:
-        convert(asked)
+        converted_content(asked)
     return str(caught.value)
 
 
@@ -135,7 +135,7 @@ def test_gltf_of_others_keeps_its_axes_as_in_gazebo(written, bounds, suffix):
 
 
 def test_gltf_written_here_is_read_as_it_was_meant(written, bounds):
-    once = written("once.gltf", convert(job(written("a.stl", stl()))))
+    once = written("once.gltf", converted_content(job(written("a.stl", stl()))))
     assert bounds(job(once)) == WHOLE
 
 
@@ -163,7 +163,7 @@ def normals_file(written) -> Path:
 @pytest.mark.parametrize("scale", [(1, 1, 1), (-1, 1, 1), (-2, -1, 1), (-1, -3, -1)])
 def test_faces_and_normals_look_outward_after_mirroring(written, scale):
     path = normals_file(written)
-    data = convert(job(path, scale=tuple(map(float, scale))))
+    data = converted_content(job(path, scale=tuple(map(float, scale))))
     [mesh] = load(data).geometry.values()
     assert mesh.volume == pytest.approx(abs(np.prod(scale)))  # negative when inside out
     outward = np.einsum("ij,ij->i", mesh.vertex_normals, mesh.vertices - mesh.center_mass)
@@ -174,14 +174,14 @@ def test_normals_stay_perpendicular_to_what_is_stretched(written):
     # The slope z = x has the normal (-1, 0, 1); stretched to z = 2x it is (-2, 0, 1).
     lines = ["v 0 0 0", "v 1 0 1", "v 0 1 0", "vn -1 0 1", "f 1//1 2//1 3//1"]
     path = written("slope.obj", "\n".join(lines))
-    [mesh] = load(convert(job(path, scale=(1.0, 1.0, 2.0)))).geometry.values()
+    [mesh] = load(converted_content(job(path, scale=(1.0, 1.0, 2.0)))).geometry.values()
     x, y, z = np.array([-2, 0, 1]) / np.sqrt(5)
     assert mesh.vertex_normals[0] == pytest.approx([x, z, -y], abs=1e-6)  # y up in glTF
 
 
 def test_a_flat_mesh_is_drawn_without_thickness_and_touches_with_a_millimetre(written, bounds):
     path = written("a.stl", stl())
-    [mesh] = load(convert(job(path, scale=(1.0, 1.0, 0.0)))).geometry.values()
+    [mesh] = load(converted_content(job(path, scale=(1.0, 1.0, 0.0)))).geometry.values()
     assert mesh.bounds.tolist() == [[0, 0, -2], [1, 0, 0]]  # y up in glTF
     assert bounds(job(path, "collision", scale=(1.0, 1.0, 0.0))) == [
         [0, 0, -0.0005],
@@ -205,13 +205,13 @@ def color(data: bytes) -> list[float]:
 
 def test_the_given_colour_is_used_where_a_file_has_none(written):
     # 0.5 on a screen is 0.214 of the light (IEC 61966-2-1).
-    data = convert(job(written("a.stl", stl()), rgba=(1.0, 0.5, 0.0, 1.0)))
+    data = converted_content(job(written("a.stl", stl()), rgba=(1.0, 0.5, 0.0, 1.0)))
     assert color(data) == pytest.approx([1.0, 0.214, 0.0, 1.0], abs=0.003)
     assert materials(data)[0]["alphaMode"] == "OPAQUE"
 
 
 def test_a_given_colour_may_be_translucent(written):
-    data = convert(job(written("a.stl", stl()), rgba=(1.0, 1.0, 1.0, 0.5)))
+    data = converted_content(job(written("a.stl", stl()), rgba=(1.0, 1.0, 1.0, 0.5)))
     assert color(data)[3] == pytest.approx(0.5, abs=0.003)
     assert materials(data)[0]["alphaMode"] == "BLEND"
 
@@ -219,25 +219,28 @@ def test_a_given_colour_may_be_translucent(written):
 @pytest.mark.parametrize("rgba", [(np.nan, 2.0, -1.0, np.inf), (1e308, 0.0, 0.0, -np.inf)])
 def test_a_colour_that_is_none_is_bounded(written, rgba):
     assert all(
-        0.0 <= value <= 1.0 for value in color(convert(job(written("a.stl", stl()), rgba=rgba)))
+        0.0 <= value <= 1.0
+        for value in color(converted_content(job(written("a.stl", stl()), rgba=rgba)))
     )
 
 
 def test_an_obj_has_its_own_colour(written):
     written("a.mtl", "newmtl red\nKd 1 0 0\nd 0.5\n")
     path = written("a.obj", obj("mtllib a.mtl\n", "usemtl red\n"))
-    data = convert(job(path, rgba=(0.0, 0.0, 1.0, 1.0)))
+    data = converted_content(job(path, rgba=(0.0, 0.0, 1.0, 1.0)))
     assert color(data) == pytest.approx([1.0, 0.0, 0.0, 0.5], abs=0.003)
 
 
 @pytest.mark.parametrize("head", ["", "mtllib missing.mtl\n", "mtllib ../../secret.mtl\n"])
 def test_an_obj_without_colour_gets_the_given_one(written, head):
     path = written("a.obj", obj(head, "usemtl red\n"))
-    assert color(convert(job(path, rgba=(0.0, 0.0, 1.0, 1.0)))) == pytest.approx([0, 0, 1, 1])
+    assert color(converted_content(job(path, rgba=(0.0, 0.0, 1.0, 1.0)))) == pytest.approx(
+        [0, 0, 1, 1]
+    )
 
 
 def test_colours_of_vertices_are_kept_and_opaque(written):
-    data = convert(job(written("a.ply", ply(colors=True)), rgba=(1.0, 0.0, 0.0, 1.0)))
+    data = converted_content(job(written("a.ply", ply(colors=True)), rgba=(1.0, 0.0, 0.0, 1.0)))
     [mesh] = load(data).geometry.values()
     assert mesh.visual.vertex_attributes["color"].tolist() == [[55, 55, 55, 255]] * 4
     assert color(data) == [1, 1, 1, 1]
@@ -265,7 +268,7 @@ def images(data: bytes) -> list[Image.Image]:
 
 
 def test_a_picture_is_in_the_file_and_where_it_belongs(written):
-    data = convert(job(textured(written, picture())))
+    data = converted_content(job(textured(written, picture())))
     [image] = images(data)
     assert image.convert("RGB").getpixel((0, 0)) == (255, 0, 0)
     [mesh] = load(data).geometry.values()
@@ -294,18 +297,18 @@ def test_a_picture_is_in_the_file_and_where_it_belongs(written):
     ids=["empty", "text", "cut", "PostScript, for which Pillow starts a program", "huge"],
 )
 def test_a_picture_that_cannot_be_read_is_left_out(written, content):
-    data = convert(job(textured(written, content), rgba=(0.0, 1.0, 0.0, 1.0)))
+    data = converted_content(job(textured(written, content), rgba=(0.0, 1.0, 0.0, 1.0)))
     assert images(data) == []
 
 
 def test_a_large_picture_is_made_smaller(written):
-    [image] = images(convert(job(textured(written, picture("JPEG", (5000, 100))))))
+    [image] = images(converted_content(job(textured(written, picture("JPEG", (5000, 100))))))
     assert image.size == (2048, 41)
     assert image.format == "JPEG"
 
 
 def test_a_picture_with_alpha_is_translucent(written):
-    data = convert(job(textured(written, picture(mode="RGBA", value=(255, 0, 0, 100)))))
+    data = converted_content(job(textured(written, picture(mode="RGBA", value=(255, 0, 0, 100)))))
     assert materials(data)[0]["alphaMode"] == "BLEND"
 
 
@@ -315,7 +318,7 @@ def test_a_picture_outside_of_the_package_is_not_read(tmp_path):
     folder.mkdir(parents=True)
     (folder / "a.mtl").write_text("newmtl skin\nmap_Kd ../../secret.png\n")
     (folder / "a.obj").write_text(obj("mtllib a.mtl\n", "usemtl skin\n"))
-    assert images(convert(job(folder / "a.obj"))) == []
+    assert images(converted_content(job(folder / "a.obj"))) == []
 
 
 def split_gltf(written, folder: str = "") -> Path:
@@ -338,7 +341,7 @@ def test_a_buffer_outside_of_the_package_is_not_read(written, tmp_path):
     inside.mkdir(parents=True)
     moved = path.rename(inside / "a.gltf")
     with pytest.raises(FileNotFoundError):
-        convert(job(moved))
+        converted_content(job(moved))
 
 
 def two_objects() -> str:
@@ -424,17 +427,20 @@ def test_what_is_no_mesh_is_refused_in_a_clause(written, name, content, said):
     ],
 )
 def test_too_many_faces_are_refused_before_they_are_read(written, monkeypatch, name, content):
-    monkeypatch.setattr(child, "MOST_FACES", 3)
+    for reader in (collada, mesh_file):
+        monkeypatch.setattr(reader, "MAX_MESH_FACES", 3)
     assert failure(job(written(name, content))) == "it states 4 faces, more than 3"
 
 
 def test_too_many_faces_of_a_scene_are_refused(written, monkeypatch):
-    monkeypatch.setattr(child, "MOST_FACES", 3)
+    for reader in (collada, mesh_file):
+        monkeypatch.setattr(reader, "MAX_MESH_FACES", 3)
     assert failure(job(written("a.glb", TWO["a.glb"]))) == "it has more than 3 faces"
 
 
 def test_too_many_nodes_of_a_scene_are_refused(written, monkeypatch):
-    monkeypatch.setattr(child, "_MOST_NODES", 1)
+    for reader in (collada, mesh_file):
+        monkeypatch.setattr(reader, "MAX_SCENE_NODES", 1)
     assert failure(job(written("a.glb", TWO["a.glb"]))) == "it has more than 1 nodes"
 
 
@@ -479,16 +485,16 @@ def test_whatever_a_reader_raises_is_a_clause(written, tmp_path, monkeypatch, er
 
 
 def test_parts_that_look_alike_are_one(written):
-    [mesh] = load(convert(job(written("a.glb", TWO["a.glb"])))).geometry.values()
+    [mesh] = load(converted_content(job(written("a.glb", TWO["a.glb"])))).geometry.values()
     assert mesh.volume == pytest.approx(2.0)
     assert len(mesh.split()) == 2
 
 
 def test_faces_of_an_stl_share_vertices(written):
-    [mesh] = load(convert(job(written("a.stl", stl())))).geometry.values()
+    [mesh] = load(converted_content(job(written("a.stl", stl())))).geometry.values()
     assert mesh.vertices.shape == (4, 3)
 
 
 def test_too_many_looks_are_refused(written, monkeypatch):
-    monkeypatch.setattr(gltf, "_MOST_LOOKS", 0)
+    monkeypatch.setattr(gltf, "_MAX_MATERIALS", 0)
     assert failure(job(written("a.stl", stl()))) == "it has more than 0 materials"

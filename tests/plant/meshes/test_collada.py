@@ -5,8 +5,9 @@ import pytest
 from PIL import Image
 
 from workbench.common.errors import WorkbenchError
-from workbench.plant.meshes import child
-from workbench.plant.meshes.child import Beside, read_collada
+from workbench.plant.meshes import collada
+from workbench.plant.meshes.collada import read_collada
+from workbench.plant.meshes.mesh_file import SideFileResolver
 
 SKIN = "<newparam sid='s'><surface type='2D'><init_from>img</init_from></surface></newparam>"
 SKIN += "<newparam sid='t'><sampler2D><source>s</source></sampler2D></newparam>"
@@ -60,7 +61,7 @@ def document(
 def read(tmp_path):
     """Read a document in a folder with a red picture."""
     Image.new("RGB", (2, 2), (255, 0, 0)).save(tmp_path / "skin.png")
-    return lambda data: read_collada(data, Beside(tmp_path / "a.dae"))
+    return lambda data: read_collada(data, SideFileResolver(tmp_path / "a.dae"))
 
 
 def bounds(parts) -> list[list[float]]:
@@ -254,7 +255,7 @@ def test_a_bomb_of_instances_is_refused_at_once(read):
 
 
 def test_too_many_faces_of_all_instances_are_refused(read, monkeypatch):
-    monkeypatch.setattr(child, "MOST_FACES", 3)
+    monkeypatch.setattr(collada, "MAX_MESH_FACES", 3)
     assert len(read(document(TRIANGLE * 3))) == 3
     with pytest.raises(WorkbenchError, match="it has more than 3 faces"):
         read(document(TRIANGLE * 4))

@@ -16,7 +16,7 @@ from pydrake.geometry import Convex
 from workbench.common.errors import WorkbenchError
 from workbench.ipc.limited import LimitedError
 from workbench.plant import drawable as meshes
-from workbench.plant.drawable import MeshUse, convert
+from workbench.plant.drawable import MeshUse, convert_meshes
 from workbench.plant.meshes.job import is_sealed, reason_file, sealed
 from workbench.plant.shapes import Mesh
 
@@ -70,7 +70,7 @@ def test_the_child_converts_all_at_once_and_names_what_it_cannot(tmp_path, tetra
         MeshUse(mirrored, "collision"),
         MeshUse(broken, "visual"),
     ]
-    found = convert(uses)
+    found = convert_meshes(uses)
     assert bounds(found[uses[0]]) == [[0, 0, 0], [1, 2, 3]]
     assert bounds(found[uses[1]]) == bounds(found[uses[2]]) == [[-1, 0, 0], [0, 2, 6]]
     assert {found[use].suffix for use in uses[:2]} == {".gltf"}
@@ -80,7 +80,7 @@ def test_the_child_converts_all_at_once_and_names_what_it_cannot(tmp_path, tetra
 
 
 def only(use):
-    found = convert([use])[use]
+    found = convert_meshes([use])[use]
     if isinstance(found, WorkbenchError):
         raise found
     return found
@@ -122,7 +122,7 @@ def test_what_is_in_the_cache_starts_no_process(tetrahedron, child):
 
 def test_equal_uses_are_converted_once(tetrahedron, child):
     twin = dataclasses.replace(tetrahedron, uri="package://other/name.obj")
-    found = convert([MeshUse(tetrahedron, "visual"), MeshUse(twin, "visual")] * 2)
+    found = convert_meshes([MeshUse(tetrahedron, "visual"), MeshUse(twin, "visual")] * 2)
     assert child == [["tetrahedron"]]
     assert len(found) == 2
     assert len(set(found.values())) == 1
@@ -132,7 +132,7 @@ def test_a_colour_matters_only_for_drawing(tetrahedron, child):
     red = (1.0, 0.0, 0.0, 1.0)
     assert visual_mesh(tetrahedron, red) != visual_mesh(tetrahedron)
     coloured = MeshUse(tetrahedron, "collision", red)
-    assert convert([coloured])[coloured] == collision_mesh(tetrahedron)
+    assert convert_meshes([coloured])[coloured] == collision_mesh(tetrahedron)
 
 
 def test_a_changed_mesh_is_converted_anew(tetrahedron, child):
@@ -162,21 +162,21 @@ def test_a_bad_mesh_is_not_tried_again_for_a_while(tmp_path, child):
 
 def test_a_bad_mesh_is_tried_again_later_and_when_it_has_changed(tmp_path, child, cache):
     bad = mesh_of(tmp_path / "bad.obj", "")
-    convert([MeshUse(bad, "visual")])
+    convert_meshes([MeshUse(bad, "visual")])
     [note] = cache.iterdir()
     an_hour_ago = time.time() - 3600.0
     os.utime(note, (an_hour_ago, an_hour_ago))
-    convert([MeshUse(bad, "visual")])
+    convert_meshes([MeshUse(bad, "visual")])
     assert len(child) == 2
     bad.path.write_text("# changed")
-    convert([MeshUse(bad, "visual")])
+    convert_meshes([MeshUse(bad, "visual")])
     assert len(child) == 3
 
 
 def test_a_deadly_mesh_does_not_spoil_the_others(tmp_path, child):
     names = ("one", "bad", "deadly", "two")
     uses = [MeshUse(mesh_of(tmp_path / f"{name}.obj", name), "visual") for name in names]
-    one, bad, deadly, two = convert(uses).values()
+    one, bad, deadly, two = convert_meshes(uses).values()
     assert is_sealed(one) and is_sealed(two)
     assert str(deadly) == f"{tmp_path}/deadly.obj: it took more than 60 s"
     assert str(bad) == f"{tmp_path}/bad.obj: it has no faces"
@@ -186,15 +186,15 @@ def test_a_deadly_mesh_does_not_spoil_the_others(tmp_path, child):
 
 def test_a_deadly_mesh_is_tried_once_for_all_its_uses(tmp_path, child):
     mesh = mesh_of(tmp_path / "deadly.obj", "")
-    found = convert(MeshUse(mesh, use) for use in ("visual", "collision"))
+    found = convert_meshes(MeshUse(mesh, use) for use in ("visual", "collision"))
     assert child == [["deadly", "deadly"]]
     assert {str(error) for error in found.values()} == {f"{mesh.path}: it took more than 60 s"}
 
 
 def test_many_deadly_meshes_end_in_bounded_time(tmp_path, child, monkeypatch):
-    monkeypatch.setattr(meshes, "_PATIENCE", -1.0)
+    monkeypatch.setattr(meshes, "_MESH_TIMEOUT_S", -1.0)
     uses = [MeshUse(mesh_of(tmp_path / f"deadly{i}.obj", str(i)), "visual") for i in range(5)]
-    first, *others = convert(uses).values()
+    first, *others = convert_meshes(uses).values()
     assert len(child) == 1
     assert "it took more than 60 s" in str(first)
     assert all("the meshes before it took more than" in str(error) for error in others)
@@ -248,10 +248,10 @@ def test_published_meshes_are_all_converted():
     uses = [
         MeshUse(Mesh(path.name, path), use) for path in files for use in ("visual", "collision")
     ]
-    for use, path in convert(uses).items():
+    for use, path in convert_meshes(uses).items():
         assert isinstance(path, Path), str(path)
         if use.use == "collision":
-            twin = convert([MeshUse(use.mesh, "visual")])[MeshUse(use.mesh, "visual")]
+            twin = convert_meshes([MeshUse(use.mesh, "visual")])[MeshUse(use.mesh, "visual")]
             assert np.subtract(bounds(path), bounds(twin)) == pytest.approx(0.0, abs=2e-5)
 
 

@@ -5,7 +5,12 @@ import pytest
 from pydrake.geometry import Convex
 from scipy.spatial import ConvexHull
 
-from workbench.plant.meshes.child import MOST_VERTICES, THINNEST, convex_hull, write_obj
+from workbench.plant.meshes.hull import (
+    MAX_HULL_VERTICES,
+    MIN_HULL_THICKNESS_M,
+    convex_hull,
+    write_obj,
+)
 
 CUBE = np.array([[x, y, z] for x in (0, 1) for y in (0, 2) for z in (0, 3)], dtype=float)
 
@@ -32,7 +37,7 @@ def test_faces_look_outward_and_close():
 def test_many_vertices_become_few_that_stay_close(count):
     points = sphere(count)
     vertices, _ = convex_hull(points)
-    assert len(vertices) <= MOST_VERTICES
+    assert len(vertices) <= MAX_HULL_VERTICES
     hull = ConvexHull(vertices)
     outside = (points @ hull.equations[:, :3].T + hull.equations[:, 3]).max()
     assert outside < 0.05
@@ -62,10 +67,13 @@ def test_a_long_thin_part_keeps_its_shape():
 @pytest.mark.parametrize(
     ("points", "sides"),
     [
-        ([[0, 0, 0], [1, 0, 0], [1, 2, 0], [0, 2, 0]], [1, 2, THINNEST]),
-        ([[0, 0, 0], [0, 0, 1]], [THINNEST, THINNEST, 1]),
-        ([[3, 3, 3]], [THINNEST, THINNEST, THINNEST]),
-        ([[3, 3, 3], [3, 3, 3]], [THINNEST, THINNEST, THINNEST]),
+        ([[0, 0, 0], [1, 0, 0], [1, 2, 0], [0, 2, 0]], [1, 2, MIN_HULL_THICKNESS_M]),
+        ([[0, 0, 0], [0, 0, 1]], [MIN_HULL_THICKNESS_M, MIN_HULL_THICKNESS_M, 1]),
+        ([[3, 3, 3]], [MIN_HULL_THICKNESS_M, MIN_HULL_THICKNESS_M, MIN_HULL_THICKNESS_M]),
+        (
+            [[3, 3, 3], [3, 3, 3]],
+            [MIN_HULL_THICKNESS_M, MIN_HULL_THICKNESS_M, MIN_HULL_THICKNESS_M],
+        ),
     ],
     ids=["sheet", "line", "point", "point twice"],
 )
@@ -78,13 +86,13 @@ def test_a_tilted_sheet_is_thick_across_itself():
     turn = np.linalg.qr(np.random.default_rng(2).normal(size=(3, 3)))[0]
     sheet = np.array([[0, 0, 0], [1, 0, 0], [1, 2, 0], [0, 2, 0.0]]) @ turn.T
     vertices, _ = convex_hull(sheet)
-    assert np.ptp(vertices @ turn, axis=0) == pytest.approx([1, 2, THINNEST])
+    assert np.ptp(vertices @ turn, axis=0) == pytest.approx([1, 2, MIN_HULL_THICKNESS_M])
 
 
 @pytest.mark.parametrize("size", [1e-9, 1e-4])
 def test_a_speck_becomes_a_millimetre_thick(size):
     vertices, _ = convex_hull(size * sphere(100))
-    assert (np.ptp(vertices, axis=0) >= THINNEST).all()
+    assert (np.ptp(vertices, axis=0) >= MIN_HULL_THICKNESS_M).all()
 
 
 def test_drake_reads_the_file(tmp_path):

@@ -3,6 +3,7 @@
 import math
 
 import pytest
+from pydrake.math import RigidTransform, RollPitchYaw
 
 from workbench.common.errors import WorkbenchError
 from workbench.plant.remarks import Remarks
@@ -97,6 +98,17 @@ def test_position_and_axis_are_in_the_links_frame(read):
     assert rotor.p_BR == pytest.approx((0.2, 0.0, 0.15), abs=1e-12)
     assert rotor.axis_B == pytest.approx((0.0, math.sqrt(0.5), math.sqrt(0.5)), abs=1e-12)
     assert rotor.link == "rotor_0"
+
+
+def test_a_link_that_is_turned_turns_position_and_axis(read, link):
+    """About x by 0.3 rad, and the body as it stands in the model."""
+    turned = RigidTransform(RollPitchYaw(0.3, 0.0, 0.0), [0.2, 0.0, 0.05])
+    X_MB = RigidTransform(RollPitchYaw(0.0, 0.0, 0.5 * math.pi), [0.0, 0.0, 3.0])
+    text = "rotors:\n- {link: arm, position: [0, 0.1, 0], direction: cw}\n"
+    (rotor,) = read(DEFAULTS + text, links=[link("arm", X_MB @ turned)], joints=[])
+    sine, cosine = math.sin(0.3), math.cos(0.3)
+    assert rotor.p_BR == pytest.approx((0.2, 0.1 * cosine, 0.05 + 0.1 * sine), abs=1e-12)
+    assert rotor.axis_B == pytest.approx((0.0, -sine, cosine), abs=1e-12)
 
 
 def test_rotors_may_share_direction_axis_and_link(read):

@@ -21,8 +21,8 @@ from pydrake.geometry import (
 )
 from pydrake.math import RigidTransform, RollPitchYaw
 
-from workbench.plant.worlds.outline import Course
-from workbench.plant.worlds.world import MovingObstacle, Obstacle, World, outlines
+from workbench.plant.worlds.outline import ObstaclePath
+from workbench.plant.worlds.world import MovingObstacle, StaticObstacle, World, outlines
 
 MESH = """v 0 0 0
 v 2 0 0.3
@@ -81,7 +81,7 @@ def test_an_outline_is_the_shadow_of_what_can_be_bumped_into(case, tmp_path):
         with case(type(shape).__name__):
             X_WO = RigidTransform(RollPitchYaw(random.uniform(-1.5, 1.5, 3)), [0.3, -0.2, 0.1])
             X_OG = RigidTransform(RollPitchYaw(random.uniform(-1.5, 1.5, 3)), [0.1, 0.2, -0.3])
-            obstacle = Obstacle("it", X_WO, (geometry(shape, X=X_OG),), ())
+            obstacle = StaticObstacle("it", X_WO, (geometry(shape, X=X_OG),), ())
             (found,) = outlines(world([obstacle]))
             asked = 0
             for x, y in random.uniform(-1.6, 1.6, (40, 2)):
@@ -100,7 +100,7 @@ def test_an_outline_is_the_shadow_of_what_can_be_bumped_into(case, tmp_path):
 
 
 def test_what_has_no_end_and_no_area_has_no_outline():
-    endless = Obstacle("plain", RigidTransform(), (geometry(HalfSpace()),), ())
+    endless = StaticObstacle("plain", RigidTransform(), (geometry(HalfSpace()),), ())
     assert outlines(world([endless])) == ()
 
 
@@ -108,7 +108,7 @@ def test_what_moves_is_where_its_course_has_it():
     """A cart of 2 by 1 m goes 4 m east in 4 s while it turns to the north, and begins again."""
     corners = ((0.0, 0.0, 0.5, 0.0), (4.0, 0.0, 0.5, 0.5 * math.pi))
     cart = MovingObstacle(
-        "cart", geometry(Box(2.0, 1.0, 0.6)), Course((0.0, 4.0), corners, repeat=False)
+        "cart", geometry(Box(2.0, 1.0, 0.6)), ObstaclePath((0.0, 4.0), corners, repeat=False)
     )
     (found,) = outlines(world(moving=[cart]))
     begun, over = found.at(0.0), found.at(9.0)

@@ -4,7 +4,7 @@ import pytest
 
 from workbench.common.errors import WorkbenchError
 from workbench.plant.packages import PackageFinder
-from workbench.plant.worlds.directives import Includes
+from workbench.plant.worlds.directive_includes import IncludeChecker
 
 MODEL = """<sdf version="1.9"><model name="m"><link name="l"/>{}</model></sdf>"""
 
@@ -21,7 +21,7 @@ def check(tmp_path):
 
     def check_file(path, *, has_directives=False):
         finder = PackageFinder(tmp_path / "world.yaml", {"shed": tmp_path})
-        Includes(finder).check(path, has_directives=has_directives)
+        IncludeChecker(finder).check(path, has_directives=has_directives)
 
     return check_file
 

@@ -22,9 +22,9 @@ from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.sensors import CameraInfo
 
 from workbench.common.resources import find_world, list_worlds, worlds_dir
-from workbench.plant.multibody import MOST_BESIDE_THE_GROUND, add_plant
+from workbench.plant.multibody import MAX_WORLD_BODY_SHAPES, add_plant
 from workbench.plant.worlds.reading import read_world
-from workbench.plant.worlds.world import EMPTY, obstacle_of
+from workbench.plant.worlds.world import EMPTY_WORLD, obstacle_of
 
 STEP = 1 / 1024
 
@@ -78,7 +78,7 @@ def test_the_worlds_that_are_asked_for_are_shipped():
 def test_where_nothing_is_in_the_way_every_world_flies_alike_to_the_bit(dh_drone):
     times = np.linspace(0.1, 1.0, 10)
     there = [flown(dh_drone, world, p_WB=(0, 0, 0.6), times=times) for world in (
-        EMPTY, shipped("empty"), shipped("room"), shipped("obstacle_field")
+        EMPTY_WORLD, shipped("empty"), shipped("room"), shipped("obstacle_field")
     )]  # fmt: skip
     for states in there[1:]:
         assert states.tobytes() == there[0].tobytes()
@@ -100,7 +100,7 @@ def test_a_drone_bumps_into_a_wall_and_not_through_it(dh_drone):
         dh_drone, shipped("room"), p_WB=(4.0, 0, 2), v_WB=(5, 0, 0), times=np.linspace(0.1, 0.5, 9)
     )
     assert states[:, 4].max() < 5.0
-    free = flown(dh_drone, EMPTY, p_WB=(4.0, 0, 2), v_WB=(5, 0, 0), times=(0.5,))
+    free = flown(dh_drone, EMPTY_WORLD, p_WB=(4.0, 0, 2), v_WB=(5, 0, 0), times=(0.5,))
     assert free[0, 4] == pytest.approx(6.5)
 
 
@@ -137,7 +137,7 @@ print(plant.num_bodies(), *p_WB)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("count", "more"), [(MOST_BESIDE_THE_GROUND, 0), (150, 1)])
+@pytest.mark.parametrize(("count", "more"), [(MAX_WORLD_BODY_SHAPES, 0), (150, 1)])
 def test_drake_survives_many_obstacles_beside_the_ground(dh_drone, write, count, more):
     """In a process of its own: what it guards against is a segmentation fault.
 

@@ -8,22 +8,22 @@ from pydrake.math import RigidTransform
 
 from workbench.common.errors import WorkbenchError
 from workbench.plant.shapes import Sphere
-from workbench.plant.worlds.geometry import solid
-from workbench.plant.worlds.outline import Course
+from workbench.plant.worlds.geometry import solid_geometry
+from workbench.plant.worlds.outline import ObstaclePath
 from workbench.plant.worlds.world import (
-    EMPTY,
+    EMPTY_WORLD,
     MovingObstacle,
-    Obstacle,
+    StaticObstacle,
     World,
-    first_twice,
+    first_duplicate,
     obstacle_of,
 )
 
 
 def ball(repeat: bool) -> MovingObstacle:
     corners = ((0.0, 0.0, 1.0, 0.0), (4.0, 0.0, 1.0, math.pi), (0.0, 0.0, 1.0, 0.0))
-    geometry = solid("ball::shape", Sphere(0.5), None)
-    return MovingObstacle("ball", geometry, Course((0.0, 2.0, 10.0), corners, repeat))
+    geometry = solid_geometry("ball::shape", Sphere(0.5), None)
+    return MovingObstacle("ball", geometry, ObstaclePath((0.0, 2.0, 10.0), corners, repeat))
 
 
 @pytest.mark.parametrize(
@@ -44,8 +44,8 @@ def test_after_its_path_it_stays_or_begins_again():
 
 
 def test_a_world_knows_where_each_obstacle_is():
-    post = Obstacle("post", RigidTransform([1.0, 2.0, 3.0]), (), ())
-    world = World(EMPTY.source, "w", obstacles=(post,), moving=(ball(repeat=True),))
+    post = StaticObstacle("post", RigidTransform([1.0, 2.0, 3.0]), (), ())
+    world = World(EMPTY_WORLD.source, "w", obstacles=(post,), moving=(ball(repeat=True),))
     assert world.names == ("post", "ball")
     assert world.pose("post", 5.0).translation().tolist() == [1.0, 2.0, 3.0]
     assert world.pose("ball", 1.0).translation().tolist() == [2.0, 0.0, 1.0]
@@ -60,5 +60,5 @@ def test_a_geometrys_name_tells_its_obstacle():
 
 
 def test_the_first_name_that_comes_twice_is_found():
-    assert first_twice(["a", "b", "c", "b", "a"]) == "b"
-    assert first_twice(["a", "b"]) is None
+    assert first_duplicate(["a", "b", "c", "b", "a"]) == "b"
+    assert first_duplicate(["a", "b"]) is None

@@ -144,7 +144,14 @@ def test_what_is_wrong_is_said_with_file_and_line(fault, text, said):
 
 @pytest.mark.parametrize("name", ["world.txt", "drone.urdf"])
 def test_other_files_are_no_worlds(fault, name):
-    assert fault("x", name) == ": a world is a .yaml file, or a .sdf or .world of Gazebo"
+    assert fault("x", name).startswith(": a world is a .yaml file")
+
+
+@pytest.mark.parametrize("name", ["town.sdf", "town.world"])
+def test_a_world_that_no_installed_package_reads_is_named(fault, monkeypatch, name):
+    monkeypatch.setattr("workbench.plant.worlds.reading.world_formats", lambda: ())
+    package = "the package workbench.extras.formats reads"
+    assert fault("<sdf/>", name).startswith(f": it looks like a world of Gazebo, which {package}")
 
 
 def test_a_folder_and_a_missing_file_are_no_worlds(tmp_path):

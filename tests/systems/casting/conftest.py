@@ -1,5 +1,6 @@
 """Scenes made by hand, and meshes on disk."""
 
+import sys
 from collections.abc import Callable
 from pathlib import Path
 
@@ -9,7 +10,7 @@ from pydrake.geometry import GeometryId, Mesh, Shape
 from pydrake.math import RigidTransform
 
 from workbench.systems.casting.caster import Caster
-from workbench.systems.casting.scene import FIXED, CastGeometry, CastScene
+from workbench.systems.casting.scene import WORLD_FRAME_NUMBER, CastGeometry, CastScene
 
 
 @pytest.fixture(scope="session")
@@ -26,10 +27,17 @@ def make_caster() -> Callable[..., Caster]:
     return make
 
 
+@pytest.fixture(params=["embree", "all triangles"])
+def finder(request, monkeypatch) -> None:
+    """Cast with embree, and as where it is not installed."""
+    if request.param == "all triangles":
+        monkeypatch.setitem(sys.modules, "embreex", None)
+
+
 @pytest.fixture(scope="session")
 def alone(make_caster) -> Callable[[Shape], Caster]:
     """Return what makes a caster of one shape, fixed at the origin of the world."""
-    return lambda shape: make_caster((shape, RigidTransform(), FIXED))
+    return lambda shape: make_caster((shape, RigidTransform(), WORLD_FRAME_NUMBER))
 
 
 @pytest.fixture(scope="session")

@@ -9,7 +9,7 @@ from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
 from pydrake.systems.framework import DiagramBuilder
 
 from workbench.systems.casting.caster import Caster
-from workbench.systems.casting.scene import FIXED, anchored_frames, collect_scene
+from workbench.systems.casting.scene import WORLD_FRAME_NUMBER, anchored_frames, collect_scene
 
 SHAPE = "<geometry><sphere><radius>0.5</radius></sphere></geometry>"
 WORLD = f"""
@@ -61,7 +61,7 @@ def test_what_is_welded_to_the_world_does_not_move(world):
     plant, inspector = world
     scene = collect_scene(inspector, anchored=anchored_frames(plant))
     post = next(each for each in scene.geometries if each.name == "post::post_seen")
-    assert post.frame == FIXED
+    assert post.frame == WORLD_FRAME_NUMBER
     np.testing.assert_allclose(post.X_FG.translation(), [5.0, 0.0, 2.0])
     assert set(scene.frames) == {frame_of(plant, "cart"), frame_of(plant, "drone")}
 
@@ -75,6 +75,4 @@ def test_poses_come_in_the_order_of_the_frames(world):
     ]
     rays = np.array([[0.0, 1.0, 0.0], [0.0, -1.0, 0.0]])
     found = Caster(scene).cast(np.zeros(3), rays, poses, 20.0)
-    assert found.ranges.tolist() == [6.5, 8.5]
-    names = [scene.geometries[hit].name for hit in found.hits]
-    assert names == ["cart::cart_seen", "drone::drone_seen"]
+    assert found.tolist() == [6.5, 8.5]

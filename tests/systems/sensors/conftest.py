@@ -8,8 +8,8 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Context, DiagramBuilder
 from pydrake.systems.primitives import RandomSource
 
+from workbench.plant.faults import Fault
 from workbench.systems.noise import add_noise, seed_noise
-from workbench.systems.sensors.faults import Fault
 from workbench.systems.sensors.sampled_sensor import SampledSensor
 
 IDENTITY = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
+from workbench.plant.faults import FAULT_NOISE_FACTOR, Fault
 from workbench.plant.home import DEFAULT_HOME, Home
-from workbench.plant.sensors import QUIET, Barometer, Noise
+from workbench.plant.sensors import NO_NOISE, Barometer, Noise
 from workbench.systems.sensors import barometer as module
 from workbench.systems.sensors.barometer import pressure_at
-from workbench.systems.sensors.faults import NOISE_FACTOR, Fault
 from workbench.systems.sensors.noisy_sensor import NoisySensor
 from workbench.systems.sensors.readings import BarometerReading
 
@@ -22,11 +22,13 @@ def state(height, q_WB=(1.0, 0.0, 0.0, 0.0)):
 
 @pytest.fixture
 def barometer(record):
-    def make(noise=QUIET, reference=None, home=DEFAULT_HOME, latency=0.0, p_BS=(0.0, 0.0, 0.0)):
+    def make(noise=NO_NOISE, reference=None, home=DEFAULT_HOME, latency=0.0, p_BS=(0.0, 0.0, 0.0)):
         sensor = Barometer(
             **record(rate=50.0, p_BS=p_BS), reference_altitude=reference, noise=noise
         )
-        return NoisySensor(module.barometer(sensor, home), period=PERIOD, latency=latency)
+        return NoisySensor(
+            module.barometer_instrument(sensor, home), period=PERIOD, latency=latency
+        )
 
     return make
 
@@ -85,4 +87,21 @@ def test_a_noisy_barometer_is_so_even_where_the_description_has_no_noise(bench, 
     found = bench(barometer(), state=state(0.0))
     found.order(Fault.NOISY)
     spread = np.std(found.measurements(1000)[:, 1])
-    assert spread == pytest.approx(NOISE_FACTOR * 2.0, rel=0.1)
+    assert spread == pytest.approx(FAULT_NOISE_FACTOR * 2.0, rel=0.1)
+
+
+@pytest.mark.parametrize(
+    ("height", "share"), [(0.0, 1.0), (0.5, np.exp(-1.0)), (1.0, np.exp(-2.0)), (-2.0, 1.0)]
+)
+def test_downwash_adds_less_with_the_height_and_all_of_it_below_the_ground(record, height, share):
+    """In a hollow, or on a gear that gives, the sensor is lower than the world's ground.
+
+    Half of the thrust adds half as much.
+    """
+    sensor = Barometer(**record(rate=50.0), reference_altitude=0.0, noise=NO_NOISE)
+    weight, added = 20.0, 48.0
+    instrument = module.barometer_instrument(sensor, DEFAULT_HOME, rotors=4, weight=weight)
+    for part in (1.0, 0.5):
+        inputs = {"state": np.array(state(height)), "thrusts": np.full(4, 0.25 * part * weight)}
+        found = instrument.exact(inputs, (added,))
+        assert found == pytest.approx([pressure_at(height) + added * part * share], abs=1e-9)

@@ -15,9 +15,9 @@ from pydrake.systems.framework import DiagramBuilder, LeafSystem
 from pydrake.systems.sensors import ImageDepth32F, ImageRgba8U
 
 from workbench.common.errors import WorkbenchError
+from workbench.plant.faults import Fault
 from workbench.plant.sensors import DepthCamera, Noise
 from workbench.systems.sensors.depth_camera import DepthCameraSystem
-from workbench.systems.sensors.faults import Fault
 from workbench.systems.sensors.readings import DepthImage
 
 PERIOD = 64 / 1024

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from pymap3d.enu import geodetic2enu
 
+from workbench.plant.faults import FAULT_NOISE_FACTOR, Fault
 from workbench.plant.geodesy import geodetic
 from workbench.plant.home import DEFAULT_HOME, Home
-from workbench.plant.sensors import QUIET, Gps, Noise
+from workbench.plant.sensors import NO_NOISE, Gps, Noise
 from workbench.systems.sensors import noisy_sensor as module
-from workbench.systems.sensors.faults import NOISE_FACTOR, Fault
 from workbench.systems.sensors.readings import GpsReading
 
 PERIOD = 102 / 1024
@@ -23,7 +23,9 @@ LEFT = [HALF, 0.0, 0.0, HALF]
 def gps(record):
     def make(home=DEFAULT_HOME, latency=0.0, p_BS=(0.0, 0.0, 0.0), **noises):
         sensor = Gps(**record(rate=10.0, p_BS=p_BS), **noises)
-        return module.NoisySensor(module.gps(sensor, home), period=PERIOD, latency=latency)
+        return module.NoisySensor(
+            module.gps_instrument(sensor, home), period=PERIOD, latency=latency
+        )
 
     return make
 
@@ -107,10 +109,10 @@ def test_equal_seeds_measure_the_same_to_the_bit_and_others_do_not(bench, gps):
 
 
 def test_a_noisy_gps_is_so_even_where_the_description_has_no_noise(bench, gps):
-    found = bench(gps(horizontal_position=QUIET), state=[1.0, *[0.0] * 12])
+    found = bench(gps(horizontal_position=NO_NOISE), state=[1.0, *[0.0] * 12])
     found.order(Fault.NOISY)
     rows = found.measurements(500)
     spread = np.std(np.hstack([positions(rows), rows[:, 4:]]), axis=0)
     assert spread == pytest.approx(
-        NOISE_FACTOR * np.array([1.5, 1.5, 3.0, 0.1, 0.1, 0.2]), rel=0.15
+        FAULT_NOISE_FACTOR * np.array([1.5, 1.5, 3.0, 0.1, 0.1, 0.2]), rel=0.15
     )

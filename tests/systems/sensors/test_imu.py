@@ -12,11 +12,11 @@ from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource
 from pydrake.systems.sensors import Accelerometer, Gyroscope
 
+from workbench.plant.faults import FAULT_NOISE_FACTOR, Fault
 from workbench.plant.gravity import GRAVITY
 from workbench.plant.multibody import add_plant
-from workbench.plant.sensors import QUIET, Imu, Noise
+from workbench.plant.sensors import NO_NOISE, Imu, Noise
 from workbench.systems.sensors import noisy_sensor as module
-from workbench.systems.sensors.faults import NOISE_FACTOR, Fault
 from workbench.systems.sensors.noisy_sensor import first_memory, next_memory, noisy
 from workbench.systems.sensors.readings import ImuReading
 
@@ -28,10 +28,12 @@ STILL = [0.0] * 6
 
 @pytest.fixture
 def imu(record):
-    def make(gyroscope=QUIET, accelerometer=QUIET, period=PERIOD, latency=0.0, **place):
+    def make(gyroscope=NO_NOISE, accelerometer=NO_NOISE, period=PERIOD, latency=0.0, **place):
         sensor = Imu(**record(**place), angular_velocity=(gyroscope,) * 3)
         sensor = Imu(**{**vars(sensor), "linear_acceleration": (accelerometer,) * 3})
-        return module.NoisySensor(module.imu(sensor, period), period=period, latency=latency)
+        return module.NoisySensor(
+            module.imu_instrument(sensor, period), period=period, latency=latency
+        )
 
     return make
 
@@ -271,7 +273,7 @@ def test_two_axes_have_different_noise(bench, imu):
 
 @pytest.mark.parametrize("quiet", [True, False])
 def test_a_noisy_imu_is_so_even_where_the_description_has_no_noise(bench, imu, quiet):
-    noises = (QUIET, QUIET) if quiet else (Noise(stddev=0.004), Noise(stddev=0.06))
+    noises = (NO_NOISE, NO_NOISE) if quiet else (Noise(stddev=0.004), Noise(stddev=0.06))
     found = bench(imu(*noises), state=UPRIGHT, acceleration=STILL)
     found.order(Fault.NOISY)
     spread = np.std(found.measurements(1000)[:, 1:7], axis=0)
@@ -280,4 +282,4 @@ def test_a_noisy_imu_is_so_even_where_the_description_has_no_noise(bench, imu, q
         if quiet
         else [0.06 * math.sqrt(1.024)] * 3 + [0.004 * math.sqrt(1.024)] * 3
     )
-    assert spread == pytest.approx(NOISE_FACTOR * np.array(usual), rel=0.1)
+    assert spread == pytest.approx(FAULT_NOISE_FACTOR * np.array(usual), rel=0.1)

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from workbench.plant.faults import FAULT_NOISE_FACTOR, Fault
 from workbench.plant.home import Home
-from workbench.plant.sensors import QUIET, Magnetometer, Noise
+from workbench.plant.sensors import NO_NOISE, Magnetometer, Noise
 from workbench.systems.sensors import noisy_sensor as module
-from workbench.systems.sensors.faults import NOISE_FACTOR, Fault
 from workbench.systems.sensors.readings import MagnetometerReading
 
 PERIOD = 20 / 1024
@@ -18,9 +18,11 @@ LEVEL = [1.0, *[0.0] * 12]
 
 @pytest.fixture
 def magnetometer(record):
-    def make(noises=(QUIET,) * 3, latency=0.0, **place):
+    def make(noises=(NO_NOISE,) * 3, latency=0.0, **place):
         sensor = Magnetometer(**record(rate=50.0, **place), magnetic_field=noises)
-        return module.NoisySensor(module.magnetometer(sensor, HOME), period=PERIOD, latency=latency)
+        return module.NoisySensor(
+            module.magnetometer_instrument(sensor, HOME), period=PERIOD, latency=latency
+        )
 
     return make
 
@@ -36,6 +38,17 @@ def test_the_field_is_turned_into_the_sensor_whatever_place_and_motion(bench, ma
     found.settle()
     expected = (R_WB * R_BS).inv().apply(FIELD)
     assert found.reading().magnetic_field == pytest.approx(expected, rel=0, abs=1e-18)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_iron_on_board_is_along_the_axes_of_the_body(magnetometer, seed):
+    """It turns with the drone, and its part along the sensor's axes depends on the mounting."""
+    R_WB, R_BS = Rotation.random(2, random_state=10 + seed)
+    iron = np.array([1e-6, -2e-6, 3e-6])
+    state = np.array([*R_WB.as_quat(scalar_first=True), *[0.0] * 9])
+    exact = magnetometer(R_BS=R_BS.as_matrix()).instrument.exact({"state": state}, iron)
+    expected = (R_WB * R_BS).inv().apply(FIELD) + R_BS.inv().apply(iron)
+    assert exact == pytest.approx(expected, rel=0, abs=1e-18)
 
 
 def test_each_axis_has_its_own_noise(bench, magnetometer):
@@ -69,4 +82,4 @@ def test_a_noisy_magnetometer_is_so_even_where_the_description_has_no_noise(benc
     found = bench(magnetometer(), state=LEVEL)
     found.order(Fault.NOISY)
     spread = np.std(found.measurements(1000)[:, 1:], axis=0)
-    assert spread == pytest.approx([NOISE_FACTOR * 0.5e-6] * 3, rel=0.1)
+    assert spread == pytest.approx([FAULT_NOISE_FACTOR * 0.5e-6] * 3, rel=0.1)

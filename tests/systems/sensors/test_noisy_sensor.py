@@ -10,9 +10,9 @@ import math
 import numpy as np
 import pytest
 
-from workbench.plant.sensors import QUIET, Noise
+from workbench.plant.sensors import NO_NOISE, Noise
 from workbench.systems.sensors.noisy_sensor import (
-    DRAWS,
+    DRAWS_PER_CHANNEL,
     first_memory,
     next_memory,
     noise_model,
@@ -34,7 +34,7 @@ def generate(noise, rate, seconds, channels=CHANNELS):
     memory, zero = first_memory(channels), np.zeros(channels)
     samples = np.empty((round(rate * seconds), channels))
     for row in samples:
-        draws = rng.normal(size=DRAWS * channels)
+        draws = rng.normal(size=DRAWS_PER_CHANNEL * channels)
         row[:] = noisy(model, zero, memory, draws, 1.0)
         memory = next_memory(model, memory, draws)
     return samples
@@ -110,7 +110,7 @@ def test_biases_are_drawn_once():
     samples = generate(Noise(bias_mean=0.3, bias_stddev=0.02), RATE, 0.5)
     assert len(samples) > 100
     assert (samples == samples[0]).all()
-    draws = np.random.default_rng(0).normal(size=DRAWS * CHANNELS)
+    draws = np.random.default_rng(0).normal(size=DRAWS_PER_CHANNEL * CHANNELS)
     assert samples[0] == pytest.approx(0.3 + 0.02 * draws[2 * CHANNELS :], abs=1e-15)
 
 
@@ -121,20 +121,20 @@ def test_biases_have_the_mean_and_the_deviation_asked_for():
 
 
 def test_a_mean_is_an_offset():
-    model = noise_model([Noise(mean=0.7), QUIET], [1.0, 1.0], 1.0)
+    model = noise_model([Noise(mean=0.7), NO_NOISE], [1.0, 1.0], 1.0)
     values = noisy(model, np.array([1.0, 2.0]), first_memory(2), np.ones(6), 1.0)
     assert values.tolist() == [1.7, 2.0]
 
 
 @pytest.mark.parametrize(("exact", "shown"), [(1.12, 1.0), (1.13, 1.25), (-0.4, -0.5)])
 def test_samples_are_rounded_to_the_precision(exact, shown):
-    model = noise_model([Noise(precision=0.25), QUIET], [1.0, 1.0], 1.0)
+    model = noise_model([Noise(precision=0.25), NO_NOISE], [1.0, 1.0], 1.0)
     values = noisy(model, np.array([exact, exact]), first_memory(2), np.zeros(6), 1.0)
     assert values.tolist() == [shown, exact]
 
 
 def test_a_fault_multiplies_the_deviation_or_the_usual_one_where_there_is_none():
-    model = noise_model([Noise(stddev=0.5), QUIET], [3.0, 3.0], 1.0)
+    model = noise_model([Noise(stddev=0.5), NO_NOISE], [3.0, 3.0], 1.0)
     draws = np.array([1.0, -1.0, 0.0, 0.0, 0.0, 0.0])
     assert noisy(model, np.zeros(2), first_memory(2), draws, 1.0).tolist() == [0.5, 0.0]
     assert noisy(model, np.zeros(2), first_memory(2), draws, 10.0).tolist() == [5.0, -30.0]

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from pydrake.systems.sensors import CameraInfo
 
-from workbench.systems.sensors.readings import R_SC, make_pinhole
+from workbench.systems.sensors.readings import R_SC, make_pinhole, seen_points
 
 
 @pytest.mark.parametrize(
@@ -23,7 +23,7 @@ def test_points_stand_where_their_pixels_saw_them():
     depth = np.full((2, 4), np.inf)
     depth[0, 0], depth[1, 3], depth[1, 0] = 4.0, 2.0, -np.inf
     # half a pixel, and one and a half, away from the middle
-    np.testing.assert_allclose(pinhole.points(depth), [[-3.0, -1.0, 4.0], [1.5, 0.5, 2.0]])
+    np.testing.assert_allclose(seen_points(pinhole, depth), [[-3.0, -1.0, 4.0], [1.5, 0.5, 2.0]])
 
 
 def test_the_optical_frame_looks_along_the_sensors_x_with_y_down():

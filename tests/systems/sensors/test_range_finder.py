@@ -18,12 +18,12 @@ from pydrake.math import RigidTransform, RollPitchYaw
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder, LeafSystem
 
+from workbench.plant.faults import FAULT_NOISE_FACTOR, Fault
 from workbench.plant.multibody import add_plant
-from workbench.plant.sensors import QUIET, Noise, RangeFinder
+from workbench.plant.sensors import NO_NOISE, Noise, RangeFinder
 from workbench.systems.casting.caster import Caster
 from workbench.systems.casting.scene import anchored_frames, collect_scene
 from workbench.systems.sensors import noisy_sensor as module
-from workbench.systems.sensors.faults import NOISE_FACTOR, Fault
 from workbench.systems.sensors.readings import RangeReading
 
 PERIOD = 20 / 1024
@@ -52,14 +52,14 @@ def plane():
 @pytest.fixture
 def finder(record, plane):
     def make(
-        noise=QUIET, resolution=0.0, caster=None, latency=0.0, p_BS=(0.0, 0.0, 0.0), R_BS=DOWN
+        noise=NO_NOISE, resolution=0.0, caster=None, latency=0.0, p_BS=(0.0, 0.0, 0.0), R_BS=DOWN
     ):
         place = record(rate=50.0, p_BS=p_BS, R_BS=R_BS)
         limits = {"min_range": 0.05, "max_range": 20.0, "resolution": resolution}
         sensor = RangeFinder(**place, **limits, noise=noise)
         caster = caster or plane
         return module.NoisySensor(
-            module.range_finder(sensor, caster), period=PERIOD, latency=latency
+            module.range_finder_instrument(sensor, caster), period=PERIOD, latency=latency
         )
 
     return make
@@ -143,7 +143,7 @@ def test_a_noisy_range_finder_is_so_even_where_the_description_has_no_noise(benc
     found = bench(finder(), state=state(5.0))
     found.order(Fault.NOISY)
     spread = np.std(found.measurements(1000)[:, 1])
-    assert spread == pytest.approx(NOISE_FACTOR * 0.01, rel=0.1)
+    assert spread == pytest.approx(FAULT_NOISE_FACTOR * 0.01, rel=0.1)
 
 
 class Carrier(LeafSystem):
@@ -200,7 +200,7 @@ def test_on_the_shipped_drone_it_looks_down_past_its_own_body(bench, description
     )
     (record,) = (sensor for sensor in vehicle.sensors if sensor.kind == "range_finder")
     for height in (vehicle.ground_clearance, 4.0):
-        sensor = module.NoisySensor(module.range_finder(record, caster), period=PERIOD)
+        sensor = module.NoisySensor(module.range_finder_instrument(record, caster), period=PERIOD)
         found = bench(sensor, state=state(height))
         found.settle()
         truth = sensor.truth_output.Eval(found.context)

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from workbench.systems.sensors.faults import NOISE_FACTOR, Fault
+from workbench.plant.faults import FAULT_NOISE_FACTOR, Fault
 from workbench.systems.sensors.sampled_sensor import SampledSensor
 
 STEP = 1 / 1024
@@ -120,7 +120,7 @@ def test_a_noisy_sensor_has_more_noise(watch):
     bench = watch()
     bench.order(Fault.NOISY)
     bench.run(PERIOD / 2)
-    assert bench.measurement()[2] == NOISE_FACTOR
+    assert bench.measurement()[2] == FAULT_NOISE_FACTOR
 
 
 @pytest.mark.parametrize("fault", list(Fault))

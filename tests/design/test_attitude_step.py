@@ -1,0 +1,119 @@
+"""Steps of attitude and rate beside python-control, and beside what the words mean."""
+
+import math
+
+import control
+import numpy as np
+import pytest
+
+from workbench.common.errors import WorkbenchError
+from workbench.control.controller_file import load_controller
+from workbench.control.installed_laws import installed_laws
+from workbench.design.attitude_step import fly_attitude_step
+from workbench.design.linear.study import LinearStudy
+from workbench.scenario.attitude_axes import ATTITUDE_ROWS, find_attitude_axis
+from workbench.scenario.scenario import Action, AttitudeSetpoint, Injection, Scenario
+from workbench.session.session import Session
+
+SMALL_RAD = 0.01
+"""Small enough that the flight is linear."""
+FLOWN_S = 0.75
+RAD_DEG = 57.29577951308232
+UNIT_FACTORS = {"1": 1.0, "rad": 1.0, "rad/s": 1.0, "deg": RAD_DEG, "deg/s": RAD_DEG}
+"""Units of loop points over rad and rad/s, stated here by hand."""
+
+
+def linear_response(axis, scenario, samples):
+    """Return the unit step response of the loop with the loops outside open, by python-control."""
+    row, model = find_attitude_axis(axis), LinearStudy(scenario).sampled()
+    point = row.point
+    law = load_controller(scenario.controller)
+    output = {"roll": "roll", "pitch": "pitch", "roll_rate": "w_x", "pitch_rate": "w_y"}[axis]
+    closed = model.state_space([point], [point, output])
+    A, B, C = closed.A, closed.B[:, 0], closed.C
+    x, answers = np.zeros(len(A)), []
+    for _ in range(samples):
+        before, answer = C @ x
+        answers.append(answer)
+        x = A @ x + B * (1.0 - before)  # the setpoint in place of the signal before the point
+    return UNIT_FACTORS[law.points[point]] * np.array(answers)
+
+
+@pytest.mark.parametrize("axis", ["roll", "pitch"])
+def test_a_small_step_of_attitude_is_that_of_the_linear_closed_loop(axis):
+    scenario = Scenario()
+    flown = fly_attitude_step(axis, SMALL_RAD, duration=FLOWN_S, scenario=scenario)
+    linear = linear_response(axis, scenario, len(flown.time))
+    assert np.abs(flown.response / SMALL_RAD - linear).max() < 2e-3
+    theirs = control.step_info(flown.response, timepts=flown.time)
+    assert flown.metrics.peak == pytest.approx(theirs["Peak"], rel=1e-9)
+    assert flown.metrics.settling_time == pytest.approx(theirs["SettlingTime"], rel=1e-9)
+
+
+@pytest.mark.slow
+def test_steps_of_every_law_are_those_of_their_linear_closed_loops(case):
+    flown_axes = 0
+    for name in installed_laws():
+        law = load_controller(name)
+        for row in (row for row in ATTITUDE_ROWS if row.point in law.points):
+            with case((name, row.name)):
+                scenario = Scenario(controller=name)
+                flown = fly_attitude_step(row.name, SMALL_RAD, duration=FLOWN_S, scenario=scenario)
+                linear = linear_response(row.name, scenario, len(flown.time))
+                # a part that runs in every n-th update is a mean in the linear model
+                most = 0.02 if not law.dividers else 0.2
+                assert np.abs(flown.response / SMALL_RAD - linear).max() < most
+                flown_axes += 1
+    assert flown_axes >= 28
+
+
+def test_a_drone_follows_a_setpoint_of_roll_and_speeds_up_as_gravity_says():
+    flown = fly_attitude_step("roll", 0.1, duration=1.0)
+    assert flown.response[-1] == pytest.approx(0.1, rel=0.02)
+    early = np.searchsorted(flown.recording.time, 1.35)  # before drag matters
+    a_y = flown.recording.vdot_WB[early, 1]
+    roll = flown.response[np.searchsorted(flown.time, 0.35)]
+    assert a_y == pytest.approx(-9.81 * math.tan(roll), rel=0.05)  # to the right, and y is left
+    assert flown.coupling.pitch < 1e-3
+    assert flown.metrics.steady_state_error < 2.0
+
+
+def test_the_loops_outside_return_and_bring_the_drone_back():
+    script = [
+        Action(at=0.5, setpoint=AttitudeSetpoint(pitch=0.1)),
+        Action(at=1.0, setpoint=AttitudeSetpoint()),
+    ]
+    session = Session(Scenario(duration=6.0, script=script))
+    session.run()
+    recording = session.recording()
+    assert recording.p_WB[:, 0].max() > 0.1  # nose down is ahead
+    assert abs(recording.p_WB[-1, 0]) < 0.03
+
+
+def test_what_cannot_be_flown_says_why():
+    for axis, words, fragments in (
+        ("roll_rate", {}, ("pd has no loop", "roll rate", "roll, pitch")),
+        ("roll", {"amplitude": 0.9}, ("max_tilt is 0.7", "smaller amplitude")),
+        ("roll", {"amplitude": 0.0}, ("not 0",)),
+        ("roll", {"amplitude": math.nan}, ("finite number",)),
+        ("rol", {}, ("did you mean 'roll'?",)),
+    ):
+        with pytest.raises(WorkbenchError) as refused:
+            fly_attitude_step(axis, **words)
+        assert all(fragment in str(refused.value) for fragment in fragments), refused.value
+    with pytest.raises(WorkbenchError, match="would tilt the drone by 1.00 rad") as refused:
+        fly_attitude_step("roll_rate", 0.5, duration=2.0, scenario=Scenario(controller="pid"))
+    assert "shorter time" in str(refused.value)
+
+
+def test_a_setpoint_and_a_measured_loop_exclude_each_other():
+    session = Session()
+    session.attitude(roll=0.05)
+    with pytest.raises(WorkbenchError, match="end it, as by `setpoint: {}`"):
+        session.inject(Injection("roll_error", 0.01))
+    session.attitude()
+    session.inject(Injection("roll_error", 0.01))
+    with pytest.raises(WorkbenchError, match="a loop is being measured"):
+        session.attitude(roll=0.05)
+    with pytest.raises(WorkbenchError, match="pitch_rate is .nan"):
+        session.attitude(pitch_rate=math.nan)

@@ -1,0 +1,13 @@
+"""The fixtures of the core's tests of commands."""
+
+from tests.commands.conftest import (  # noqa: F401
+    _logs_here,
+    _no_progress,
+    log,
+    logged,
+    out,
+    pictures_here,
+    refused,
+    run,
+    write,
+)

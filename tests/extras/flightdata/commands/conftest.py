@@ -1,0 +1,25 @@
+"""Commands are run as in the tests of the core's."""
+
+from tests.commands.conftest import (
+    _logs_here,
+    _no_progress,
+    log,
+    logged,
+    out,
+    pictures_here,
+    refused,
+    run,
+    write,
+)
+
+__all__ = [
+    "_logs_here",
+    "_no_progress",
+    "log",
+    "logged",
+    "out",
+    "pictures_here",
+    "refused",
+    "run",
+    "write",
+]

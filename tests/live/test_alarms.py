@@ -1,0 +1,87 @@
+"""Alarms of a flight whose motion and thrusts are made up, told by what they name."""
+
+import math
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from workbench.control.flight_mode import FlightMode, Reason
+from workbench.live.alarms import Alarms
+from workbench.session.session import Session
+
+PERIOD_S = 1 / 128
+
+
+class MadeFlight:
+    """A flight in place whose heading is 45°, with a swing about one axis of the body.
+
+    Attributes:
+        swing: amplitudes of roll and pitch [rad]; their loops give twice what they are asked for.
+        thrusts: of the rotors [N].
+    """
+
+    def __init__(self, swing=(0.0, 0.0), frequency=3.0):
+        flown = Session()
+        self.controller, self.vehicle, self.scenario = (
+            flown.controller,
+            flown.vehicle,
+            flown.scenario,
+        )
+        self.asked = (0.0, 0.0, 0.0, 0.0)
+        self.swing, self.turn, self.time = swing, 2.0 * math.pi * frequency, 0.0
+        self.thrusts = [0.5 * rotor.max_thrust for rotor in self.vehicle.rotors]
+
+    @property
+    def angles(self):
+        return [each * math.sin(self.turn * self.time) for each in self.swing]
+
+    def state(self):
+        """Angular velocity in W: body axes at 45° between x and y of the world."""
+        roll, pitch = (each * self.turn * math.cos(self.turn * self.time) for each in self.swing)
+        rates = [(roll - pitch) / math.sqrt(2.0), (roll + pitch) / math.sqrt(2.0), 0.0]
+        half = math.radians(22.5)
+        return np.array(
+            [math.cos(half), 0.0, 0.0, math.sin(half), 0.0, 0.0, 10.0, *rates, 0.0, 0.0, 0.0]
+        )
+
+    def snapshot(self):
+        return SimpleNamespace(
+            v_WB=(0.0, 0.0, 0.0),
+            roll_pitch_yaw=(*self.angles, math.radians(45.0)),
+            thrusts=self.thrusts,
+            mode=FlightMode.HOVERING,
+            reason=Reason.NONE,
+            time=self.time,
+        )
+
+    def loop_signals(self):
+        """Errors of both attitude loops: the command, half of the angle, less the angle."""
+        signals = np.zeros(len(self.controller.point_names))
+        for name, angle in zip(("roll", "pitch"), self.angles, strict=True):
+            place = self.controller.point_names.index(self.controller.loop(name).error)
+            signals[place] = -0.5 * angle
+        return signals
+
+    def told(self, seconds):
+        told = []
+        watch = Alarms(self, told.append)
+        for number in range(round(seconds / PERIOD_S)):
+            self.time = number * PERIOD_S
+            watch.look(excited=False)
+        return told
+
+
+@pytest.mark.parametrize(("swing", "loop"), [((0.2, 0.0), "roll"), ((0.0, 0.2), "pitch")])
+def test_a_swing_is_told_by_the_axis_of_the_body_in_hertz_and_radians_a_second(swing, loop):
+    (said,) = MadeFlight(swing).told(4.0)
+    assert f"oscillates in the loop {loop}, at 3.0 Hz (19 rad/s)" in said  # 2 pi 3 = 18.8
+
+
+def test_rotors_at_their_largest_thrust_are_told_by_their_numbers_from_one():
+    for full, wanted in (((2,), "rotor 3 is"), ((1, 3), "rotors 2 and 4 are")):
+        flight = MadeFlight()
+        for index in full:
+            flight.thrusts[index] = flight.vehicle.rotors[index].max_thrust
+        (said,) = flight.told(1.5)
+        assert said.startswith(f"{wanted} at")

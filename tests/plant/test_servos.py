@@ -1,0 +1,163 @@
+"""Servos of joints, as published files state them."""
+
+import math
+
+import pytest
+
+from tests.jointed import drone, joint, link
+from workbench.common.errors import WorkbenchError
+from workbench.parameters.servo_parameters import servo_parameters
+from workbench.plant.description import read_description
+from workbench.plant.loading import make_vehicle
+
+LIMIT = '<limit lower="-0.5" upper="1.5" effort="{}" velocity="{}"/>'
+
+
+def arm(more: str = "", name: str = "hinge") -> str:
+    """Return a link on a joint across the drone."""
+    return link(f"{name}_arm", 0.1, (0.1, 0.0, 0.0)) + joint(
+        name, "revolute", "base", f"{name}_arm", (0, 0, -0.1), (0, 1, 0), more
+    )
+
+
+def gazebo(kind: str, file: str, inner: str) -> str:
+    """Return a plugin of gz-sim."""
+    return (
+        f'<gazebo><plugin name="gz::sim::systems::{kind}" filename="gz-sim-{file}-system">'
+        f"{inner}</plugin></gazebo>"
+    )
+
+
+def servos(folder, parts: str, sidecar: str = ""):
+    """Return the servos of a drone with parts, by joint, and its remarks."""
+    path = drone(folder, parts)
+    if sidecar:
+        beside = folder / "jointed.rotors.yaml"
+        beside.write_text(beside.read_text() + sidecar)
+    description = read_description(path)
+    vehicle = make_vehicle(description)
+    remarks = [f"{each.element}: {each.text}" for each in description.remarks]
+    return {each.joint: each.servo for each in vehicle.servos}, remarks
+
+
+def test_gazebos_controllers_of_joints(tmp_path):
+    limit = LIMIT.format(-1, 2)
+    parts = "".join(arm(limit, name) for name in ("hinge", "held", "spun", "pushed", "quick"))
+    parts += gazebo(
+        "JointPositionController",
+        "joint-position-controller",
+        "<joint_name>hinge</joint_name><p_gain>3</p_gain><d_gain>0.2</d_gain>"
+        "<cmd_max>0.4</cmd_max><cmd_min>-0.4</cmd_min><initial_position>9</initial_position>",
+    )
+    parts += gazebo("JointPositionController", "joint-position-controller", "")
+    parts += gazebo(
+        "JointTrajectoryController",
+        "joint-trajectory-controller",
+        "<joint_name>held</joint_name><joint_name>quick</joint_name>"
+        "<position_p_gain>7</position_p_gain><position_p_gain>8</position_p_gain>"
+        "<position_d_gain>0.1</position_d_gain>",
+    )
+    parts += gazebo("JointController", "joint-controller", "<joint_name>spun</joint_name>")
+    parts += gazebo("ApplyJointForce", "apply-joint-force", "<joint_name>pushed</joint_name>")
+    parts += gazebo("JointController", "joint-controller", "<joint_name>absent</joint_name>")
+    found, remarks = servos(tmp_path, parts)
+    hinge, held, spun, pushed, quick = (
+        found[name] for name in ("hinge", "held", "spun", "pushed", "quick")
+    )
+    assert (hinge.kind, hinge.stiffness, hinge.damping) == ("position", 3.0, 0.2)
+    assert (hinge.lower, hinge.upper, hinge.start) == (-0.5, 1.5, 1.5)
+    assert (hinge.max_effort, hinge.max_rate) == (0.4, 2.0)
+    assert (held.stiffness, held.damping, quick.stiffness, quick.damping) == (7.0, 0.1, 8.0, 0.0)
+    assert (spun.kind, spun.lower, spun.upper) == ("velocity", -2.0, 2.0)
+    assert (pushed.kind, pushed.max_effort) == ("effort", math.inf)
+    assert "servo of 'hinge': its integral gain of 0.1 is not used" in remarks
+    assert any("joint 'spun': no gains are stated; 30 rad/s" in each for each in remarks)
+    assert any("the joint 'absent' does not exist" in each for each in remarks)
+    assert not any("runs in Gazebo only" in each for each in remarks)
+
+
+def test_ros_control_and_transmissions(tmp_path):
+    """Without gains, 30 rad/s critically damped: k = I w², d = 2 I w, for what each moves."""
+    parts = arm(LIMIT.format(2, 0)) + arm(LIMIT.format(0, 3), "left") + arm("", "right")
+    parts += """<ros2_control name="arm" type="system"><joint name="hinge">
+        <command_interface name="velocity"/>
+        <command_interface name="position"><param name="min">-0.2</param>
+          <param name="max">0.3</param></command_interface></joint></ros2_control>
+      <transmission name="both"><type>transmission_interface/DifferentialTransmission</type>
+        <joint name="left"><hardwareInterface>hardware_interface/VelocityJointInterface
+        </hardwareInterface></joint><joint name="right"/></transmission>"""
+    found, remarks = servos(tmp_path, parts)
+    hinge, left, right = found["hinge"], found["left"], found["right"]
+    assert (hinge.kind, hinge.lower, hinge.upper) == ("position", -0.2, 0.3)
+    assert (hinge.max_effort, hinge.max_rate) == (2.0, math.inf)
+    assert hinge.damping == pytest.approx(2.0 * hinge.stiffness / 30.0)
+    assert (left.kind, left.lower, left.upper) == ("velocity", -3.0, 3.0)
+    assert right.kind == "effort"
+    assert not any("ROS" in each for each in remarks)
+
+
+def test_a_sidecar_drives_joints_beside_any_rotors(tmp_path):
+    parts = arm(LIMIT.format(-1, -1)) + gazebo(
+        "JointPositionController", "joint-position-controller", "<joint_name>hinge</joint_name>"
+    )
+    rows = "servos:\n  - {joint: hinge, stiffness: 5.0, damping_ratio: 0.5, time_constant: 0.1}\n"
+    found, _ = servos(tmp_path, parts, rows)
+    assert (found["hinge"].stiffness, found["hinge"].time_constant) == (5.0, 0.1)
+    assert found["hinge"].damping == pytest.approx(0.5 * 2.0 * math.sqrt(5.0 * _inertia(tmp_path)))
+    for row, said in (
+        ("{joint: hinge, kind: spin}", "kind must be one of position, velocity, effort"),
+        ("{joint: hinge, stiffness: -1.0}", "stiffness should be a positive number"),
+        ("{kind: position}", "joint is missing: name the joint that it drives"),
+        ("{joint: hing}", "the joint 'hing' does not exist"),
+    ):
+        with pytest.raises(WorkbenchError, match=said):
+            servos(tmp_path, parts, f"servos:\n  - {row}\n")
+
+
+def _inertia(folder) -> float:
+    """Return what the hinge moves under the free drone [kg m²], from its servo's bandwidth."""
+    found, _ = servos(folder, arm(LIMIT.format(-1, -1)), "servos:\n  - {joint: hinge}\n")
+    return found["hinge"].stiffness / 30.0**2
+
+
+def test_setpoints_are_parameters_of_the_vehicle(tmp_path):
+    drive = "".join(
+        gazebo(
+            "JointPositionController", "joint-position-controller", f"<joint_name>{n}</joint_name>"
+        )
+        for n in ("a-b", "a b")
+    )
+    parts = arm(LIMIT.format(-1, -1), "a-b") + arm("", "a b") + drive
+    first, second = servo_parameters(make_vehicle(read_description(drone(tmp_path, parts))))
+    assert (first.name, second.name) == ("servo_a_b", "servo_a_b_")
+    assert (first.minimum, first.maximum, first.unit) == (-0.5, 1.5, "rad")
+    assert second.maximum == pytest.approx(2.0 * math.pi)
+
+
+def test_three_rotors_fly_with_a_tilt_for_yaw(tmp_path):
+    """Without moments of drag only the tail's tilt turns it: m_z = -l T sin(angle), by hand."""
+    tail = link("tail", 0.05) + joint(
+        "tilt", "revolute", "base", "tail", (-0.2, 0, 0), (1, 0, 0), LIMIT.format(-1, 6)
+    )
+    path = drone(tmp_path, tail)
+    beside = tmp_path / "jointed.rotors.yaml"
+    rows = [
+        "{name: left, position: [0.1, 0.2, 0.0], direction: cw}",
+        "{name: right, position: [0.1, -0.2, 0.0], direction: ccw}",
+        "{name: tail, link: tail, position: [0, 0, 0], direction: cw}",
+    ]
+    head = beside.read_text().partition("rotors:")[0].replace("0.016", "0")
+    beside.write_text(
+        f"{head}rotors:\n" + "".join(f"  - {row}\n" for row in rows) + "servos: [{joint: tilt}]\n"
+    )
+    vehicle = make_vehicle(read_description(path))
+    (tilt,) = vehicle.tilts
+    column = tilt.column(vehicle.rotors, (0.0, 0.0, 0.0))
+    assert column == pytest.approx([0.0, -1.0, 0.0, 0.0, 0.0, 0.2], abs=1e-12)
+    beside.write_text(beside.read_text().replace("moment_constant: 0", "moment_constant: 0.016"))
+    rotors = make_vehicle(read_description(path)).rotors  # its drag torque turns with the tail
+    column = tilt.column(rotors, (0.0, 0.0, 0.0))
+    assert column == pytest.approx([0.0, -1.0, 0.0, 0.0, -0.016, 0.2], abs=1e-12)
+    beside.write_text(beside.read_text().replace("servos: [{joint: tilt}]", ""))
+    with pytest.raises(WorkbenchError, match="3 rotors are declared, a multirotor has four"):
+        make_vehicle(read_description(path))
