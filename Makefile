@@ -7,10 +7,17 @@ BIN := $(VENV)/bin
 # Three on two cores, as live flights wait for the clock. A worker that has crashed, or was ended because
 # a test hung, is not started anew: xdist would have it run the same test again, up to eight times
 WORKERS ?= 3
-PYTEST = $(BIN)/pytest --dist loadfile -n $(WORKERS) --max-worker-restart 0 $(PYTEST_OPTIONS)
+# Plugins are named, not found: pytest rewrites the asserts of every package that brings a plugin, which
+# would compile all modules of the workbench a second time
+PLUGINS = --disable-plugin-autoload -p pytest-qt -p xdist -p xdist.looponfail -p random_order \
+	-p workbench.pytest_plugin
+PYTEST = $(BIN)/pytest $(PLUGINS) --dist loadfile -n $(WORKERS) --max-worker-restart 0 $(PYTEST_OPTIONS)
+
+# adds an extra to the environment
+ADD = $(BIN)/python -m pip --disable-pip-version-check install -qq --no-compile -c constraints.txt --no-build-isolation -e
 
 .DEFAULT_GOAL := help
-.PHONY: help setup run test types quick test-slow test-all format notebooks docs bench clean
+.PHONY: help setup run test types quick test-slow test-all format notebooks examples docs bench clean
 
 help: ## show this list
 	@sed -n 's/^\([a-z-]*\):[^#]*## \(.*\)/make \1|\2/p' Makefile | while IFS='|' read -r name what; \
@@ -26,21 +33,26 @@ run: setup ## open the app; without a screen, fly the published steps and write 
 	@if [ -n "$$DISPLAY$$WAYLAND_DISPLAY" ]; then $(BIN)/workbench gui; \
 	else $(BIN)/workbench reproduce --output out; fi
 
-test test-slow: export QT_QPA_PLATFORM = offscreen
+test quick test-slow: export QT_QPA_PLATFORM = offscreen
 # the many processes that tests start load compiled modules, also where the shell asks for none
-test test-slow: export PYTHONDONTWRITEBYTECODE =
-test: setup ## lint, types, and the tests but the slow ones; 9 to 12 minutes on two cores
+test quick test-slow: export PYTHONDONTWRITEBYTECODE =
+test: setup ## lint, types, and the tests but the slow ones; 5 to 7 minutes on two cores
 	$(BIN)/ruff check . && $(BIN)/ruff format --check .
 	@$(MAKE) --no-print-directory --jobs 2 types quick
 
 # the tests begin while the types are still being checked; if either fails, the other ends and `test` fails
 types:
 	$(BIN)/pyrefly check --python-interpreter-path $(BIN)/python
-quick:
+quick: $(VENV)/collected
 	$(PYTEST) -m "not slow"
+# before the first run one process compiles all tests, which takes three times as long as to collect
+# them; workers that begin at once would all do so. What is wrong with a test is told by the run
+$(VENV)/collected:
+	@$(PYTEST) -n 0 --collect-only -qq -m "not slow" > /dev/null 2>&1; touch $@
 
 test-slow: WORKERS = 2
 test-slow: setup ## the slow tests: soaks, wheels, clusters, browsers, documents that fly
+	$(ADD) ".[slow]"
 	$(PYTEST) -m slow
 
 test-all: test test-slow ## both; an hour on two cores
@@ -50,15 +62,19 @@ format: setup ## lay out the source and mend what the linter can
 	$(BIN)/ruff format .
 
 notebooks: setup ## run the notebooks and store what they show; some minutes
+	$(ADD) ".[slow]"
 	$(BIN)/python tools/notebooks.py
 
+examples: setup ## run the examples and store their pictures; two minutes
+	$(BIN)/python tools/example_pictures.py
+
 docs: setup ## make a site of the documentation, with a reference, in build/docs; fails on a broken link
-	$(BIN)/python -m pip --disable-pip-version-check install -qq -c constraints.txt --no-build-isolation -e ".[docs]"
+	$(ADD) ".[docs]"
 	QT_QPA_PLATFORM=offscreen $(BIN)/sphinx-build -q -W --keep-going -c docs . build/docs
 	@echo "The site begins at build/docs/README.html"
 
 bench: setup ## measure, beside other simulators, and write docs/performance.md; half an hour
-	$(BIN)/python -m pip --disable-pip-version-check install -qq -c constraints.txt --no-build-isolation -e ".[bench]"
+	$(ADD) ".[bench]"
 	$(BIN)/python benchmarks/run.py --write
 
 clean: ## remove .venv, build leftovers and caches; out/ stays

@@ -16,7 +16,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from workbench.design.rollout.agreement import Agreement, agreement, random_trials
-from workbench.gains.gains import flight_gains
+from workbench.gains.gain_choice import flight_gains
 from workbench.scenario.configured import configured_vehicle
 from workbench.scenario.scenario import Scenario, VehicleConfig
 

@@ -19,14 +19,14 @@ from typing import Any
 from spread import Spread, spread
 
 from workbench.analysis.analyst import Analyst
-from workbench.analysis.questions import (
+from workbench.analysis.queries import (
     DrawFrequency,
     DrawMap,
     FindRanges,
     Judge,
     Predict,
-    Question,
-    Step,
+    Query,
+    RequestedStep,
 )
 from workbench.ipc.worker_process import SupersededError
 from workbench.live.flight import LiveFlight
@@ -39,7 +39,7 @@ SECONDS = 3.0
 TURNS = 5
 SLIDER = 1 / 60
 """Between two values of a slider that moves [s]."""
-STEP = Step("x", 2.0, 2.0)
+STEP = RequestedStep("x", 2.0, 2.0)
 FLOWN = Scenario(
     world="obstacle_field",
     sensors=SensorsConfig(use=["imu", "gps", "lidar", "barometer"]),
@@ -225,7 +225,7 @@ def _slide(analyst: Analyst, over: threading.Event) -> Counter:
     return Counter(kind for kind, reply in asked if reply.done() and reply.exception() is None)
 
 
-def _others(value: float) -> list[Question]:
+def _others(value: float) -> list[Query]:
     gains = {"kp_pitch": value}
     return [
         DrawFrequency(gains, "pitch"),

@@ -38,19 +38,19 @@ from app_watchdog import WatchedApplication
 from PyQt6.QtCore import QSettings
 from spread import Spread, number, spread, text
 
-from workbench.analysis.questions import DrawFrequency, Judge, Predict, Question
+from workbench.analysis.queries import DrawFrequency, Judge, Predict, Query
 from workbench.gui.app import DemoPilot, delete_objects
 from workbench.gui.main_window import MainWindow
 from workbench.gui.preferences import Preferences
-from workbench.gui.screen_table import SCREENS
+from workbench.gui.screen_table import SCREEN_TABLE
 from workbench.gui.style import apply_style
-from workbench.gui.tuning.frequency_card import VIEWS
+from workbench.gui.tuning.frequency_card import LOOP_VIEWS
 from workbench.gui.tuning.tuning_screen import TuningScreen
-from workbench.gui.view3d.view3d_panel import RENDER_NODES, can_draw
-from workbench.gui.visualization.layouts import PRESETS, ChartSpec, Layout
+from workbench.gui.view3d.web_engine import RENDER_NODES, can_use_gpu
+from workbench.gui.visualization.layouts import LAYOUT_PRESETS, ChartLayout, ChartSpec
 from workbench.gui.workspace import make_workspace
 from workbench.link.backplane import Published
-from workbench.link.drone_topics import PARAMETERS
+from workbench.link.drone_topics import PARAMETERS_SIGNAL
 from workbench.live.choice import Choice
 
 HERE = Path(__file__).parent
@@ -71,7 +71,7 @@ SIX = tuple(f"{each}.v_{axis}" for each in ("velocity_data", "command_velocity")
 LAYOUTS = {
     "48 curves": tuple(ChartSpec(f"Chart {number}", SIX) for number in range(1, 9)),
     "every kind": tuple(
-        PRESETS[name][number]
+        LAYOUT_PRESETS[name][number]
         for name in ("Flight", "Spectra", "Path", "Steps")
         for number in range(2)
     ),
@@ -164,14 +164,14 @@ class Bench:
         folder = tempfile.mkdtemp(prefix="app")
         store = QSettings(f"{folder}/settings.ini", QSettings.Format.IniFormat)
         self.workspace = make_workspace(Preferences(store))
-        draws = can_draw(RENDER_NODES.glob("renderD*"))
+        draws = can_use_gpu(RENDER_NODES.glob("renderD*"))
         self.window = MainWindow(self.workspace, first="home", view3d=draws)
         self.window.control.fly(CHOICE)
         apply_style(application, self.workspace.look)
         self.window.show()
         self.until(lambda: self.workspace.flight.is_flying, 60.0)
         DemoPilot(self.workspace.flight, self.workspace.notices, self.window)
-        for row in SCREENS:
+        for row in SCREEN_TABLE:
             self.window.show_screen(row.name)
             self.run(0.3)
 
@@ -198,7 +198,7 @@ class Bench:
         self.window.show_screen(name)
         if layout:
             shown = self.window.stack.screen_of(name)
-            shown.charts.show_layout(Layout(charts=LAYOUTS[layout]))  # type: ignore[union-attr]
+            shown.charts.show_layout(ChartLayout(charts=LAYOUTS[layout]))  # type: ignore[union-attr]
         self.run(SETTLING)
         used = time.process_time()
         wall, factor = self.watch(lambda: self.run(SECONDS))
@@ -246,7 +246,7 @@ class Bench:
         """Yield how each page of the Tuning screen does while a slider moves."""
         self.window.show_screen("tuning")
         frequency, tabs = self.tuning.frequency, self.tuning.tabs
-        for view in VIEWS:
+        for view in LOOP_VIEWS:
             tabs.setCurrentWidget(frequency)
             frequency.show_view(view)
             yield self._page(f"{tabs.tabText(tabs.currentIndex())}: {view}")
@@ -259,9 +259,9 @@ class Bench:
         """Return how the open page does."""
         gains, analysis = self.tuning.gains, self.workspace.analysis
         start = gains.kept[GAIN]
-        heard: Counter[type[Question]] = Counter()
+        heard: Counter[type[Query]] = Counter()
 
-        def hear(question: Question, _: object) -> None:
+        def hear(question: Query, _: object) -> None:
             heard[type(question)] += 1
 
         def move() -> None:
@@ -308,7 +308,7 @@ def measure() -> dict[str, list]:
     try:
         gains = [bench.gains()]
         pages = list(bench.pages())
-        screens = [bench.screen(row.name) for row in SCREENS]
+        screens = [bench.screen(row.name) for row in SCREEN_TABLE]
         screens += [bench.screen("visualization", layout) for layout in LAYOUTS]
     finally:
         bench.close()
@@ -324,7 +324,10 @@ def measure() -> dict[str, list]:
 def _set_at(published: list[Published]) -> list[int]:
     """Return when the flight set parameters, by its own clock on the wall [ns]."""
     return [
-        each.wall_ns for each in published for number, _ in each.payloads if number == PARAMETERS
+        each.wall_ns
+        for each in published
+        for number, _ in each.payloads
+        if number == PARAMETERS_SIGNAL.id
     ]
 
 

@@ -37,17 +37,18 @@ os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")  # before Qt is imported
 from PyQt6.QtCore import QSettings
 from PyQt6.QtWidgets import QApplication
 
-from workbench.gui.app import SCENARIO, DemoPilot, delete_objects, make_app
+from workbench.gui.app import DEMO_SCENARIO, DemoPilot, delete_objects, make_app
 from workbench.gui.main_window import MainWindow
 from workbench.gui.preferences import Preferences
-from workbench.gui.screen_table import SCREENS
+from workbench.gui.screen_table import SCREEN_TABLE
 from workbench.gui.style import apply_style
 from workbench.gui.tuning.tuning_screen import TuningScreen
 from workbench.gui.workspace import make_workspace
 from workbench.link.server.config import ServerConfig
 from workbench.live.choice import Choice
+from workbench.live.orders import FlightOrder
 
-CHOICE = Choice(SCENARIO, world="obstacle_field", sensors=("all",))
+CHOICE = Choice(DEMO_SCENARIO, world="obstacle_field", sensors=("all",))
 BETWEEN = 10.0
 """Between two looks at the processes [s]."""
 MOVED = 4.0
@@ -110,9 +111,9 @@ class LongRun:
         while not self.workspace.flight.is_flying:
             self.run(0.1)
         config = ServerConfig(port=0, web=True)
-        self.workspace.flight.order(lambda live: live.serve(config))
+        self.workspace.flight.do(config)
         self.window.recorder.toggle()
-        for row in SCREENS:  # each starts what it needs
+        for row in SCREEN_TABLE:  # each starts what it needs
             self.window.show_screen(row.name)
             self.run(2.0)
         self.window.show_screen("visualization")
@@ -138,7 +139,7 @@ class LongRun:
         self.run(2.0)
         if self._looks % RESETS == 0:
             begun, self._before = self.workspace.flight.view.flight, self.time
-            self.workspace.flight.order(lambda live: live.reset())
+            self.workspace.flight.do(FlightOrder.RESET)
             while self.workspace.flight.view.flight == begun:
                 self.run(0.01)
         self.window.show_screen("visualization")

@@ -27,7 +27,7 @@ from tests.hostile_names import NAMES
 from workbench.gui.app import delete_objects
 from workbench.gui.main_window import MainWindow
 from workbench.gui.preferences import Preferences
-from workbench.gui.screen_table import SCREENS
+from workbench.gui.screen_table import SCREEN_TABLE
 from workbench.gui.style import apply_style
 from workbench.gui.workspace import make_workspace
 from workbench.link.backplane import Published
@@ -105,7 +105,7 @@ class Bench:
         self.window.show()
         while self.window.stack.name != "home":
             application.processEvents()
-        for row in SCREENS:
+        for row in SCREEN_TABLE:
             self.window.stack.screen_of(row.name)
 
     def turn(self, screen: str, names: tuple[str, ...], with_log: bool) -> float:
@@ -162,7 +162,7 @@ def measure() -> list[NamesRow]:
     """Return a row for each screen."""
     application = QApplication(sys.argv[:1])
     bench = Bench(application)
-    rows = [bench.row(row.name) for row in SCREENS]
+    rows = [bench.row(row.name) for row in SCREEN_TABLE]
     rows.append(bench.row("visualization", with_log=True))
     bench.close()
     delete_objects()

@@ -17,8 +17,8 @@ from pydrake.common.eigen_geometry import Quaternion
 from pydrake.math import RollPitchYaw
 
 from workbench.common.errors import WorkbenchError
-from workbench.control.controller import SHIPPED
-from workbench.scenario.scenario import Scenario, Start
+from workbench.control.installed_laws import installed_laws
+from workbench.scenario.scenario import Scenario, ScenarioStart
 from workbench.session.session import Session
 
 COUNT, SEED, DURATION, HEIGHT = 1000, 1, 12.0, 300.0
@@ -50,7 +50,7 @@ def starts() -> list[list[float]]:
 
 def fly(session: Session, angles: list[float]) -> Outcome:
     """Fly from an attitude."""
-    session.scenario.start = Start(position=[0.0, 0.0, HEIGHT], roll_pitch_yaw=angles)
+    session.scenario.start = ScenarioStart(position=[0.0, 0.0, HEIGHT], roll_pitch_yaw=angles)
     tilt = math.acos(max(-1.0, min(1.0, math.cos(angles[0]) * math.cos(angles[1]))))
     try:
         session.reset()
@@ -68,11 +68,11 @@ def fly(session: Session, angles: list[float]) -> Outcome:
 
 def main() -> int:
     """Print a line for each law."""
-    laws = sys.argv[1:] or list(SHIPPED)
+    laws = sys.argv[1:] or list(installed_laws())
     missed = 0
     print("law          recovered  of which must  raised  largest fall  least tilt not recovered")
     for law in laws:
-        scenario = Scenario(controller=law, start=Start(position=[0.0, 0.0, HEIGHT]))
+        scenario = Scenario(controller=law, start=ScenarioStart(position=[0.0, 0.0, HEIGHT]))
         scenario.duration = 1e6
         session = Session(scenario)
         found = [fly(session, angles) for angles in starts()]

@@ -24,7 +24,7 @@ from PyQt6.QtGui import QColor, QPen
 from PyQt6.QtWidgets import QApplication, QGridLayout, QWidget
 from spread import Spread, spread, text
 
-from workbench.gui.charts.decimation import Peaks
+from workbench.gui.charts.decimation import ColumnReducer
 from workbench.gui.charts.strip_chart import StripChart
 from workbench.gui.preferences import Preferences
 from workbench.gui.workspace import Workspace, make_workspace
@@ -104,7 +104,7 @@ def _plain_charts(
         for number, signal in enumerate(some):
             pen = QPen(QColor(COLOURS[number]), 1)
             pen.setCosmetic(True)
-            shown.append((plot, number == 0, plot.plot(pen=pen), signal, Peaks()))
+            shown.append((plot, number == 0, plot.plot(pen=pen), signal, ColumnReducer()))
 
     def refresh(now: float) -> None:
         for plot, is_first, curve, signal, peaks in shown:

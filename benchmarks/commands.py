@@ -32,7 +32,6 @@ COMMANDS = (
     ("sweep", *RANGES, "--axis", "x", "--metric", "overshoot"),
     ("inspect", "dh_drone"),
     ("regress", "steps"),
-    ("completion", "words", "step", "--set", "kp_"),
 )
 FIRST = (COMMANDS[0], COMMANDS[3])
 

@@ -11,14 +11,14 @@ import time
 import numpy as np
 from spread import number, ratios, spread, text
 
-from workbench.estimation import ekf
+from workbench.estimation import ekf, ekf_state
 from workbench.estimation.estimators import checked_update, find_estimator
 from workbench.estimation.samples import (
     BAROMETER,
     GPS,
     MAGNETOMETER,
     RANGE_FINDER,
-    SAMPLES,
+    SAMPLE_ARRAY_SIZE,
     Mounting,
 )
 from workbench.estimation.settings import EKF, ESTIMATORS
@@ -33,7 +33,7 @@ MOUNTING = Mounting(p_BG=(0.0, 0.0, 0.1), p_BP=(0.0, 0.02, 0.0), p_BR=(0.0, 0.0,
 def main() -> int:
     """Print a line for each estimator and amount of samples; 1 if the EKF is too slow."""
     state = np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 3.0, *[0.0] * 6])
-    predicting = np.zeros(SAMPLES)
+    predicting = np.zeros(SAMPLE_ARRAY_SIZE)
     predicting[5] = 9.81
     hearing = predicting.copy()
     hearing[[GPS, BAROMETER, MAGNETOMETER, RANGE_FINDER]] = 1.0
@@ -47,7 +47,7 @@ def main() -> int:
     }
     taken: dict[tuple[str, str], list[float]] = {key: [] for key in work}
     reference = []
-    F = np.eye(ekf.ERRORS) + 1e-3
+    F = np.eye(ekf_state.ERRORS) + 1e-3
     for turn in range(TURNS + 1):  # the first warms up
         begun = time.process_time()
         for _ in range(UPDATES):
@@ -55,7 +55,9 @@ def main() -> int:
         if turn:
             reference.append((time.process_time() - begun) / UPDATES)
         for key, (estimator, z) in work.items():
-            memory = estimator.begin(state, MOUNTING, np.zeros(ekf.ERRORS), ekf.InitialDeviations())
+            memory = estimator.begin(
+                state, MOUNTING, np.zeros(ekf_state.ERRORS), ekf.InitialDeviations()
+            )
             settings, mounting = np.array(estimator.settings()), MOUNTING.packed()
             update = checked_update(estimator)
             update(memory, z, settings, mounting, PERIOD)

@@ -17,6 +17,7 @@ from workbench.design.executor.executor import Executor, LocalProcesses
 from workbench.design.sweep.case import SweepCase
 from workbench.design.sweep.full_flights import fly_full
 from workbench.design.sweep.ranges import parse_range
+from workbench.setup import make_setup
 
 PROCESSES = 2
 FLIGHTS = 24
@@ -81,7 +82,7 @@ def _time(case: SweepCase, executor: Executor, count: int) -> float:
     swept = (parse_range("kp_pitch=150..300:9"),)
     candidates = [case.candidate(swept, [150.0 + index]) for index in range(count)]
     begun = time.perf_counter()
-    fly_full(case, case.vehicle(), candidates, executor=executor)
+    list(fly_full(case, make_setup(case.scenario), candidates, executor=executor))
     return time.perf_counter() - begun
 
 

@@ -7,19 +7,15 @@ own control periods a call, then one, with new commands in each call. Turns alte
 seconds flown and of physics steps, in wall-clock time, and in processor time of all threads, which
 depends less on other load: under high load, a program with more threads loses in wall-clock time.
 
-A physics step of one drone takes about 40 ns of processor time, a fifth of it for the control law;
-blocks of sixteen drones use vector instructions. A flight of a sweep costs the same, so batches and
-sweeps differ only by the calls. Calls of a hundred periods are a twentieth faster than calls of
-ten; with calls of one period, a third of the time is spent on the call. Coarser physics would be
-faster still, but change the flight. A second of our flight has twice as many steps as one of
-crazyflow's: to be 15 times as fast by seconds flown, a step would have to take 14 ns.
+A control period of one drone takes 280 ns of processor time in calls of a hundred periods, 300 in
+calls of ten, and 390 in calls of one. It is one step of `runge_kutta5`, so six evaluations of the
+motion, and one update of the law, which takes two fifths of it; "What limits" of
+docs/performance.md has a profile. Physics steps are counted as those of earlier versions, eight in
+a control period.
 
-These changes were tried to reach 15 and 12 times the steps of crazyflow: four rotors in one loop
-(13 %, kept); blocks of 32 drones (4 %) and of 8 (half as fast); vectors of 512 bits (4 to 14 %);
-a root without divisions in the blend of the rotors' time constants, which is a quarter of a step
-(no gain with vectors of 256 bits). A step has about 620 additions and multiplications, 8 roots and
-8 divisions in double precision. With vectors of 256 bits they take about 30 of the 40 ns, if no
-operation waits. With vectors of 512 bits and that root, a fifth more seems to be the limit.
+These changes were tried: four rotors in one loop (13 %, kept); blocks of 32 drones (4 %) and of 8
+(half as fast); no counts of references to arrays, and vectors that begin at cache lines (38 %
+together, kept); vectors of 512 bits (4 to 14 %; LLVM uses them where the processor has them).
 """
 
 import sys

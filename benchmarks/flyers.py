@@ -21,16 +21,14 @@ from pydrake.systems.framework import Context, DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource
 
 from workbench.common.resources import find_model
-from workbench.control.controller import load_controller
-from workbench.control.flight_mode import Settings, initial_state
+from workbench.control.flight_mode import FlightModeSettings, initial_state
 from workbench.control.mode import FlightMode
 from workbench.diagram.airframe import Airframe
 from workbench.diagram.core import add_sampled_core
 from workbench.diagram.workbench import make_workbench
-from workbench.gains.gains import flight_gains
 from workbench.plant.description import Description, read_description
 from workbench.plant.formats.urdf_writer import write_urdf
-from workbench.plant.gathered import gathered
+from workbench.plant.gathered import merged_model
 from workbench.plant.gravity import GRAVITY
 from workbench.plant.loading import make_vehicle
 from workbench.plant.model import Model
@@ -38,9 +36,9 @@ from workbench.plant.multibody import add_plant
 from workbench.plant.placing import body_state
 from workbench.plant.vehicle import Vehicle
 from workbench.plant.worlds.geometry import add_ground
-from workbench.scenario.parameters import parameter_table
-from workbench.scenario.scenario import Rates
-from workbench.session.integration import AIR
+from workbench.scenario.scenario import Rates, Scenario
+from workbench.session.integration import AIR_INTEGRATOR
+from workbench.setup import Setup, make_setup
 from workbench.systems.flight_computer import FlightComputer
 from workbench.systems.mode_manager import ModeManager
 
@@ -69,7 +67,11 @@ class Hangar:
     def __init__(self) -> None:
         self._description: Description = read_description(find_model("dh_drone"))
         self._vehicle: Vehicle = make_vehicle(self._description)
-        self._gains = flight_gains(self._vehicle)
+
+    def _setup(self, rates: Rates) -> Setup:
+        return make_setup(
+            Scenario(rates=rates), description=self._description, vehicle=self._vehicle
+        )
 
     @property
     def _hover_thrusts(self) -> np.ndarray:
@@ -87,7 +89,7 @@ class Hangar:
         joints = tuple(joint for joint in model.joints if joint.child in turning)
         propellers = tuple(link for link in model.links if link.name in turning)
         rest = tuple(link for link in model.links if link.name not in turning)
-        body = gathered(dataclasses.replace(model, links=rest), self._vehicle.base_link)
+        body = merged_model(dataclasses.replace(model, links=rest), self._vehicle.base_link)
         links = (*body.links, *propellers)
         return self._spinning(dataclasses.replace(model, links=links, joints=joints), rates)
 
@@ -139,11 +141,9 @@ class Hangar:
     def core(self, rates: Rates) -> Flyer:
         """Return the flight core in closed loop, with rotor dynamics and flight mode."""
         builder = DiagramBuilder()
-        airframe, computer = add_sampled_core(
-            builder, load_controller(), self._description, self._vehicle, self._gains, rates
-        )
-        names = [row.name for row in parameter_table().of("modes")]
-        settings = Settings(**{name: self._gains[name] for name in names})
+        setup = self._setup(rates)
+        airframe, computer = add_sampled_core(builder, setup)
+        settings = FlightModeSettings(**setup.of_system("modes"))
         clearance = self._vehicle.ground_clearance
         modes = builder.AddNamedSystem(
             "modes",
@@ -162,9 +162,7 @@ class Hangar:
 
     def workbench(self, rates: Rates) -> Flyer:
         """Return the whole workbench: with air, battery, pilot, frames and recorder besides."""
-        bench = make_workbench(
-            load_controller(), self._description, self._vehicle, self._gains, rates
-        )
+        bench = make_workbench(self._setup(rates))
         simulator = Simulator(bench.diagram)
         return self._hovering(simulator, bench.airframe, bench.computer, bench.modes)
 
@@ -180,7 +178,7 @@ class Hangar:
         context = modes.GetMyMutableContextFromRoot(root)
         modes.set_mode(context, initial_state(FlightMode.HOVERING, at), at)
         period = computer.period
-        ResetIntegratorFromFlags(simulator, AIR, period).set_fixed_step_mode(True)
+        ResetIntegratorFromFlags(simulator, AIR_INTEGRATOR, period).set_fixed_step_mode(True)
         simulator.Initialize()
         return Flyer(
             simulator,

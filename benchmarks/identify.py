@@ -12,7 +12,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
-from tests.design.identify.test_identify import KINDS, identified
+from tests.extras.flightdata.identify.test_identify import KINDS, identified
 
 
 def main() -> None:

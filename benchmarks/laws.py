@@ -12,14 +12,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.common.resources import find_model
-from workbench.control.controller import DEFAULT, SHIPPED, load_controller
+from workbench.control.controller_file import load_controller
+from workbench.control.installed_laws import DEFAULT_CONTROLLER, installed_laws
 from workbench.design.rollout.candidates import start_state
 from workbench.design.rollout.engine import RolloutEngine
-from workbench.design.rollout.senses import make_senses
+from workbench.design.rollout.senses import make_sensor_set
 from workbench.estimation.settings import COMPLEMENTARY, EKF, TRUTH
-from workbench.gains.gains import flight_gains
+from workbench.gains.gain_choice import flight_gains
 from workbench.plant.loading import load_vehicle
-from workbench.scenario.scenario import Scenario, Start
+from workbench.scenario.scenario import Scenario, ScenarioStart
+from workbench.setup import make_setup
 
 FLIGHTS, DURATION, TURNS = 400, 2.0, 9
 FILTERS = {
@@ -56,26 +58,26 @@ class Kind:
 
 
 KINDS = (
-    *(Kind(name) for name in SHIPPED),
-    Kind(DEFAULT, TRUTH, filters=True),
-    Kind(DEFAULT, COMPLEMENTARY, filters=True, asked=0.0),
-    Kind(DEFAULT, EKF, asked=0.25),
-    Kind(DEFAULT, EKF, filters=True, asked=0.25),
-    Kind(DEFAULT, EKF, filters=True, seeds=True, asked=0.0),
+    *(Kind(name) for name in installed_laws()),
+    Kind(DEFAULT_CONTROLLER, TRUTH, filters=True),
+    Kind(DEFAULT_CONTROLLER, COMPLEMENTARY, filters=True, asked=0.0),
+    Kind(DEFAULT_CONTROLLER, EKF, asked=0.25),
+    Kind(DEFAULT_CONTROLLER, EKF, filters=True, asked=0.25),
+    Kind(DEFAULT_CONTROLLER, EKF, filters=True, seeds=True, asked=0.0),
 )
 
 
 def main() -> int:
     """Print a line for each kind; 1 if one is too slow."""
     vehicle = load_vehicle(find_model("dh_drone"), {})
-    starts = np.tile(start_state(vehicle, Start(position=[0.0, 0.0, 50.0])), (FLIGHTS, 1))
+    starts = np.tile(start_state(vehicle, ScenarioStart(position=[0.0, 0.0, 50.0])), (FLIGHTS, 1))
     commands = np.tile([1.0, 0.5, 0.2, 0.1], (FLIGHTS, 1))
     taken: dict[Kind, list[float]] = {kind: [] for kind in KINDS}
     engines = {}
     for kind in KINDS:
         law, scenario = load_controller(kind.law), Scenario(estimator=kind.estimator)
         own = flight_gains(vehicle, controller=law)
-        senses = make_senses(vehicle, scenario)
+        senses = make_sensor_set(make_setup(scenario))
         engines[kind] = RolloutEngine(
             vehicle, scenario.rates, own=own, controller=law, senses=senses
         )
@@ -87,13 +89,13 @@ def main() -> int:
             engine.fly_from(gains, starts, commands, duration=DURATION, seeds=seeds)
             if turn:
                 taken[kind].append(time.process_time() - begun)
-    beside = taken[Kind(DEFAULT)]
+    beside = taken[Kind(DEFAULT_CONTROLLER)]
     enough = True
     for kind, times in taken.items():
         ratio = float(np.median(np.divide(beside, times)))
         enough &= ratio >= kind.asked
         asked = f", asked for is {kind.asked}" if kind.asked else ""
-        print(f"{kind!s:32} {ratio:5.2f} of the rate of {DEFAULT}{asked}")
+        print(f"{kind!s:32} {ratio:5.2f} of the rate of {DEFAULT_CONTROLLER}{asked}")
     return 0 if enough else 1
 
 

@@ -33,7 +33,7 @@ from pydrake.math import RigidTransform
 from pydrake.systems.analysis import Simulator
 
 from workbench.systems.casting.caster import Caster
-from workbench.systems.sensors.lidar import Lidar
+from workbench.systems.sensors.lidar import LidarSensor
 
 SCANS, TURNS, SECONDS = 4, 400, 3.0
 """Scans of the lidar a turn, turns, and how long each way has for all of its turns [s]."""
@@ -121,7 +121,7 @@ def _ways(folder: Path) -> Iterator[Turn | Missing]:
     yield _mujoco(origin, directions)
 
 
-def _steps(lidar: Lidar, simulator: Simulator) -> Callable[[], float]:
+def _steps(lidar: LidarSensor, simulator: Simulator) -> Callable[[], float]:
     context = lidar.GetMyContextFromRoot(simulator.get_context())
 
     def fly() -> float:
@@ -140,8 +140,8 @@ def _caster(
     poses: list[RigidTransform],
 ) -> Turn:
     def cast() -> float:
-        found = caster.cast(origin, directions, poses, RECORD.max_range)
-        return float(np.isfinite(found.ranges).mean())
+        ranges = caster.cast(origin, directions, poses, RECORD.max_range)
+        return float(np.isfinite(ranges).mean())
 
     return Turn(name, len(directions), cast)
 

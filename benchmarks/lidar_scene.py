@@ -31,7 +31,7 @@ from workbench.plant.sensors import Lidar as LidarRecord
 from workbench.plant.sensors import Noise, ScanAxis
 from workbench.systems.casting.caster import Caster
 from workbench.systems.casting.scene import CastScene, collect_scene
-from workbench.systems.sensors.lidar import Lidar
+from workbench.systems.sensors.lidar import LidarSensor
 
 STEP = 1 / 1024
 MOVING = 4
@@ -65,7 +65,7 @@ def make_shapes() -> list[tuple[Shape, RigidTransform]]:
     return found
 
 
-def lidar_in_a_diagram() -> tuple[Lidar, Simulator]:
+def lidar_in_a_diagram() -> tuple[LidarSensor, Simulator]:
     """Return a lidar that scans at every step of a weightless body's plant."""
     builder = DiagramBuilder()
     plant, scene_graph = AddMultibodyPlantSceneGraph(builder, STEP)
@@ -89,7 +89,7 @@ def lidar_in_a_diagram() -> tuple[Lidar, Simulator]:
     held = builder.AddSystem(ConstantValueSource(Value(poses)))
     builder.Connect(held.get_output_port(), scene_graph.get_source_pose_port(source))
     caster = Caster(collect_scene(scene_graph.model_inspector()))
-    lidar = builder.AddSystem(Lidar(sensor=RECORD, caster=caster, period=STEP))
+    lidar = builder.AddSystem(LidarSensor(sensor=RECORD, caster=caster, period=STEP))
     builder.Connect(plant.get_state_output_port(), lidar.state_input)
     builder.Connect(scene_graph.get_query_output_port(), lidar.query_input)
     simulator = Simulator(builder.Build())

@@ -47,10 +47,9 @@ from websockets.sync.client import connect
 
 from workbench.common.errors import WorkbenchError
 from workbench.link import AsyncClient
-from workbench.link.authentication import Tokens, login_proof, new_nonce, write_tokens
-from workbench.link.messages import Role
+from workbench.link.authentication import Tokens, write_tokens
 from workbench.link.server.config import ServerConfig
-from workbench.link.wire import Decoder, Kind
+from workbench.link.wire import Decoder, FrameKind
 from workbench.live.flight import LiveFlight
 from workbench.live.messages import Phase
 
@@ -347,19 +346,17 @@ def _exchange(receive, send, token: str) -> None:
         if not data:
             raise EOFError
         for each in decoder.feed(data):
-            if each.kind != Kind.CONTROL:
+            if each.kind != FrameKind.CONTROL:
                 continue
             said = json.loads(each.payload)
             if said["op"] == "login":
-                send(frame(Kind.CONTROL, b'{"op":"bye"}'))
+                send(frame(FrameKind.CONTROL, b'{"op":"bye"}'))
                 return
             if said["op"] == "error":
                 raise EOFError(said)
             if said["op"] == "hello":
-                nonce = new_nonce()
-                proof = login_proof(token, Role.COMMAND, said["nonce"], nonce)
-                login = {"op": "login", "role": "command", "nonce": nonce, "proof": proof}
-                send(frame(Kind.CONTROL, json.dumps(login).encode()))
+                login = {"op": "login", "role": "command", "token": token}
+                send(frame(FrameKind.CONTROL, json.dumps(login).encode()))
 
 
 async def pilot(address: str, token: str) -> None:

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from link_proxy import Proxy
 
-from workbench.link.messages import Hand, Stage
+from workbench.link.messages import ControlOwner, LinkLossStage
 from workbench.link.server.config import ServerConfig
 from workbench.live.flight import LiveFlight
 from workbench.scenario.scenario import Action
@@ -164,7 +164,7 @@ def is_moved(flight: LiveFlight) -> bool:
 
     def is_settled() -> bool:
         control = flight.latest().network.control
-        return is_flown(flight) or (control is not None and control.stage is not Stage.LIVE)
+        return is_flown(flight) or (control is not None and control.stage is not LinkLossStage.LIVE)
 
     wait_for(is_settled, "the flight does not follow")
     return is_flown(flight)
@@ -174,7 +174,7 @@ def is_flown(flight: LiveFlight) -> bool:
     """Return whether a client commands and the drone is asked to move."""
     view = flight.latest()
     control, snapshot = view.network.control, view.snapshot
-    is_live = control and (control.hand, control.stage) == (Hand.CLIENT, Stage.LIVE)
+    is_live = control and (control.hand, control.stage) == (ControlOwner.CLIENT, LinkLossStage.LIVE)
     return bool(is_live and snapshot and snapshot.reference[0] > 0.5)
 
 

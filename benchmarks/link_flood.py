@@ -28,7 +28,7 @@ from host import Host
 from link_age import FLOWN
 
 from workbench.link.server.config import ServerConfig
-from workbench.link.wire import LARGEST_OPERATION, Decoder, Kind
+from workbench.link.wire import MAX_OPERATION_BYTES, Decoder, FrameKind
 from workbench.live.flight import LiveFlight
 
 SECONDS = 30.0
@@ -99,17 +99,17 @@ def frame(kind: int, payload: bytes, topic: int = 0) -> bytes:
 
 def filled(begin: bytes, part: bytes, end: bytes) -> bytes:
     """Return the largest operation of so many equal parts."""
-    room = LARGEST_OPERATION - len(begin) - len(end)
-    return frame(Kind.CONTROL, begin + part * (room // len(part)) + end)
+    room = MAX_OPERATION_BYTES - len(begin) - len(end)
+    return frame(FrameKind.CONTROL, begin + part * (room // len(part)) + end)
 
 
 def numbered(begin: bytes, part: bytes, end: bytes) -> bytes:
     """Return the largest operation of parts that differ by a number."""
-    parts, left, index = [], LARGEST_OPERATION - len(begin) - len(end), 0
+    parts, left, index = [], MAX_OPERATION_BYTES - len(begin) - len(end), 0
     while (more := part % index) and (left := left - len(more)) >= 0:
         parts.append(more)
         index += 1
-    return frame(Kind.CONTROL, begin + b"".join(parts) + end)
+    return frame(FrameKind.CONTROL, begin + b"".join(parts) + end)
 
 
 def masked(payload: bytes, opcode: int = 2) -> bytes:
@@ -119,7 +119,7 @@ def masked(payload: bytes, opcode: int = 2) -> bytes:
     return bytes([0x80 | opcode]) + length + bytes(4) + payload
 
 
-PING = frame(Kind.CONTROL, b'{"op":"ping"}')
+PING = frame(FrameKind.CONTROL, b'{"op":"ping"}')
 OBJECTS = filled(b'{"op":"ping","a":[', b"{},", b"{}]}")
 KEYS = numbered(b'{"op":"ping"', b',"%x":{}', b"}")
 KINDS: dict[str, Habit] = {
@@ -129,18 +129,18 @@ KINDS: dict[str, Habit] = {
     "pings": Habit(again=PING * 500),
     "subscriptions": Habit(
         again=(
-            frame(Kind.CONTROL, b'{"op":"subscribe","topics":["*"],"rate":10000}')
-            + frame(Kind.CONTROL, b'{"op":"subscribe","topics":["/dh_drone/position_dat"]}')
+            frame(FrameKind.CONTROL, b'{"op":"subscribe","topics":["*"],"rate":10000}')
+            + frame(FrameKind.CONTROL, b'{"op":"subscribe","topics":["/dh_drone/position_dat"]}')
         )
         * 100
     ),
-    "all parameters": Habit(again=frame(Kind.CONTROL, b'{"op":"parameters","get":[]}') * 100),
+    "all parameters": Habit(again=frame(FrameKind.CONTROL, b'{"op":"parameters","get":[]}') * 100),
     "requests": Habit(
-        again=frame(Kind.CONTROL, b'{"op":"flight","what":"stop","lease":1}') * 100
-        + frame(Kind.CONTROL, b'{"op":"request_control"}') * 100
+        again=frame(FrameKind.CONTROL, b'{"op":"flight","what":"stop","lease":1}') * 100
+        + frame(FrameKind.CONTROL, b'{"op":"request_control"}') * 100
     ),
     "commands without a lease": Habit(
-        again=frame(Kind.DATA, COMMAND.pack(1, 15, 0, 0, 0, 0), 8) * 500
+        again=frame(FrameKind.DATA, COMMAND.pack(1, 15, 0, 0, 0, 0), 8) * 500
     ),
     "pieces of a byte": Habit(again=PING, piece=1),
     "largest frames to be skipped": Habit(again=frame(0x80, bytes(65536))),
@@ -148,7 +148,7 @@ KINDS: dict[str, Habit] = {
     "objects in a WebSocket": Habit(again=masked(OBJECTS), web=True),
     "come and go": Habit(goes=True),
     "come, log in and go": Habit(
-        begin=frame(Kind.CONTROL, b'{"op":"login","name":"viewer"}'), goes=True
+        begin=frame(FrameKind.CONTROL, b'{"op":"login","name":"viewer"}'), goes=True
     ),
     "come with what is no frame": Habit(begin=b"GET / HTTP/1.1\r\n\r\n", goes=True),
     "come with bad JSON": Habit(
@@ -233,7 +233,7 @@ def pilot(address: str, seconds: float) -> None:
         link.sendall(HEADER.pack(*head) + payload)
 
     def say(**operation: object) -> None:
-        send(Kind.CONTROL, json.dumps(operation).encode())
+        send(FrameKind.CONTROL, json.dumps(operation).encode())
 
     say(op="subscribe", topics=["/dh_drone/position_data"], rate=50, id=1)
     say(op="ping", id=2)
@@ -250,7 +250,7 @@ def pilot(address: str, seconds: float) -> None:
         if lease and now >= command_due:
             command_due = now + COMMAND_PERIOD
             speed, begun = 0.2 * begun, True  # the first command of a lease is neutral
-            send(Kind.DATA, COMMAND.pack(lease, 15, speed, 0.0, 0.0, 0.0), 8)
+            send(FrameKind.DATA, COMMAND.pack(lease, 15, speed, 0.0, 0.0, 0.0), 8)
         link.settimeout(0.001)
         try:
             data = link.recv(65536)
@@ -259,11 +259,11 @@ def pilot(address: str, seconds: float) -> None:
         assert data, "the server has ended the connection"
         now = time.perf_counter()
         for each in decoder.feed(data):
-            if each.kind == Kind.DATA:
+            if each.kind == FrameKind.DATA:
                 newest = each.t_ns
             if each.flags & 2:
-                send(Kind.ACKNOWLEDGEMENT, b"", number=each.seq)
-            if each.kind != Kind.CONTROL:
+                send(FrameKind.ACKNOWLEDGEMENT, b"", number=each.seq)
+            if each.kind != FrameKind.CONTROL:
                 continue
             said = json.loads(each.payload)
             if said["op"] == "pong" and said["id"] in asked:

@@ -10,11 +10,12 @@ import resource
 import sys
 import time
 from collections import Counter
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from workbench.link.codes import DeniedError
-from workbench.link.drone_topics import Outfit, drone_topics
-from workbench.link.hello import Hello, Limits
+from workbench.link.drone_topics import drone_topics
+from workbench.link.hello import Hello, ServerLimits
+from workbench.link.message_json import read_message, read_operation, write_message, write_operation
 from workbench.link.messages import (
     Bye,
     Error,
@@ -29,13 +30,10 @@ from workbench.link.messages import (
     Role,
     SetParameters,
     Subscribe,
-    read_message,
-    read_operation,
-    write_message,
-    write_operation,
 )
+from workbench.link.signal import TopicOptions
 from workbench.link.topics import Topic
-from workbench.link.wire import HEADER, Decoder, Flag, Frame, Kind, WireError
+from workbench.link.wire import FRAME_HEADER, Decoder, FrameFlag, FrameKind, WireError, WireFrame
 
 STREAMS = 1_000_000
 WARM_UP = 2_000
@@ -104,14 +102,14 @@ class Readers:
         except WireError as error:
             self.tally.refused[error.code] += 1
 
-    def _read_frame(self, frame: Frame) -> None:
-        if frame.kind == Kind.CONTROL:
+    def _read_frame(self, frame: WireFrame) -> None:
+        if frame.kind == FrameKind.CONTROL:
             for read in (read_operation, read_message):
                 try:
                     self.tally.understood += read(frame.payload) is not None
                 except DeniedError as error:
                     self.tally.refused[error.code] += 1
-        elif frame.kind == Kind.DATA and frame.topic in self._topics:
+        elif frame.kind == FrameKind.DATA and frame.topic in self._topics:
             try:
                 self._topics[frame.topic].unpack(frame.payload)
                 self.tally.understood += 1
@@ -127,7 +125,17 @@ def fuzz(streams: int, seed: int) -> Tally:
         seed: of the random numbers; the same seed, the same streams.
     """
     chance = random.Random(seed)
-    topics = drone_topics(Outfit(4, 200.0, 8.0, 200.0, 10.0, 10.0, 16, {}, [("W", "B")]))
+    topics = drone_topics(
+        TopicOptions(
+            4,
+            200.0,
+            8.0,
+            rates={"imu": 200.0, "gps": 10.0, "lidar": 10.0},
+            rays=16,
+            scan={},
+            frames=[("W", "B")],
+        )
+    )
     frames, readers = _seeds(topics), Readers(topics)
     for number in range(streams):
         if number % 2:
@@ -144,14 +152,23 @@ def fuzz(streams: int, seed: int) -> Tally:
     return readers.tally
 
 
-def _seeds(topics: tuple[Topic, ...]) -> list[Frame]:
+def _seeds(topics: tuple[Topic, ...]) -> list[WireFrame]:
     """Return a frame of each sort that may come."""
     hello = Hello(
-        "s", "0f", 1, "drone", "0" * 32, True, Limits(8.0, 3.0, 0.4), (topics[7],), parameters=()
+        "s",
+        "0f",
+        1,
+        "drone",
+        "0" * 32,
+        True,
+        ServerLimits(8.0, 3.0, 0.4),
+        (topics[7],),
+        parameters=(),
     )
     said = [Pong(1, 2), Nack("held", "no", 3), Error("slow", "too slow"), hello]
     operations = [
-        Login(1, "zoë", Role.COMMAND, "0f" * 16, "a5" * 32),
+        Login(1, "zoë", Role.COMMAND, "0f" * 16),
+        Login(1, "older", Role.COMMAND, nonce="0f" * 16, proof="a5" * 32),
         Subscribe(2, ("*",), 20.0),
         RequestControl(3),
         ReleaseControl(4, 99),
@@ -164,29 +181,26 @@ def _seeds(topics: tuple[Topic, ...]) -> list[Frame]:
     payloads = [write_message(each) for each in said] + [
         write_operation(each) for each in operations
     ]
-    frames = [Frame(Kind.CONTROL, 0, 0, 1, 0, payload) for payload in payloads]
-    frames += [Frame(Kind.DATA, t.id, 2, 1, 5, bytes(t.packer.size)) for t in topics]
+    frames = [WireFrame(FrameKind.CONTROL, 0, 0, 1, 0, payload) for payload in payloads]
+    frames += [WireFrame(FrameKind.DATA, t.id, 2, 1, 5, bytes(t.packer.size)) for t in topics]
     frames += [
-        Frame(Kind.DATA, 8, Flag.HMAC, 1, 5, bytes(24), bytes(16)),
-        Frame(Kind.ACKNOWLEDGEMENT, 0, 0, 7, 0, b""),
-        Frame(200, 0, 0, 7, 0, b"later"),
+        WireFrame(FrameKind.DATA, 8, FrameFlag.PROOF, 1, 5, bytes(24 + 16)),
+        WireFrame(FrameKind.ACKNOWLEDGEMENT, 0, 0, 7, 0, b""),
+        WireFrame(200, 0, 0, 7, 0, b"later"),
     ]
     return frames
 
 
-def _broken_inside(frame: Frame, chance: random.Random) -> bytes:
+def _broken_inside(frame: WireFrame, chance: random.Random) -> bytes:
     """Return a frame with a broken payload, and a header that tells its length."""
     payload = frame.payload
-    if frame.kind == Kind.CONTROL and chance.random() < 0.5:
+    if frame.kind == FrameKind.CONTROL and chance.random() < 0.5:
         begin = chance.randrange(len(payload))
         end = min(len(payload), begin + chance.randrange(12))
         payload = payload[:begin] + chance.choice(SPITE) + payload[end:]
     else:
         payload = _mutated(payload, chance)
-    payload = payload[: LARGEST - len(frame.proof)]
-    return Frame(
-        frame.kind, frame.topic, frame.flags, frame.seq, frame.t_ns, payload, frame.proof
-    ).to_bytes()
+    return replace(frame, payload=payload[:LARGEST]).to_bytes()
 
 
 def _mutated(data: bytes, chance: random.Random) -> bytes:
@@ -205,7 +219,7 @@ def _mutated(data: bytes, chance: random.Random) -> bytes:
                 found[where:where] = chance.randbytes(chance.randrange(1, 9))
             case 4:
                 found[where:where] = found[where : where + chance.randrange(1, 60)]
-            case 5 if len(found) >= HEADER.size:  # a number of the header, of any size
+            case 5 if len(found) >= FRAME_HEADER.size:  # a number of the header, of any size
                 place = chance.choice((2, 3, 4, 6, 8, 12, 16))
                 size = {2: 1, 3: 1, 4: 2, 6: 2, 16: 8}.get(place, 4)
                 found[place : place + size] = chance.randbytes(size)

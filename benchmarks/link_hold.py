@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 from link_faults import FAULTS, OF_THE_SERVER, harmed, serve
 
-from workbench.link.authority import HOLD_AFTER
+from workbench.link.authority import HOLD_AFTER_S
 from workbench.live.flight import LiveFlight
 from workbench.scenario.scenario import Rates
 
@@ -24,7 +24,7 @@ SPEED = 5.0
 """Simulated seconds in a second, so that it takes minutes."""
 LONGEST_DELAY = 0.2
 """Flown before the fault, at random up to this [s of wall]."""
-ALLOWED = HOLD_AFTER + Rates().control_period
+ALLOWED = HOLD_AFTER_S + Rates().control_period
 
 
 @dataclass(frozen=True)

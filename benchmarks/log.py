@@ -17,12 +17,12 @@ from mcap_ros2.decoder import DecoderFactory
 from mcap_ros2.writer import Writer
 from spread import Spread, number, spread, text
 
-from workbench.gateways.ros_messages.conversion import Conversion, conversion
-from workbench.gateways.ros_messages.library import schema_text
 from workbench.link.backplane import Sampled
+from workbench.link.ros_messages.conversion import Conversion, conversion
+from workbench.link.ros_messages.library import schema_text
 from workbench.link.topics import Topic
 from workbench.logs.flight_log import FlightLog
-from workbench.logs.mcap_writer import CHUNK_SIZE
+from workbench.logs.mcap_writer import MCAP_CHUNK_BYTES
 from workbench.logs.readers.mcap_log import read_mcap
 from workbench.scenario.scenario import Action, Scenario, SensorsConfig
 from workbench.session.session import Session
@@ -155,7 +155,7 @@ def _write_by_packages(flown: Flown, path: Path) -> tuple[float, float]:
     """Write the messages by mcap and mcap-ros2-support alone; return the same as `_write`."""
     slowest, begun = 0.0, time.process_time()
     with path.open("wb") as file:
-        writer = Writer(file, chunk_size=CHUNK_SIZE)
+        writer = Writer(file, chunk_size=MCAP_CHUNK_BYTES)
         topics = {
             topic.id: (becomes := conversion(topic), _schemas(writer, becomes))
             for topic in flown.topics

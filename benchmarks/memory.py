@@ -16,11 +16,12 @@ from pathlib import Path
 import numpy as np
 from sweep import COUNTS, DURATION, SPEED
 
-from workbench.design.sweep.case import Candidate, SweepCase
+from workbench.design.sweep.case import SweepCandidate, SweepCase
 from workbench.design.sweep.compiled_flights import fly_compiled
 from workbench.plant.variation import Variation
 from workbench.scenario.scenario import Scenario
 from workbench.session.session import Session
+from workbench.setup import make_setup
 
 FLIGHTS = (1.0, 600.0)
 """Durations of the sessions' flights [s]."""
@@ -74,8 +75,8 @@ def _peak(kind: str, amount: float) -> float:
 def _sweep(count: int) -> None:
     case = SweepCase("x", SPEED, DURATION)
     spread = np.linspace(0.8, 1.2, count)
-    some = [Candidate({"kp_pitch": 225.0 * share}, Variation()) for share in spread.tolist()]
-    fly_compiled(case, case.vehicle(), some)
+    some = [SweepCandidate({"kp_pitch": 225.0 * share}, Variation()) for share in spread.tolist()]
+    list(fly_compiled(case, make_setup(case.scenario), some))
 
 
 def _fly(duration: float) -> None:

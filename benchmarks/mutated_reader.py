@@ -33,7 +33,7 @@ from mutated_bytes import (
 
 from workbench.common.errors import WorkbenchError
 from workbench.ipc import limited
-from workbench.ipc.limited import LimitedError, one_line, serve
+from workbench.ipc.limited import LimitedError, one_line_message, serve_one_request
 
 ROOT = Path(__file__).resolve().parent.parent
 SLOWEST = 60.0
@@ -96,12 +96,12 @@ class Watch:
 def _served(module: str) -> Callable[[Any], Any]:
     """Return the function that a module of a held process serves."""
     found: list[Callable[[Any], Any]] = []
-    before = limited.serve
-    limited.serve = found.append  # type: ignore[assignment]
+    before = limited.serve_one_request
+    limited.serve_one_request = found.append  # type: ignore[assignment]
     try:
         runpy.run_module(module, run_name="__main__")
     finally:
-        limited.serve = before
+        limited.serve_one_request = before
     return found[0]
 
 
@@ -123,7 +123,7 @@ def _answer_here(
         where = traceback.extract_tb(error.__traceback__)[-1]
         name = f"{type(error).__name__} in {Path(where.filename).name}:{where.lineno}"
         clauses[f"{module.rpartition('.')[2]}: {name}"] += 1
-        raise LimitedError(one_line(error)) from error
+        raise LimitedError(one_line_message(error)) from error
 
 
 def read_all(request: dict[str, Any]) -> None:
@@ -217,12 +217,12 @@ def outcome_of(command: Command, path: Path, watch: Watch) -> int | str:
 
 def _called(function: Callable[[Path], object], path: Path) -> int:
     """Call a function as a command would."""
-    from workbench.commands.printing import say
+    from workbench.commands.printing import print_message
 
     try:
         function(path)
     except WorkbenchError as error:
-        say(" ".join(str(error).split()))
+        print_message(" ".join(str(error).split()))
         return 2
     return 0
 
@@ -239,18 +239,19 @@ def _kinds(originals: Path) -> dict[str, Kind]:
 
 def _tables(path: Path) -> None:
     """Export a log."""
-    from workbench.logs.flight_reader import open_log
-    from workbench.logs.table_file import tables, write_table
+    from workbench.logs.flight_reader import log_topics
+    from workbench.logs.table_file import topic_tables, write_columns
 
-    for topic in open_log(path).topics.values():
-        for name, columns in tables(topic).items():
-            write_table(columns, path.with_name(f"{name}.csv"))
+    topics, _ = log_topics(path)
+    for topic in topics:
+        for name, columns in topic_tables(topic).items():
+            write_columns(columns, path.with_name(f"{name}.csv"))
 
 
 def _as_own(path: Path) -> None:
     """Import a log."""
+    from workbench.extras.flightdata.importing import write_flight
     from workbench.logs.flight_reader import read_flight
-    from workbench.logs.imported import write_flight
 
     write_flight(read_flight(path), path.with_name("imported.mcap"))
     _tables(path.with_name("imported.mcap"))
@@ -259,9 +260,9 @@ def _as_own(path: Path) -> None:
 def _replayed(path: Path) -> None:
     """Read what a replay reads."""
     from workbench.logs.record import read_log
-    from workbench.logs.replay import again
+    from workbench.logs.replay import replay_scenario
 
-    again(read_log(path), "", path.parent)
+    replay_scenario(read_log(path), "", path.parent)
 
 
 def _drawn(path: Path) -> None:
@@ -275,7 +276,7 @@ def _drawn(path: Path) -> None:
 def _scenario(path: Path) -> None:
     """Read a scenario with what it names."""
     from workbench.scenario.configured import configured_vehicle, read_configured_world
-    from workbench.scenario.scenario import load_scenario
+    from workbench.scenario.scenario_file import load_scenario
 
     scenario = load_scenario(path)
     configured_vehicle(scenario.vehicle)
@@ -284,7 +285,7 @@ def _scenario(path: Path) -> None:
 
 def _built(path: Path) -> None:
     """Build the flight of a scenario."""
-    from workbench.scenario.scenario import load_scenario
+    from workbench.scenario.scenario_file import load_scenario
     from workbench.session.session import Session
 
     Session(load_scenario(path))
@@ -309,7 +310,7 @@ def _rotor_commands(path: Path) -> None:
 
 
 def _thrust_curve(path: Path) -> None:
-    from workbench.plant.data_sheet import read_thrust_curve
+    from workbench.plant.thrust_curve import read_thrust_curve
 
     read_thrust_curve(path)
 
@@ -369,7 +370,7 @@ KINDS: dict[str, tuple[str, Mutate, Sequence[Command], bool]] = {
     "world-sdf": ("", mutated_xml, (_world,), False),
     "scenario": (".scenario.yaml", mutated_text, (_scenario, _scenario, _built), True),
     "gains": ("", mutated_text, _GAINS, False),
-    "spec": (".spec.yaml", mutated_text, (_spec,), True),
+    "spec": (".workbench.yaml", mutated_text, (_spec,), True),
     "wishes": ("", mutated_text, (_wishes,), False),
     "rotor-commands": ("", mutated_text, (_rotor_commands,), False),
     "thrust-curve": ("", mutated_text, (_thrust_curve,), False),
@@ -383,4 +384,4 @@ the files beside it are needed."""
 
 
 if __name__ == "__main__":
-    serve(read_all)
+    serve_one_request(read_all)

@@ -17,13 +17,15 @@ from trimesh.exchange.obj import export_obj
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))  # the writers of foreign files are those of the tests
 
-from tests.gains.autopilots import made_up  # noqa: E402
-from tests.logs import foreign_files  # noqa: E402
+from tests.extras.autopilots.gain_files import made_up  # noqa: E402
+from tests.extras.flightdata import foreign_files  # noqa: E402
 from tests.plant.made_up import MJCF, SDF  # noqa: E402
-from workbench.control.controller import load_controller  # noqa: E402
-from workbench.gains.autopilots.firmware import find_firmware  # noqa: E402
-from workbench.logs.flight_record import FlightRecord, make_signal  # noqa: E402
-from workbench.logs.imported import write_flight  # noqa: E402
+from workbench.common.flight import Flight  # noqa: E402
+from workbench.common.series import make_series  # noqa: E402
+from workbench.control.controller_file import load_controller  # noqa: E402
+from workbench.design.regress.spec_names import spec_name  # noqa: E402
+from workbench.extras.autopilots.gain_files.firmware import find_firmware  # noqa: E402
+from workbench.extras.flightdata.importing import write_flight  # noqa: E402
 
 GIVEN, DRONES, MODELS = ROOT / "tests/outside/given", ROOT / "tests/drones", ROOT / "models"
 STAMPS = 1_000_000 + 2000 * np.arange(200)
@@ -78,8 +80,8 @@ def _write_logs(place: Place) -> None:
     shutil.copy(GIVEN / "flight.mcap", place("log-mcap"))
     time = np.arange(0.0, 3.0, 0.02)
     names = ("imu.angular_velocity.x", "estimate.x", "rotors.speed.0", "battery.voltage")
-    signals = {name: make_signal(name, "1", time, np.sin(time)) for name in names}
-    flight = FlightRecord("m", Path("m"), "made", signals, "firmware", {"P": 1.0}, ("a",), 3.0)
+    signals = {name: make_series(name, "1", time, np.sin(time)) for name in names}
+    flight = Flight("m", Path("m"), "made", signals, "firmware", {"P": 1.0}, ("a",), 3.0)
     write_flight(flight, place("log-mcap-imported") / "m.mcap")
     for kind, write in (
         ("log-ulog", foreign_files.write_ulog),
@@ -186,10 +188,10 @@ def _write_yaml(place: Place) -> None:
             shutil.copy(file, place("scenario"))
     for file in (MODELS / "dh_drone/gains.yaml", *GIVEN.glob("*.gains.yaml")):
         shutil.copy(file, place("gains"))
-    for spec in (*(MODELS / "specs").glob("*.spec.yaml"), GIVEN / "old.spec.yaml"):
+    for spec in (*(MODELS / "specs").glob("*.workbench.yaml"), GIVEN / "old.spec.yaml"):
         folder = _made(place("spec") / spec.name.partition(".")[0])
         shutil.copy(spec, folder)
-        baseline = spec.with_name(spec.name.replace(".spec.yaml", ".baseline"))
+        baseline = spec.with_name(f"{spec_name(spec)}.baseline")
         if baseline.is_dir():
             shutil.copytree(baseline, folder / baseline.name, dirs_exist_ok=True)
         for file in (GIVEN / "palm_quad.urdf.xacro", GIVEN / "parts.xacro"):

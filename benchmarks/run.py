@@ -19,7 +19,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
-from page import DOCS, HEADINGS, HERE, write
+from page import DOCS, write
 from simulators import version as pinned
 
 PACKAGES = ("drake", "numpy", "numba", "embreex", "trimesh", "mujoco")
@@ -30,7 +30,31 @@ OTHERS = (
     ("crazyflow", "jax"),
     ("pybullet_drones", "pybullet"),
 )
-NAMES = [name for name in HEADINGS if (HERE / f"{name}.py").is_file()]
+NAMES = (
+    "live_diagram",
+    "joints",
+    "same_flight",
+    "sweep",
+    "agreement",
+    "fast_flights",
+    "gain_map",
+    "design",
+    "lidar",
+    "live_sensors",
+    "live_flight",
+    "analyst",
+    "link_age",
+    "link_flood",
+    "link_hold",
+    "log",
+    "app",
+    "charts",
+    "executor",
+    "commands",
+    "start_up",
+    "memory",
+    "growth",
+)
 
 
 def main() -> int:

@@ -27,9 +27,9 @@ from simulators import NoSimulatorError, OtherSimulator, version
 from spread import Spread, ratios, spread, text
 
 from workbench.common.resources import find_model
-from workbench.control.controller import load_controller
+from workbench.control.controller_file import load_controller
 from workbench.design.rollout.engine import RolloutEngine
-from workbench.design.step_response import EDGE, step_scenario
+from workbench.design.step_response import STEP_EDGE_S, step_scenario
 from workbench.plant.loading import load_vehicle
 from workbench.scenario.scenario import Rates, Scenario
 from workbench.session.session import Session
@@ -174,7 +174,7 @@ def _others(counts: tuple[int, ...], stack: ExitStack) -> Iterator[Fleet | Missi
         flown = min(count, DIAGRAMS)
         begun = time.perf_counter()
         list(pool.map(fly_diagram, range(flown)))
-        seconds = (time.perf_counter() - begun) * DURATION / (EDGE + DURATION)
+        seconds = (time.perf_counter() - begun) * DURATION / (STEP_EDGE_S + DURATION)
         return seconds * count / flown, flown / count
 
     few = tuple(count for count in counts if count < max(COUNTS))

@@ -13,12 +13,13 @@ import time
 import numpy as np
 
 from workbench.common.resources import find_model
-from workbench.control.controller import DEFAULT, Controller, load_controller
+from workbench.control.controller import Controller
+from workbench.control.controller_file import load_controller
+from workbench.control.installed_laws import DEFAULT_CONTROLLER
 from workbench.design.tune.tuner import Tuner
-from workbench.gains.gains import flight_gains
+from workbench.gains.gain_choice import flight_gains
 from workbench.plant.loading import load_vehicle
 from workbench.plant.vehicle import Vehicle
-from workbench.scenario.parameters import parameter_table
 from workbench.scenario.scenario import Scenario, VehicleConfig
 
 LEAST, MOST = 0.2, 5.0
@@ -30,7 +31,7 @@ def scaled_gains(vehicle: Vehicle, law: Controller, seed: int) -> dict[str, floa
     gains = {}
     for name, value in flight_gains(vehicle, controller=law).items():
         if any(name in loop.gains for loop in law.loops):
-            row = parameter_table(law).find(name)
+            row = law.table.find(name)
             factor = math.exp(rng.uniform(math.log(LEAST), math.log(MOST)))
             gains[name] = min(row.maximum, max(row.minimum, factor * value))
     return gains
@@ -40,7 +41,7 @@ def main() -> int:
     """Run, print a line a run, and return 0 if all wishes were met each time."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("model", nargs="?", default="dh_drone")
-    parser.add_argument("--controller", default=DEFAULT, metavar="NAME")
+    parser.add_argument("--controller", default=DEFAULT_CONTROLLER, metavar="NAME")
     parser.add_argument("--arg", action="append", default=[], metavar="NAME:=VALUE")
     parser.add_argument("--runs", type=int, default=50)
     options = parser.parse_args()

@@ -1,9 +1,12 @@
-"""Debian packages: installed where the user may, otherwise named in a sentence."""
+"""Debian packages: installed if the user may and agrees, otherwise named in a sentence."""
 
 import os
 import shutil
 import subprocess
 import sys
+
+CONSENT = "WORKBENCH_APT"
+"""An environment variable: `yes` agrees for those whom nobody can ask, as in CI."""
 
 
 def leave(sentence):
@@ -24,7 +27,7 @@ def install(packages, reason):
     if shutil.which("apt-get") is None:
         leave(f"{reason}: install what Debian calls {names}, then run make again.")
     as_root = _as_root()
-    if as_root is None:
+    if as_root is None or not _agreed(f"{reason}. Install {names} with apt-get?"):
         leave(f"{reason}: run `sudo apt-get install {names}`, then run make again.")
     print(f"{reason}: installing {names} ...", flush=True)
     get = [*as_root, "env", "DEBIAN_FRONTEND=noninteractive", "apt-get", "-qq"]
@@ -39,6 +42,16 @@ def install(packages, reason):
             f"{said}\n{reason}, and installing it failed, as apt-get says above: "
             f"run `sudo apt-get install {names}`, then run make again."
         )
+
+
+def _agreed(question):
+    """Return whether the user says yes, or has said so before."""
+    if os.environ.get(CONSENT) == "yes":
+        return True
+    if not sys.stdin.isatty():
+        return False
+    print(f"{question} [y/N] ", end="", flush=True)
+    return sys.stdin.readline().strip().lower() in ("y", "yes")
 
 
 def _as_root():

@@ -7,12 +7,13 @@ may be missing: the app then opens that view in the browser.
 
 import shutil
 import subprocess
+import sys
 
 from apt import install, leave
 
 from workbench.common.system_libraries import (
-    PACKAGES,
-    RENAMED,
+    DEBIAN_PACKAGES,
+    RENAMED_DEBIAN_PACKAGES,
     missing_libraries,
     package_folder,
     packages_of,
@@ -24,7 +25,9 @@ WITHOUT = "The 3-D view opens in the browser until {} can be found; all else wor
 
 
 def main():
-    """Install what is missing, or leave with a sentence."""
+    """Install what is missing, or leave with a sentence; on macOS the wheels have all."""
+    if sys.platform == "darwin":
+        return
     _require(missing_libraries(_files()))
     if "offscreen" not in platform_names():
         _wish_for(missing_libraries(_web_engine_files()))
@@ -34,14 +37,14 @@ def _require(missing):
     """Install what nothing runs without, or leave with a sentence."""
     if not missing:
         return
-    unknown = sorted(missing - PACKAGES.keys())
+    unknown = sorted(missing - DEBIAN_PACKAGES.keys())
     if unknown:
         leave(
             f"The system libraries {', '.join(unknown)} are missing: install the packages that "
             f"hold them (`apt-file search {unknown[0]}` names one), then run make again."
         )
     names = ", ".join(sorted(missing))
-    install({PACKAGES[name] for name in missing}, f"System libraries are missing ({names})")
+    install({DEBIAN_PACKAGES[name] for name in missing}, f"System libraries are missing ({names})")
     still = sorted(missing_libraries(_files()))
     if still:
         leave(f"The system libraries {', '.join(still)} are still missing after the install.")
@@ -65,7 +68,7 @@ def _wish_for(missing):
 
 def _present_name(package):
     """Return the name that this release has for a package."""
-    renamed = RENAMED.get(package)
+    renamed = RENAMED_DEBIAN_PACKAGES.get(package)
     if renamed is None or shutil.which("apt-cache") is None:
         return package
     known = subprocess.run(["apt-cache", "show", renamed], capture_output=True).returncode == 0

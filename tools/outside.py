@@ -192,6 +192,7 @@ def _quiet() -> Iterator[None]:
         "NO_COLOR": "1",
         "PYTHONPATH": str(ROOT),
         "QT_QPA_PLATFORM": "offscreen",
+        "WORKBENCH_FLY_ON": "diagram",  # whatever machine code is kept here
     }
     # with CI or BUILD_NUMBER set, pytest prints long lines in full
     unwanted = [

@@ -17,7 +17,7 @@ from playwright.sync_api import expect, sync_playwright
 from workbench.common.resources import find_scenario
 from workbench.link.server.config import ServerConfig
 from workbench.live.flight import LiveFlight
-from workbench.scenario.scenario import load_scenario
+from workbench.scenario.scenario_file import load_scenario
 
 OUT = Path(__file__).resolve().parent.parent / "docs" / "phone.png"
 UPRIGHT, LYING = (360, 740), (740, 360)

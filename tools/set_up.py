@@ -58,7 +58,7 @@ def main():
     stamp = venv / STAMP
     if stamp.exists() and stamp.read_text() == wanted:
         return
-    print(f"Installing what constraints.txt pins into {venv.name} (some 1 GB) ...", flush=True)
+    print(f"Installing what constraints.txt pins into {venv.name} (1.8 GB) ...", flush=True)
     # The build back end comes first and pinned, so that pip need not fetch another for the build.
     _pip(venv, "hatchling")
     _pip(venv, "--no-build-isolation", "-e", ".[dev]")
@@ -174,8 +174,9 @@ def _make_venv(venv, python):
 
 def _pip(venv, *what):
     pip = [str(venv / "bin" / "python"), "-m", "pip", "--disable-pip-version-check"]
+    # What runs is compiled then: all of it would take as long again, and 240 MB.
     _run(
-        pip + ["install", "-qq", "-c", "constraints.txt"] + list(what),
+        pip + ["install", "-qq", "--no-compile", "-c", "constraints.txt"] + list(what),
         "Installing failed: if pip could not reach its package index, check the network",
     )
 

@@ -7,7 +7,6 @@ from apt import install
 
 PROGRAMS = {
     "chromium": "chromium",
-    "dot": "graphviz",
     "g++": "g++",
     "gcc": "gcc",
     "node": "nodejs",
