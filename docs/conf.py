@@ -34,7 +34,7 @@ napoleon_numpy_docstring = False
 
 API = ROOT / "docs" / "api.rst"
 GROUPS = {
-    "Fly": ("session", "live", "scenario", "diagram"),
+    "Fly": ("session", "live", "scenario", "setup", "diagram"),
     "Vehicles and worlds": ("plant", "common"),
     "Control laws": ("control",),
     "Gains": ("gains",),
