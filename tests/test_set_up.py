@@ -111,6 +111,24 @@ def test_extras_are_installed_once_until_what_is_pinned_changes(machine):
 
 
 @pytest.mark.parametrize(
+    ("target", "extras"),
+    [
+        ("setup", [""]),
+        ("test", ["", "test"]),
+        ("test-slow", ["", "slow"]),
+        ("docs", ["", "docs"]),
+        ("bench", ["", "bench"]),
+    ],
+)
+def test_a_target_adds_the_extras_that_it_needs(target, extras):
+    env = {"PATH": os.environ["PATH"]}
+    words = ["make", "--dry-run", target]
+    done = subprocess.run(words, cwd=ROOT, env=env, capture_output=True, text=True, check=True)
+    assert re.findall(r"set_up\.py --venv \.venv *(\S*)$", done.stdout, re.MULTILINE) == extras
+    assert set(extras) - {""} <= PROJECT["optional-dependencies"].keys()
+
+
+@pytest.mark.parametrize(
     ("here", "arguments", "said"),
     [
         ("3.10", (), "runs on Python 3.11, 3.12 and 3.13, and none of them is on PATH"),
