@@ -1,4 +1,5 @@
-# Every target first sets up what it needs: .venv with the pinned packages, and system libraries.
+# Every target first sets up what it needs: .venv with the pinned packages, and system libraries. `make
+# setup` brings what all need, `make run` and `make test` add the extras that only they do.
 # It takes the newest supported Python that it finds, pyenv's included; a .venv that stands keeps
 # its own. Another Python: make PYTHON=python3.12 test; another folder: make VENV=.venv-3.12 test
 
@@ -13,30 +14,34 @@ PLUGINS = --disable-plugin-autoload -p pytest-qt -p xdist -p xdist.looponfail -p
 	-p workbench.pytest_plugin
 PYTEST = $(BIN)/pytest $(PLUGINS) --dist loadfile -n $(WORKERS) --max-worker-restart 0 $(PYTEST_OPTIONS)
 
-# adds an extra to the environment
-ADD = $(BIN)/python -m pip --disable-pip-version-check install -qq --no-compile -c constraints.txt --no-build-isolation -e
+# installs extras, where that is not done yet
+SET_UP = python3 tools/set_up.py --venv $(VENV) $(if $(PYTHON),--python $(PYTHON))
 
 .DEFAULT_GOAL := help
-.PHONY: help setup run test types quick test-slow test-all format notebooks examples docs bench clean
+.PHONY: help setup test-setup run test types quick test-slow test-all format notebooks examples docs bench clean
 
 help: ## show this list
 	@sed -n 's/^\([a-z-]*\):[^#]*## \(.*\)/make \1|\2/p' Makefile | while IFS='|' read -r name what; \
 	do printf '  %-16s %s\n' "$$name" "$$what"; done
 
-setup: ## make .venv and check the system's libraries; redone only where something changed
+setup: ## make .venv (1.1 GB) and check the system's libraries; redone only where something changed
 	@command -v python3 >/dev/null || { echo "There is no python3 here to run the set-up with:" \
 	"run \`sudo apt-get install python3-venv\`, or install another Python 3.11 to 3.13." >&2; exit 2; }
-	@python3 tools/set_up.py --venv $(VENV) $(if $(PYTHON),--python $(PYTHON))
+	@$(SET_UP)
 	@$(BIN)/python tools/check_system.py
 
+test-setup: setup
+	@$(SET_UP) test
+
 run: setup ## open the app; without a screen, fly the published steps and write out/
-	@if [ -n "$$DISPLAY$$WAYLAND_DISPLAY" ]; then $(BIN)/workbench gui; \
+	@if [ -n "$$DISPLAY$$WAYLAND_DISPLAY" ]; then \
+	$(SET_UP) app,gamepad,logs && $(BIN)/python tools/check_system.py && $(BIN)/workbench gui; \
 	else $(BIN)/workbench reproduce --output out; fi
 
 test quick test-slow: export QT_QPA_PLATFORM = offscreen
 # the many processes that tests start load compiled modules, also where the shell asks for none
 test quick test-slow: export PYTHONDONTWRITEBYTECODE =
-test: setup ## lint, types, and the tests but the slow ones; 5 to 7 minutes on two cores
+test: test-setup ## lint, types, and the tests but the slow ones; 5 to 7 minutes on two cores
 	$(BIN)/ruff check . && $(BIN)/ruff format --check .
 	@$(MAKE) --no-print-directory --jobs 2 types quick
 
@@ -52,7 +57,7 @@ $(VENV)/collected:
 
 test-slow: WORKERS = 2
 test-slow: setup ## the slow tests: soaks, wheels, clusters, browsers, documents that fly
-	$(ADD) ".[slow]"
+	@$(SET_UP) slow
 	$(PYTEST) -m slow
 
 test-all: test test-slow ## both; an hour on two cores
@@ -62,19 +67,19 @@ format: setup ## lay out the source and mend what the linter can
 	$(BIN)/ruff format .
 
 notebooks: setup ## run the notebooks and store what they show; some minutes
-	$(ADD) ".[slow]"
+	@$(SET_UP) slow
 	$(BIN)/python tools/notebooks.py
 
 examples: setup ## run the examples and store their pictures; two minutes
 	$(BIN)/python tools/example_pictures.py
 
 docs: setup ## make a site of the documentation, with a reference, in build/docs; fails on a broken link
-	$(ADD) ".[docs]"
+	@$(SET_UP) docs
 	QT_QPA_PLATFORM=offscreen $(BIN)/sphinx-build -q -W --keep-going -c docs . build/docs
 	@echo "The site begins at build/docs/README.html"
 
 bench: setup ## measure, beside other simulators, and write docs/performance.md; half an hour
-	$(ADD) ".[bench]"
+	@$(SET_UP) bench
 	$(BIN)/python benchmarks/run.py --write
 
 clean: ## remove .venv, build leftovers and caches; out/ stays

@@ -98,6 +98,36 @@ def test_a_python_that_cannot_make_environments_is_the_last_choice(machine):
     assert "lacks ensurepip" in said and "Making .venv with Python 3.12" in said
 
 
+def test_extras_are_installed_once_until_what_is_pinned_changes(machine):
+    machine.put("bin/python3.13", "3.13")
+    for extras in ((), ("test",), ("app,logs",)):
+        said = f"Installing [{''.join(extras) or 'dev'}] into .venv"
+        assert said in machine.set_up(*extras).stdout
+        assert machine.set_up(*extras).stdout == ""
+    with (machine.folder / "constraints.txt").open("a") as stream:
+        stream.write("tree==1.0\n")
+    assert "Installing [test]" in machine.set_up("test").stdout
+    assert "Installing [dev]" in machine.set_up().stdout
+
+
+@pytest.mark.parametrize(
+    ("target", "extras"),
+    [
+        ("setup", [""]),
+        ("test", ["", "test"]),
+        ("test-slow", ["", "slow"]),
+        ("docs", ["", "docs"]),
+        ("bench", ["", "bench"]),
+    ],
+)
+def test_a_target_adds_the_extras_that_it_needs(target, extras):
+    env = {"PATH": os.environ["PATH"]}
+    words = ["make", "--dry-run", target]
+    done = subprocess.run(words, cwd=ROOT, env=env, capture_output=True, text=True, check=True)
+    assert re.findall(r"set_up\.py --venv \.venv *(\S*)$", done.stdout, re.MULTILINE) == extras
+    assert set(extras) - {""} <= PROJECT["optional-dependencies"].keys()
+
+
 @pytest.mark.parametrize(
     ("here", "arguments", "said"),
     [
@@ -241,6 +271,26 @@ IMPORTED_WITH_EXTRAS = {
 
 def test_without_extras_few_packages_are_required():
     assert len(PROJECT["dependencies"]) <= MAX_DIRECT_DEPENDENCIES
+
+
+MAX_SET_UP_MIB = 1070
+"""Size limit of the files that `make setup` installs, with pip; `du` counts 40 more, of folders."""
+
+
+def test_set_up_makes_a_small_environment():
+    """By the sizes in the packages' own lists of files, without what Python compiles later."""
+    sizes = {
+        name: sum(it.size or 0 for it in metadata.files(name) or () if it.suffix != ".pyc")
+        for name in required_with("dev") | {"pip"}
+    }
+    total = sum(sizes.values()) / 2**20
+    assert total <= MAX_SET_UP_MIB, sorted(sizes.items(), key=lambda it: -it[1])[:9]
+
+
+def test_the_app_differs_from_what_set_up_makes_by_the_web_engine():
+    app, dev = (PROJECT["optional-dependencies"][extra] for extra in ("app", "dev"))
+    only = {canonical(Requirement(line).name) for line in set(app) - set(dev)}
+    assert only == {"pyqt6-webengine"}
 
 
 OWN = sys.stdlib_module_names | {"workbench"}

@@ -1,4 +1,4 @@
-"""Make a virtual environment and install the workbench in it, where that is not done yet.
+"""Make a virtual environment and install the workbench with extras, where that is not done yet.
 
 It has the Python that is named; otherwise the one it has; otherwise the newest supported one that
 is found, among the programs of PATH and pyenv's.
@@ -18,8 +18,9 @@ from pathlib import Path
 from apt import install, leave
 
 ROOT = Path(__file__).resolve().parent.parent
-STAMP = "set-up-for"
-"""Holds what an environment was made for: written last, so that a broken-off set-up is redone."""
+STAMP = "set-up-for-"
+"""Begins the name of the file that says what extras were installed from. It is written last, so
+that a broken-off set-up is redone."""
 
 SUPPORTED = ("3.13", "3.12", "3.11")
 """The Pythons that the tests pass with, newest first; as `requires-python` says."""
@@ -55,18 +56,19 @@ def main():
         if _standing(venv) != python.version:
             _make_venv(venv, python)
     wanted = _wanted()
-    stamp = venv / STAMP
+    stamp = venv / (STAMP + args.extras)
     if stamp.exists() and stamp.read_text() == wanted:
         return
-    print(f"Installing what constraints.txt pins into {venv.name} (1.8 GB) ...", flush=True)
+    print(f"Installing [{args.extras}] into {venv.name} as constraints.txt pins it ...", flush=True)
     # The build back end comes first and pinned, so that pip need not fetch another for the build.
     _pip(venv, "hatchling")
-    _pip(venv, "--no-build-isolation", "-e", ".[dev]")
+    _pip(venv, "--no-build-isolation", "-e", f".[{args.extras}]")
     stamp.write_text(wanted)
 
 
 def _arguments():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("extras", nargs="?", default="dev", help="as pip writes them: app,logs")
     parser.add_argument("--venv", default=".venv", help="the environment's folder")
     parser.add_argument("--python", help="the program to make it with")
     parser.add_argument(

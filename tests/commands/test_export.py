@@ -62,6 +62,7 @@ def test_parquet_without_pyarrow_is_refused(refused, log, out, monkeypatch):
     assert not out.exists()
 
 
+@pytest.mark.slow
 def test_parquet_has_units_in_its_metadata(run, log, out):
     parquet = pytest.importorskip("pyarrow.parquet", reason="install the extra `parquet` to try it")
     assert run("export", log, "--format", "parquet", "--output", out).code == 0

@@ -69,6 +69,23 @@ def test_nothing_says_to_install_from_the_index():
     assert [path.name for path in files if wrong.search(path.read_text(encoding="utf-8"))] == []
 
 
+def test_each_convention_names_a_test_that_there_is(case):
+    """A name without a folder is in that of the one before it, or in `tests`."""
+    tests = ROOT / "tests"
+    rows = re.findall(r"^\| (?!convention|---).* \|$", page("conventions.md"), re.MULTILINE)
+    assert len(rows) > 30
+    for row in rows:
+        convention, *_, other_side = (cell.strip() for cell in row.strip("|").split(" | "))
+        with case(convention):
+            folder = tests
+            names = re.findall(r"`([\w/]+\.py)`", other_side)
+            assert names
+            for name in names:
+                found = [it / name for it in (tests, folder) if (it / name).is_file()]
+                assert found, name
+                folder = found[0].parent
+
+
 def test_the_layout_on_the_page_of_the_app_is_read(tmp_path):
     path = tmp_path / "vibration.layout.yaml"
     path.write_text(shown("app.md", path.name), encoding="utf-8")

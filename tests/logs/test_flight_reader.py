@@ -179,7 +179,8 @@ def test_a_reader_without_its_package_says_which(readers, tmp_path):
     readers(one=made_reader("one", 1, b"abc", package="no_such_package"))
     path = tmp_path / "some"
     path.write_bytes(b"abc")
-    with pytest.raises(WorkbenchError, match="a one needs the package no_such_package: `pip"):
+    said = "the format one needs the package no_such_package: `pip"
+    with pytest.raises(WorkbenchError, match=said):
         read_flight(path)
 
 

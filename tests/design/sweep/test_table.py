@@ -86,6 +86,7 @@ def test_csv_has_units_in_its_head_and_nothing_where_nothing_is_known(lost_table
     assert "" in rows[0] and "nan" not in path.read_text()
 
 
+@pytest.mark.slow
 def test_parquet_has_names_units_and_gaps(lost_table, tmp_path):
     parquet = pytest.importorskip("pyarrow.parquet", reason="install the extra `parquet` to try it")
     path = tmp_path / "a.parquet"

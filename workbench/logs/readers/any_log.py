@@ -98,7 +98,8 @@ def _read_by(reader: LogReader, file: LogFile, folder: Path) -> Flight:
     path, package = file.path, reader.package
     if package and find_spec(package) is None:
         raise WorkbenchError(
-            f"{path}: a {reader.format} needs the package {package}: `pip install {package}`"
+            f"{path}: the format {reader.format} needs the package {package}: "
+            f"`pip install {package}`"
         )
     if not reader.needs_plain:
         return reader.read(file)
