@@ -11,6 +11,8 @@ from PyQt6.QtWidgets import (
     QStackedWidget,
 )
 
+from workbench.control.loop import loop_label
+from workbench.design.judge.loop_response import decibels
 from workbench.gui.charts.curve import COMMAND_COLOUR, CurveStyle
 from workbench.gui.charts.legend import Legend, LegendEntry
 from workbench.gui.charts.static_plot import StaticPlot
@@ -31,10 +33,10 @@ from workbench.gui.tuning.comparison import (
 )
 from workbench.gui.tuning.design_answers import DesignAnswers
 from workbench.gui.tuning.designs import FLOWN_SET, KEPT_SET, PROPOSED_SET, Design, Designs
-from workbench.gui.tuning.drawn_loop import decibel, unwrapped_phase
+from workbench.gui.tuning.drawn_loop import unwrapped_phase
 from workbench.gui.tuning.frequency_plots import keep_curves
 from workbench.gui.tuning.limits import LimitValues
-from workbench.gui.tuning.margins_card import loop_label, weakest_loop
+from workbench.gui.tuning.margins_card import weakest_loop
 from workbench.gui.tuning.number_row import NumberRow
 from workbench.gui.tuning.number_table import BEST_CELL, NumberTable
 from workbench.gui.tuning.pole import Pole, poles_of
@@ -275,7 +277,7 @@ class CompareCard(TuningCard):
             names.append(design.name)
             frequency, loop = known.frequency, known.open_loop
             stroke = design.style, design.colour
-            self.magnitude.set_curve(design.name, frequency, decibel(loop), *stroke)
+            self.magnitude.set_curve(design.name, frequency, decibels(loop), *stroke)
             phase = np.degrees(unwrapped_phase(frequency, loop))
             self.phase.set_curve(design.name, frequency, phase, *stroke)
         for plot in self.bode.plots:

@@ -5,10 +5,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from workbench.analysis.replies import JudgedLoop
+from workbench.control.loop import loop_label
 from workbench.design.metrics import find_metric
 from workbench.gui.tuning.designs import Design
 from workbench.gui.tuning.limits import MARGIN_LIMITS, STEP_LIMITS, NumberLimit
-from workbench.gui.tuning.margins_card import LimitLookup, loop_label, short_label, weakest_loop
+from workbench.gui.tuning.margins_card import LimitLookup, short_label, weakest_loop
 from workbench.gui.tuning.number_row import Cell, NumberRow
 from workbench.gui.tuning.number_table import BEST_CELL
 
