@@ -30,7 +30,7 @@ PhaseByCause = tuple[tuple[str, float], ...]
 """Phase by the name of its cause [rad]."""
 
 
-def judge(subject: AnalysedVehicle, question: Judge, _: Work) -> Working:
+def judge_gains(subject: AnalysedVehicle, question: Judge, _: Work) -> Working:
     """Compute the stability with given gains.
 
     Poles are those of the sampled loop that flies, in continuous terms, s = ln(z) / period, while
