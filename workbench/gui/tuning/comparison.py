@@ -1,5 +1,7 @@
 """The numbers of several designs side by side, as rows of a table, as text and as CSV."""
 
+import csv
+import io
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -107,12 +109,13 @@ def table_rows(
 
 def csv_text(compared: Sequence[ComparedNumber], designs: Sequence[Design]) -> str:
     """Return the numbers as CSV in SI: one per line, with names and units of the command line."""
-    lines = [",".join(["metric", "unit", *(each.name for each in designs)])]
+    text = io.StringIO()
+    write = csv.writer(text, lineterminator="\n").writerow  # quotes names with commas
+    write(["metric", "unit", *(each.name for each in designs)])
     for row in compared:
-        unit = find_metric(row.limit.name).unit
         values = ["" if math.isnan(value) else f"{value:.9g}" for value in row.values]
-        lines.append(",".join([row.name, unit, *values]))
-    return "\n".join(lines) + "\n"
+        write([row.name, find_metric(row.limit.name).unit, *values])
+    return text.getvalue()
 
 
 def comparison_text(rows: Sequence[NumberRow], designs: Sequence[Design]) -> str:
