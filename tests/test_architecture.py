@@ -85,7 +85,7 @@ CONTRACTS = {
         "DIVIDERS",
     ),  # of a law's file
     *("update", "rule", "design", "add_parser", "run", "main"),  # of laws, commands and programs
-    *("judge", "tune", "find_firmware"),  # of the analyst, an extra
+    "find_firmware",  # of an extra
     *("CHART_KIND", "LOG_READER"),  # of a chart's and of a log reader's module
     *("T", "P", "_MODULES"),  # types' variables, and what is loaded lazily
     *("FULL_MOTOR_SIGNAL", "MAX_CRAZYFLIE_MASS_KG", "VOLTAGE_THRUST_CURVE"),  # extras are apart

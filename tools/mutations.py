@@ -1038,8 +1038,8 @@ MUTATIONS = (
     Mutation(
         "regress: pitch judged as roll",
         "workbench/design/regress/signals.py",
-        "return tilt_angles(recording.q_WB)[1]",
-        "return tilt_angles(recording.q_WB)[0]",
+        "lambda flown: tilt_angles(flown.q_WB)[1]",
+        "lambda flown: tilt_angles(flown.q_WB)[0]",
         ("tests/design/regress/test_signals.py",),
     ),
     Mutation(

@@ -6,7 +6,7 @@ import control
 import numpy as np
 import pytest
 
-from workbench.analysis.judging import judge
+from workbench.analysis.judging import judge_gains
 from workbench.analysis.queries import (
     DrawFrequency,
     FindRanges,
@@ -232,7 +232,7 @@ def test_a_filter_is_judged_as_a_gain_is_and_its_phase_is_told():
     subject = AnalysedVehicle(Scenario(estimator="ekf"), {})
     found = {}
     for cutoff in (0.0, 30.0):
-        (reply,) = judge(subject, Judge({"gyro_lowpass": cutoff}), None)
+        (reply,) = judge_gains(subject, Judge({"gyro_lowpass": cutoff}), None)
         found[cutoff] = {loop.name: loop for loop in reply.loops}
     plain, filtered = found[0.0]["pitch"], found[30.0]["pitch"]
     assert plain.phase_margin - filtered.phase_margin > 0.1

@@ -27,7 +27,7 @@ STEP = RequestedStep("x", 2.0, 2.0)
 @pytest.fixture(scope="module")
 def found(subject):
     """A search and all that it told."""
-    from workbench.analysis.tuning import tune
+    from workbench.analysis.tuning import tune_gains
 
     told = []
 
@@ -38,7 +38,7 @@ def found(subject):
         def tell(self, searched):
             told.append(searched)
 
-    return next(tune(subject, Tune({}, ("x.rise_time <= 0.3",)), Listening())), told
+    return next(tune_gains(subject, Tune({}, ("x.rise_time <= 0.3",)), Listening())), told
 
 
 @pytest.mark.slow
@@ -102,7 +102,7 @@ def test_it_says_what_it_does_and_is_never_full_before_the_end(found):
 
 @pytest.mark.slow
 def test_a_stop_keeps_the_best_so_far_and_says_so(subject):
-    from workbench.analysis.tuning import tune
+    from workbench.analysis.tuning import tune_gains
 
     class Impatient:
         def on_stop(self, act):
@@ -112,7 +112,7 @@ def test_a_stop_keeps_the_best_so_far_and_says_so(subject):
             threading.Thread(target=self.act).start()
 
     wishes = ("x.rise_time <= 0.1", "pitch.phase_margin >= 70deg")
-    tuned = next(tune(subject, Tune({}, wishes), Impatient()))
+    tuned = next(tune_gains(subject, Tune({}, wishes), Impatient()))
     assert tuned.stopped
     assert not tuned.met
     assert any("stopped early" in said for said in tuned.said)

@@ -13,7 +13,6 @@ from workbench.design.linear.study import LinearStudy
 from workbench.design.load_metrics import load_metrics
 from workbench.design.load_step import (
     NO_LOAD_PARAMETERS,
-    check_load,
     fly_load_step,
     predict_load_step,
     response_to_load,
@@ -174,7 +173,7 @@ def test_what_makes_no_load_is_refused():
         ("torque_roll", math.inf, "amplitude is inf"),
     ):
         with pytest.raises(WorkbenchError, match=said):
-            check_load(load, amplitude)
+            fly_load_step(load, amplitude)
     with pytest.raises(WorkbenchError, match="cannot act for 6 s in 5 s"):
         fly_load_step("gust_x", 1.0, acts=6.0)
     with pytest.raises(WorkbenchError, match="cannot be measured in 0 s"):

@@ -15,6 +15,7 @@ from workbench.analysis.queries import (
 from workbench.analysis.replies import Judged, JudgedLoop
 from workbench.analysis.subject import AnalysedVehicle
 from workbench.analysis.work import Work, Working
+from workbench.control.loop import loop_label
 from workbench.design.judge.gang_of_four import gang_of_four
 from workbench.design.judge.loop_judgement import growing_loops, hover_margins, opened_to_steer
 from workbench.design.judge.loop_measurement import loop_injection
@@ -29,7 +30,7 @@ PhaseByCause = tuple[tuple[str, float], ...]
 """Phase by the name of its cause [rad]."""
 
 
-def judge(subject: AnalysedVehicle, question: Judge, _: Work) -> Working:
+def judge_gains(subject: AnalysedVehicle, question: Judge, _: Work) -> Working:
     """Compute the stability with given gains.
 
     Poles are those of the sampled loop that flies, in continuous terms, s = ln(z) / period, while
@@ -121,5 +122,5 @@ def _instability_text(steered: tuple[str, ...], held: tuple[str, ...]) -> str:
 
 
 def _joined_names(names: tuple[str, ...]) -> str:
-    words = [name.replace("_", " ") for name in names]
+    words = [loop_label(name) for name in names]
     return " and ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)

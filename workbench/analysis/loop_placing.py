@@ -10,7 +10,7 @@ from workbench.analysis.replies import LoopShaped, PoleMoved, ReachSampled
 from workbench.analysis.subject import AnalysedVehicle
 from workbench.analysis.work import Work, Working
 from workbench.control.controller import Controller
-from workbench.control.loop import Loop
+from workbench.control.loop import Loop, loop_label
 from workbench.design.judge.affine_loop import AffineLoop
 from workbench.design.judge.loop_judgement import hover_margins, opened_to_steer
 from workbench.design.judge.loop_shaping import LoopShaper, ShapedLoop
@@ -172,7 +172,7 @@ def _inner_loop_name(controller: Controller, loop: Loop) -> str:
     names = [each.name for each in controller.loops]
     behind = controller.loops[0 if loop.hold else names.index(loop.name) + 1 :]
     along = (each.name for each in behind if loop.axis and each.axis == loop.axis and not each.hold)
-    return next((name.replace("_", " ") for name in along if name != loop.name), "")
+    return next((loop_label(name) for name in along if name != loop.name), "")
 
 
 def move_pole(subject: AnalysedVehicle, question: MovePole, _: Work) -> Working:
@@ -204,7 +204,7 @@ def _placer(subject: AnalysedVehicle, question: MovePole) -> PolePlacer:
 
 def _pole_limit_text(subject: AnalysedVehicle, question: MovePole, found: PlacedPole) -> str:
     """Return why a pole cannot move to a place, as a sentence."""
-    name = question.loop.replace("_", " ")
+    name = loop_label(question.loop)
     law = subject.controller
     model = subject.model({**subject.gains(question.gains), **found.gains})
     if found.unmoved:

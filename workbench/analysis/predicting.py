@@ -19,15 +19,16 @@ from workbench.analysis.replies import Mapped, Predicted
 from workbench.analysis.subject import AnalysedVehicle
 from workbench.analysis.work import Work, Working
 from workbench.common.errors import WorkbenchError, unknown_name
-from workbench.design.attitude_step import check_attitude_step, predict_attitude_step
+from workbench.design.attitude_step import predict_attitude_step
 from workbench.design.branches import FlownBranch
 from workbench.design.load_metrics import load_metrics
-from workbench.design.load_step import check_load, predict_load_step
+from workbench.design.load_step import predict_load_step
 from workbench.design.metrics import find_metric
 from workbench.design.step_metrics import MAX_AUTO_STEP_S, StepMetrics, step_duration, step_metrics
-from workbench.design.step_response import check_duration, check_step
+from workbench.design.step_response import check_amplitude, check_duration
 from workbench.design.sweep.ranges import SweepRange
 from workbench.scenario.axes import AXIS_NAMES, find_axis
+from workbench.scenario.loads import find_excited
 
 if TYPE_CHECKING:
     from collections.abc import Generator
@@ -160,10 +161,8 @@ def check_short(step: RequestedStep, longest: float = MAX_ANSWERED_STEP_S) -> No
     Raises:
         WorkbenchError: if it is either.
     """
-    check = check_load if step.is_load else check_step
-    if step.is_attitude:
-        check = check_attitude_step
-    check(step.axis, step.amplitude)
+    find_excited(step.axis)
+    check_amplitude(step.amplitude)
     check_duration(step.duration)
     if step.duration > longest:
         raise WorkbenchError(

@@ -336,7 +336,7 @@ LONG_PROCESS = 2
 second to some seconds, and is asked when a slider is at rest; the third takes minutes, and nothing
 else waits for it."""
 ANSWERED_BY: dict[type[Query], tuple[int, str]] = {
-    Judge: (QUICK_PROCESS, "judging:judge"),
+    Judge: (QUICK_PROCESS, "judging:judge_gains"),
     ShapeLoop: (QUICK_PROCESS, "loop_placing:shape_loop"),
     MovePole: (QUICK_PROCESS, "loop_placing:move_pole"),
     DrawFrequency: (QUICK_PROCESS, "judging:draw_frequency"),
@@ -348,7 +348,7 @@ ANSWERED_BY: dict[type[Query], tuple[int, str]] = {
     DrawMap: (QUICK_PROCESS, "predicting:draw_map"),
     FindRanges: (QUICK_PROCESS, "gain_ranges:find_ranges"),
     Sensitivities: (SLOW_PROCESS, "predicting:weigh"),
-    Tune: (LONG_PROCESS, "tuning:tune"),
+    Tune: (LONG_PROCESS, "tuning:tune_gains"),
     RegressionCase: (SLOW_PROCESS, "tuning:pin"),
     OtherControllerQuery: (SLOW_PROCESS, ""),
 }

@@ -35,7 +35,7 @@ def pin(subject: AnalysedVehicle, question: RegressionCase, work: Work) -> Worki
     yield found.spec, found.baseline, said
 
 
-def tune(subject: AnalysedVehicle, question: Tune, work: Work) -> Working:
+def tune_gains(subject: AnalysedVehicle, question: Tune, work: Work) -> Working:
     """Answer which gains meet wishes, starting from given ones; a stop keeps the best so far."""
     tuner = Tuner(
         subject.scenario,

@@ -18,6 +18,7 @@ from workbench.commands.options import (
 from workbench.commands.outputs import Outputs
 from workbench.commands.printing import pick, print_result, print_table
 from workbench.commands.progress import progress_bar
+from workbench.common.html_page import html_page, html_table
 from workbench.common.plain_text import html_text
 
 if TYPE_CHECKING:
@@ -25,13 +26,6 @@ if TYPE_CHECKING:
 
     from workbench.design.comparison import ControllerComparison
     from workbench.scenario.scenario import Scenario
-
-_COMPARISON_STYLE = """
-body { font: 15px/1.45 system-ui, sans-serif; color: #222; margin: 2em; }
-table { border-collapse: collapse; } svg { max-width: 100%; height: auto; }
-th, td { text-align: right; padding: .18em .9em; border-bottom: 1px solid #e4e4e4; }
-th:first-child, td:first-child, td:last-child { text-align: left; } td:last-child { color: #666; }
-"""
 
 
 def add_parser(commands: Subcommands) -> None:
@@ -180,25 +174,8 @@ def _page(found: "ControllerComparison", figure: "Figure") -> str:
     """Return the page."""
     from workbench.design.plots import inline_svg
 
-    def line(cells: list[str], tag: str) -> str:
-        return f"<tr>{''.join(f'<{tag}>{html_text(cell)}</{tag}>' for cell in cells)}</tr>"
-
     head, *rows = _texts(found)
-    title = html_text(f"{found.vehicle}: {', '.join(each.name for each in found.controllers)}")
+    title = f"{found.vehicle}: {', '.join(each.name for each in found.controllers)}"
     remarks = "".join(f"<li>{html_text(remark)}</li>\n" for remark in _remarks(found))
-    body = "\n".join([line(head, "th"), *(line(row, "td") for row in rows)])
-    return f"""<!DOCTYPE html>
-<html lang="en">
-<head><meta charset="utf-8"><title>{title}</title>
-<meta name="viewport" content="width=device-width"><style>{_COMPARISON_STYLE}</style></head>
-<body>
-<h1>{title}</h1>
-{inline_svg(figure)}
-<table>
-{body}
-</table>
-<ul>
-{remarks}</ul>
-</body>
-</html>
-"""
+    table = html_table(head, rows, numbers=range(1, len(head) - 1))
+    return html_page(title, f"{inline_svg(figure)}\n{table}\n<ul>\n{remarks}</ul>")

@@ -8,6 +8,11 @@ LOOP_CUTS = ("actuator", "error")
 LOOP_AXES = ("x", "y", "z", "yaw")
 
 
+def loop_label(name: str) -> str:
+    """Return a loop's name in words."""
+    return name.replace("_", " ")
+
+
 @dataclass(frozen=True)
 class Loop:
     """One loop of a controller.

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from workbench.common.errors import WorkbenchError
+from workbench.design.flier import DIAGRAM, Flier
 from workbench.design.flown_step import STEP_EDGE_S, FlownStep
 from workbench.design.linear_step import DecayTimes, linear_attitude_step
 from workbench.design.step_metrics import StepMetrics, step_metrics
@@ -90,27 +91,25 @@ def fly_attitude_step(
     Raises:
         WorkbenchError: if axis, amplitude or duration are invalid, or the law has no such setpoint.
     """
-    from workbench.session.session import Session
     from workbench.setup import make_setup
 
     row = find_attitude_axis(axis)
     size = row.amplitude if amplitude is None else amplitude
-    check_attitude_step(axis, size)
+    check_amplitude(size)
     setup = make_setup(recorded_each_update(scenario), settings)
     row.check(setup.controller)
     most = setup.values["max_tilt"]
-    flown = usual_duration(row, size, most) if duration is None else duration
-    check_duration(flown)
-    check_tilt(row, size, flown, most)
-    session = Session(setup.with_scenario(attitude_scenario(row, size, flown, setup.scenario)))
-    session.run(progress)
-    recording = session.recording()
-    after = recording.between(STEP_EDGE_S, np.inf)
+    duration = usual_duration(row, size, most) if duration is None else duration
+    check_duration(duration)
+    check_tilt(row, size, duration, most)
+    flight = attitude_scenario(row, size, duration, setup.scenario)
+    flown = Flier(setup.with_scenario(flight), fly_on=DIAGRAM).fly(progress, programs=False)
+    after = flown.recording.between(STEP_EDGE_S, np.inf)
     use = float(after.rotor_use.max())
     return AttitudeResponse(
         axis=axis,
         amplitude=size,
-        recording=recording,
+        **vars(flown),
         metrics=step_metrics(
             after.time - STEP_EDGE_S,
             response_to_setpoint(row, after),
@@ -147,16 +146,6 @@ def predict_attitude_step(
     model = models.model(settings)
     count = round(duration / model.period) + 1
     return model.period * np.arange(count), amplitude * linear_attitude_step(model, axis, count)
-
-
-def check_attitude_step(axis: str, amplitude: float) -> None:
-    """Check the axis and the amplitude of a step.
-
-    Raises:
-        WorkbenchError: that says what to give instead.
-    """
-    find_attitude_axis(axis)
-    check_amplitude(amplitude)
 
 
 def check_tilt(row: AttitudeAxis, amplitude: float, duration: float, most: float) -> None:

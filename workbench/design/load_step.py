@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from workbench.common.errors import WorkbenchError
+from workbench.design.flier import DIAGRAM, Flier
 from workbench.design.flown_step import STEP_EDGE_S, FlownStep
 from workbench.design.load_metrics import LoadMetrics, load_metrics
 from workbench.design.step_response import (
@@ -82,30 +83,25 @@ def fly_load_step(
     Raises:
         WorkbenchError: if load, amplitude or duration are invalid, or the step cannot be flown.
     """
-    from workbench.session.session import Session
     from workbench.setup import make_setup
 
     row = find_load(load)
     setup = make_setup(recorded_each_update(scenario), settings)
     size = usual_load(row, setup.vehicle) if amplitude is None else amplitude
-    check_load(load, size)
+    check_amplitude(size)
     check_duration(duration)
     flight = load_step_scenario(row, size, duration, setup.scenario, setup.vehicle, acts)
-    session = Session(setup.with_scenario(flight))
-    with session.programs():
-        session.run(progress)
-    after = session.recording().between(STEP_EDGE_S, np.inf)
+    flown = Flier(setup.with_scenario(flight), fly_on=DIAGRAM).fly(progress)
+    after = flown.recording.between(STEP_EDGE_S, np.inf)
     use = float(after.rotor_use.max())
     return LoadResponse(
         load=load,
         amplitude=size,
-        recording=session.recording(),
+        **vars(flown),
         metrics=load_metrics(
             after.time - STEP_EDGE_S, response_to_load(row, after), peak_rotor_use=use
         ),
         peak_rotor_use=use,
-        exchange=session.exchange,
-        ended=session.ended,
     )
 
 
@@ -140,7 +136,7 @@ def predict_load_step(
     from workbench.design.rollout.candidates import start_state
 
     row = find_load(load)
-    check_load(load, amplitude)
+    check_amplitude(amplitude)
     check_duration(duration)
     centre = engine.vehicle.p_BoBcm_B
     action = row.action(amplitude, acting_time(row, duration, acts), centre)
@@ -156,16 +152,6 @@ def predict_load_step(
     states = flown.states[0, after]
     response = row.moved(states[:, 0:4], states[:, 4:7], states[:, 7:10])
     return flown.time[after] - STEP_EDGE_S, response, float(flown.peak_rotor_use[0])
-
-
-def check_load(load: str, amplitude: float) -> None:
-    """Check the load and amplitude of a step.
-
-    Raises:
-        WorkbenchError: that says what to give instead.
-    """
-    find_load(load)
-    check_amplitude(amplitude)
 
 
 def usual_load(load: Load, vehicle: Vehicle) -> float:

@@ -14,7 +14,7 @@ from workbench.common.plain_files import make_folder, write_atomically
 from workbench.common.resources import SPEC_SUFFIX
 from workbench.control.controller import Controller
 from workbench.design.linear_step import DecayTimes
-from workbench.design.load_step import acting_time, check_load
+from workbench.design.load_step import acting_time
 from workbench.design.pin_limits import (
     LIMIT_WITHOUT_EFFECT,
     PIN_MARGIN_SHARES,
@@ -33,7 +33,7 @@ from workbench.design.regress.spec import Spec, SpecCase, SpecFile, SpecLimit
 from workbench.design.regress.spec_names import MARGINS_PART, SPEC_SUFFIXES, spec_name
 from workbench.design.regress.verdict import CaseResult
 from workbench.design.step_metrics import step_duration
-from workbench.design.step_response import check_duration, check_step
+from workbench.design.step_response import check_amplitude, check_duration, check_step
 from workbench.estimation.settings import ESTIMATORS
 from workbench.gains.gain_choice import make_profile
 from workbench.gains.gains import save_gains
@@ -100,7 +100,10 @@ def pin_step(
             exists or cannot be written.
     """
     loaded = axis in LOAD_NAMES
-    (check_load if loaded else check_step)(axis, amplitude)
+    if loaded:
+        check_amplitude(amplitude)
+    else:
+        check_step(axis, amplitude)
     setup = make_setup(scenario, gains)
     if duration is None:
         decay = 0.0 if loaded else DecayTimes(setup).of(axis)

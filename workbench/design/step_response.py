@@ -122,15 +122,14 @@ def fly_step(
         flier = Flier(setup.with_scenario(flight), fly_on=fly_on)
     _check_within_limit(flier, axis, amplitude, velocity)
     flown = flier.fly(progress)
-    recording = flown.recording
-    after = recording.between(STEP_EDGE_S, np.inf)
+    after = flown.recording.between(STEP_EDGE_S, np.inf)
     response = axis_velocity(after, axis)
     before = float(response[0]) if any(velocity) else 0.0
     use = float(after.rotor_use.max())
     return StepResponse(
         axis=axis,
         amplitude=amplitude,
-        recording=recording,
+        **vars(flown),
         metrics=step_metrics(
             after.time - STEP_EDGE_S,
             response - before,
@@ -141,8 +140,6 @@ def fly_step(
         peak_rotor_use=use,
         coupling=coupling(after, axis, velocity),
         before=before,
-        exchange=flown.exchange,
-        ended=flown.ended,
         decay=decay,
     )
 

@@ -161,7 +161,7 @@ def save_gains(path: Path | str, gains: GainFile, controller: Controller | None 
         else:
             history = old.history
     written = dataclasses.replace(gains, gains=ordered, history=history[-MAX_HISTORY_SAVES:])
-    write_atomically(path, comment + _to_yaml(written, law))
+    write_atomically(path, comment + gain_file_text(written, law))
     return written
 
 
@@ -225,7 +225,7 @@ def _leading_comment(text: str) -> str:
     return "".join(lines[:count])
 
 
-def _to_yaml(gains: GainFile, law: Controller) -> str:
+def gain_file_text(gains: GainFile, law: Controller) -> str:
     """Return the text of a gain file."""
     import yaml  # slow to load, and rarely needed
 

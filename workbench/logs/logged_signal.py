@@ -34,6 +34,11 @@ def component_names(beginning: str, each: Iterable[str] = "xyz") -> tuple[str, .
     return tuple(f"{beginning}{part}" for part in each)
 
 
+def topic_signals(topic: str, fields: str) -> tuple[str, ...]:
+    """Return the names of the signals of a topic, of its fields with spaces between them."""
+    return component_names(f"{topic}.", fields.split())
+
+
 STANDARD_UNITS = (
     (r"(position_data|estimate|setpoint)\.[xyz]", "m"),
     (r"(position_data|estimate|setpoint|attitude_setpoint)\.(roll|pitch|yaw)", "rad"),

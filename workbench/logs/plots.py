@@ -24,6 +24,7 @@ from workbench.design.plots import (
     widen,
 )
 from workbench.logs.expressions import parse_expression
+from workbench.logs.logged_signal import topic_signals
 from workbench.logs.logged_topic import short_topic_name
 from workbench.logs.spectrum import WelchSettings, density_unit, power_spectrum
 from workbench.logs.step_response import StepEstimate
@@ -39,59 +40,58 @@ _OVERLAY_STYLES = ("--", ":", "-.")
 """Style of the curves of other logs."""
 
 
-def _field_names(topic: str, fields: str) -> tuple[str, ...]:
-    return tuple(f"{topic}.{field}" for field in fields.split())
-
-
 _OVERVIEW_PANELS: tuple[
     tuple[str, tuple[tuple[str, ...], ...], tuple[tuple[str, ...], ...], float], ...
 ] = (
     (
         "position in W",
-        (_field_names("position_data", "x y z"), _field_names("estimate", "x y z")),
-        (_field_names("setpoint", "x y z"),),
+        (topic_signals("position_data", "x y z"), topic_signals("estimate", "x y z")),
+        (topic_signals("setpoint", "x y z"),),
         0.5,
     ),
     (
         "velocity in W",
-        (_field_names("velocity_data", "v_x v_y v_z"), _field_names("estimate", "v_x v_y v_z")),
-        (_field_names("command_velocity", "v_x v_y v_z"), _field_names("setpoint", "v_x v_y v_z")),
+        (topic_signals("velocity_data", "v_x v_y v_z"), topic_signals("estimate", "v_x v_y v_z")),
+        (
+            topic_signals("command_velocity", "v_x v_y v_z"),
+            topic_signals("setpoint", "v_x v_y v_z"),
+        ),
         0.2,
     ),
     (
         "attitude",
         (
-            _field_names("position_data", "roll pitch yaw"),
-            _field_names("estimate", "roll pitch yaw"),
+            topic_signals("position_data", "roll pitch yaw"),
+            topic_signals("estimate", "roll pitch yaw"),
         ),
-        (_field_names("attitude_setpoint", "roll pitch yaw"),),
+        (topic_signals("attitude_setpoint", "roll pitch yaw"),),
         0.05,
     ),
     (
         "yaw rate",
-        (_field_names("velocity_data", "w_z"),),
-        (_field_names("command_velocity", "yaw_rate"),),
+        (topic_signals("velocity_data", "w_z"),),
+        (topic_signals("command_velocity", "yaw_rate"),),
         0.05,
     ),
     (
         "angular velocity in B",
-        (_field_names("imu", "angular_velocity.x angular_velocity.y angular_velocity.z"),),
-        (_field_names("rate_setpoint", "w_x w_y w_z"),),
+        (topic_signals("imu", "angular_velocity.x angular_velocity.y angular_velocity.z"),),
+        (topic_signals("rate_setpoint", "w_x w_y w_z"),),
         0.05,
     ),
     (
         "motor commands",
-        (_field_names("motors", " ".join(f"command_{i}" for i in range(1, 9))),),
+        (topic_signals("motors", " ".join(f"command_{i}" for i in range(1, 9))),),
         (),
         0.2,
     ),
     (
         "thrust of the rotors",
-        (_field_names("rotors", " ".join(f"thrust.{i}" for i in range(8))),),
+        (topic_signals("rotors", " ".join(f"thrust.{i}" for i in range(8))),),
         (),
         0.2,
     ),
-    ("battery", (_field_names("battery", "voltage"),), (), 0.5),
+    ("battery", (topic_signals("battery", "voltage"),), (), 0.5),
 )
 """Panels of an overview: title, measured signals and commands, of both the first available set, and
 smallest span of the axis."""

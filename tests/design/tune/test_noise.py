@@ -9,10 +9,11 @@ import pytest
 from workbench.design.judge.noise import noise_effects
 from workbench.design.linear.operating_point import OperatingPoint
 from workbench.design.linear.study import LinearStudy
-from workbench.design.metrics import ROTORS_KIND
 from workbench.design.tune.case import NOMINAL_CASE
-from workbench.design.tune.measure import Instruments, MeasuredQuantity
+from workbench.design.tune.measure import Instruments
 from workbench.design.tune.noise_amplification import RATE_NOISE_INPUTS, noise_amplification
+from workbench.design.tune.requirement import Requirement
+from workbench.design.tune.wish import parse_wish
 from workbench.scenario.scenario import Scenario
 from workbench.setup import make_setup
 
@@ -86,7 +87,8 @@ def test_a_heading_that_wanders_with_the_one_remembered_shakes_no_rotor():
 def test_a_wish_bounds_the_noise_of_the_rotors_commands():
     """As the effects of all sensors have it, of whichever gains; and filters calm it."""
     instruments = Instruments(make_setup(Scenario(estimator="ekf"), {"gyro_lowpass": 60.0}))
-    wanted = MeasuredQuantity(NOMINAL_CASE, ROTORS_KIND, "rotors", "command_noise")
+    (wish,) = parse_wish("rotors.command_noise<=1")
+    wanted = Requirement(wish, NOMINAL_CASE, wish.bound)
     rough = {**instruments.base, "kd_roll": 2.0 * instruments.base["kd_roll"]}
     found = instruments.measure([instruments.base, rough], [wanted])[:, 0]
     study = LinearStudy(Scenario(estimator="ekf"))

@@ -7,13 +7,12 @@ import numpy as np
 import pytest
 
 from workbench.design.flier import DIAGRAM
-from workbench.design.metrics import STEP_KIND
 from workbench.design.step_response import fly_step
 from workbench.design.tune import proof
 from workbench.design.tune.case import NOMINAL_CASE, Robustness, VehicleCase
-from workbench.design.tune.measure import Instruments, MeasuredQuantity, TuneStep
+from workbench.design.tune.measure import Instruments, TuneStep
 from workbench.design.tune.proof import case_metrics, flights_to_fly
-from workbench.design.tune.requirement import requirements
+from workbench.design.tune.requirement import Requirement, requirements
 from workbench.design.tune.wish import parse_wish
 from workbench.setup import make_setup
 
@@ -93,8 +92,8 @@ def test_a_step_from_steady_flight_is_measured_from_that_flight():
     response = tools.responses([tools.base], "x", NOMINAL_CASE).response[0]
     assert response[0] == 0.0
     assert response[-1] == pytest.approx(1.0, abs=0.05)
-    names = ("rise_time", "steady_state_error")
-    asked = [MeasuredQuantity(NOMINAL_CASE, STEP_KIND, "x", name) for name in names]
+    wishes = [*parse_wish("x.rise_time<=1"), *parse_wish("x.steady_state_error<=1")]
+    asked = [Requirement(wish, NOMINAL_CASE, wish.bound) for wish in wishes]
     flown = fly_step("x", 1.0, duration=3.0, velocity=velocity).metrics
     rise, error = tools.measure([tools.base], asked)[0]
     assert rise == pytest.approx(flown.rise_time, abs=2 / 128)  # one for each way to count samples

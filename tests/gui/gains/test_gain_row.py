@@ -10,8 +10,9 @@ from PyQt6.QtWidgets import QApplication
 
 from workbench.common.quantity import DisplayUnit
 from workbench.control.controller_file import load_controller
+from workbench.gui.charts.ticks import decimals_for_step
 from workbench.gui.gains.gain_input import GainSlider
-from workbench.gui.gains.gain_scale import GainScale, step_decimals
+from workbench.gui.gains.gain_scale import GainScale
 from workbench.gui.gains.step_key import COARSE_STEP_FACTOR, FINE_STEP_FACTOR, FINEST_STEP_FACTOR
 
 LEFT = Qt.MouseButton.LeftButton
@@ -248,4 +249,4 @@ def test_steps_stay_within_the_limits():
 
 
 def test_decimals_show_a_step():
-    assert [step_decimals(step) for step in (0.5, 0.01, 1.0, 20.0, 0.002)] == [1, 2, 0, 0, 3]
+    assert [decimals_for_step(step) for step in (0.5, 0.01, 1.0, 20.0, 0.002)] == [1, 2, 0, 0, 3]

@@ -11,10 +11,10 @@ from workbench.gui.instruments.ring_scan import (
     RING_SECTORS,
     BearingRing,
     RingScan,
-    down_of,
     sector_bearings,
     side_of,
 )
+from workbench.gui.poses import rotation_of
 from workbench.link.topics import Field, Topic, TopicDirection
 
 LEVEL = (0.0, 0.0, -1.0)
@@ -88,9 +88,7 @@ def test_the_ground_is_no_obstacle():
 
 def test_the_ground_is_found_in_a_bank():
     # Right side down by 30 degrees: the ray to the right goes down, from 2 m it is 4 m long.
-    half = math.radians(15.0)
-    down_B = down_of((math.cos(half), math.sin(half), 0.0, 0.0))
-    assert down_B == pytest.approx((0.0, -0.5, -math.sqrt(0.75)))
+    down_B = (0.0, -0.5, -math.sqrt(0.75))
     ring = ring_of(cloud_topic(), [4.0, 4.0, 4.0, 4.0], height=2.0, down_B=down_B)
     assert math.isinf(ring.distances[3 * RING_SECTORS // 4])
     assert np.isfinite(ring.distances).sum() == 3
@@ -130,7 +128,7 @@ def test_the_ring_of_a_flight_finds_what_the_snapshot_says_is_nearest(canned):
         if number == 12
     ]
     now = view.snapshot
-    ring = RingScan(topics[12]).ring(clouds[-1], now.p_WB[2], down_of(now.q_WB))
+    ring = RingScan(topics[12]).ring(clouds[-1], now.p_WB[2], -rotation_of(now.q_WB)[2])
     assert ring.nearest >= now.lidar.nearest - 1e-3  # which may be the ground
     assert np.isfinite(ring.distances).sum() > RING_SECTORS / 2  # there is a room around
 

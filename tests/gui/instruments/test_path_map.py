@@ -4,6 +4,7 @@ import math
 
 import pytest
 
+from workbench.gui.charts.ticks import round_step
 from workbench.gui.home.path_map import PathMap
 from workbench.gui.home.trail import MAX_TRAIL_POINTS, Trail
 from workbench.gui.instruments.map_frame import (
@@ -12,7 +13,6 @@ from workbench.gui.instruments.map_frame import (
     SteadyFrame,
     SteadyScale,
     round_bar,
-    round_reach,
 )
 from workbench.plant.worlds.outline import Outline
 
@@ -38,7 +38,7 @@ def test_the_scale_bar_is_the_longest_round_length_that_fits(longest, bar):
 
 
 def test_reaches_are_one_two_or_five():
-    assert [round_reach(each) for each in (0.9, 1.0, 1.1, 2.5, 7.0, 20.0, 21.0)] == [
+    assert [round_step(each, 1) for each in (0.9, 1.0, 1.1, 2.5, 7.0, 20.0, 21.0)] == [
         1.0,
         1.0,
         2.0,

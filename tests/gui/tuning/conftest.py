@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from workbench.analysis.judging import draw_frequency
-from workbench.analysis.judging import judge as judge_loops
+from workbench.analysis.judging import judge_gains as judge_loops
 from workbench.analysis.loop_placing import move_pole, sample_reach, shape_loop
 from workbench.analysis.queries import (
     DrawFrequency,

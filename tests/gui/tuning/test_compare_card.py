@@ -3,6 +3,7 @@
 import csv
 import io
 import math
+from dataclasses import replace
 
 import pytest
 from PyQt6.QtGui import QGuiApplication
@@ -123,6 +124,9 @@ def test_the_best_of_a_row_is_that_of_a_table_by_hand():
     assert table[0] == ["metric", "unit", "kept", "A", "B"]
     assert table[3] == ["settling_time", "s", "", "1.2", ""]
     assert float(table[8][4]) == pytest.approx(math.radians(60.0))
+    other = replace(designs[1], name="soft, slow")
+    named = csv_text(rows, (designs[0], other, designs[2]))
+    assert next(csv.reader(io.StringIO(named)))[3] == "soft, slow"
 
 
 def number(text):

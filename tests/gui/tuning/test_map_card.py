@@ -181,4 +181,4 @@ def test_no_map_is_not_hatched_in_another_look(card, offline):
     ],
 )
 def test_the_first_map_of_an_axis_is_over_the_main_gains_of_its_loops(law, axis, first):
-    assert axis_gains(load_controller(law).loops, axis)[:2] == first
+    assert axis_gains(load_controller(law), axis)[:2] == first

@@ -5,7 +5,7 @@ from functools import partial
 
 import pytest
 
-from workbench.analysis.judging import judge as answer
+from workbench.analysis.judging import judge_gains as answer
 from workbench.analysis.queries import Judge
 from workbench.analysis.subject import AnalysedVehicle
 from workbench.design.judge.loop_judgement import judge_loops

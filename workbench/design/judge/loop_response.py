@@ -23,6 +23,12 @@ MAX_DRIFT_RATE = 1e-2
 with it, over minutes, where a static error turns with the heading and the reference does not."""
 
 
+def decibels(response: np.ndarray) -> np.ndarray:
+    """Return the magnitude of a response [dB]."""
+    size: np.ndarray = 20.0 * np.log10(np.maximum(np.abs(response), 1e-12))
+    return size
+
+
 @dataclass(frozen=True)
 class LoopResponses:
     """Open loops L of one closed loop, each cut at a different point.

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from workbench.control.loop import Loop
 from workbench.design.judge.gang_of_four import gang_of_four
-from workbench.design.judge.loop_response import loop_responses
+from workbench.design.judge.loop_response import decibels, loop_responses
 from workbench.design.judge.margins import (
     LoopMargins,
     loop_margins,
@@ -20,7 +20,6 @@ from workbench.design.judge.measured_loop import MIN_COHERENCE
 from workbench.design.judge.modes import Mode, natural_poles
 from workbench.design.judge.phase_budget import PHASE_BUDGET_PARTS, PhaseBudget
 from workbench.design.judge.plots_frequency import (
-    decibels,
     draw_gang,
     draw_magnitude,
     draw_nyquist,

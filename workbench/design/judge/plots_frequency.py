@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import MultipleLocator
 
 from workbench.design.judge.gang_of_four import GangOfFour
-from workbench.design.judge.loop_response import LoopResponses
+from workbench.design.judge.loop_response import LoopResponses, decibels
 from workbench.design.judge.margins import LoopMargins, frequency_grid
 from workbench.design.plots import PALETTE, label_panel, note
 
@@ -119,12 +119,6 @@ def draw_gang(control: Axes, load: Axes, gang: GangOfFour) -> None:
             bbox=_TEXT_BACKGROUND,
         )
         label_panel(axes, name, f"size [{unit}]", "frequency [rad/s]")
-
-
-def decibels(values: np.ndarray) -> np.ndarray:
-    """Return magnitudes in dB."""
-    decibel: np.ndarray = 20.0 * np.log10(np.maximum(np.abs(values), 1e-9))
-    return decibel
 
 
 def _mark_frequency(

@@ -8,6 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from workbench.common.html_page import html_page
 from workbench.common.plain_text import html_text, visible
 from workbench.design.plots import PALETTE, inline_svg, legend, styled, widen
 from workbench.design.regress.verdict import (
@@ -19,18 +20,6 @@ from workbench.design.regress.verdict import (
     with_unit,
 )
 
-_RESULTS_STYLE = """
-body { font: 15px/1.45 system-ui, sans-serif; color: #222; max-width: 62em; margin: 2em auto;
-       padding: 0 1em; }
-h1 { font-size: 1.5em; } h2 { font-size: 1.15em; margin: 1.6em 0 .3em; }
-table { border-collapse: collapse; margin: .5em 0; }
-th, td { text-align: left; padding: .18em .9em .18em 0; border-bottom: 1px solid #e4e4e4;
-         vertical-align: top; }
-th { font-weight: 600; } td.number { font-variant-numeric: tabular-nums; }
-.failed { color: #b3261e; font-weight: 600; } .passed { color: #1b6e3c; }
-.note { color: #666; } summary { cursor: pointer; } svg { max-width: 100%; height: auto; }
-a { color: inherit; }
-"""
 _SKIPPED = '<span class="note">skipped</span>'
 
 
@@ -47,21 +36,14 @@ def results_page(results: Sequence[CaseResult], title: str) -> str:
     verdict = results_summary(results)
     rows = "\n".join(_summary_row(number, result) for number, result in numbered)
     cases = "\n".join(_case(number, result) for number, result in numbered)
-    return f"""<!DOCTYPE html>
-<html lang="en">
-<head><meta charset="utf-8"><title>{html_text(title)}: {verdict}</title>
-<meta name="viewport" content="width=device-width"><style>{_RESULTS_STYLE}</style></head>
-<body>
-<h1>{html_text(title)}: <span class="{"failed" if failed else "passed"}">{verdict}</span></h1>
-{_changes_section(results)}
+    body = f"""{_changes_section(results)}
 <table>
 <tr><th>spec</th><th>case</th><th></th><th>what</th></tr>
 {rows}
 </table>
-{cases}
-</body>
-</html>
-"""
+{cases}"""
+    shown = f'<span class="{"failed" if failed else "passed"}">{verdict}</span>'
+    return html_page(f"{title}: {verdict}", body, f"{html_text(title)}: {shown}")
 
 
 def _changes_section(results: Sequence[CaseResult]) -> str:

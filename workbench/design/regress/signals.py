@@ -115,14 +115,6 @@ def part_signal(name: str, vehicle: Vehicle) -> RecordedSignal:
     )
 
 
-def _roll_angle(recording: Recording) -> np.ndarray:
-    return tilt_angles(recording.q_WB)[0]
-
-
-def _pitch_angle(recording: Recording) -> np.ndarray:
-    return tilt_angles(recording.q_WB)[1]
-
-
 def _recorded_column(recording: Recording, field: str, index: int) -> np.ndarray:
     columns: np.ndarray = getattr(recording, field)
     if index >= columns.shape[1]:
@@ -160,8 +152,8 @@ RECORDED_SIGNALS: tuple[RecordedSignal, ...] = (
     *_recorded_vector("v", "m/s", "v_WB"),
     RecordedSignal("yaw_rate", "rad/s", lambda flown: flown.w_WB[:, 2], ("w_WB",)),
     *_recorded_vector("p", "m", "p_WB"),
-    RecordedSignal("roll", "rad", _roll_angle, ("q_WB",)),
-    RecordedSignal("pitch", "rad", _pitch_angle, ("q_WB",)),
+    RecordedSignal("roll", "rad", lambda flown: tilt_angles(flown.q_WB)[0], ("q_WB",)),
+    RecordedSignal("pitch", "rad", lambda flown: tilt_angles(flown.q_WB)[1], ("q_WB",)),
     RecordedSignal("yaw", "rad", lambda flown: unwrapped_yaw(flown.q_WB), ("q_WB",)),
     RecordedSignal("tilt", "rad", lambda flown: flown.tilt, ("q_WB",)),
     *_recorded_vector("w", "rad/s", "w_WB"),

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from workbench.design.tune.measure import Instruments, MeasuredQuantity
+from workbench.design.tune.measure import Instruments
 from workbench.design.tune.requirement import Requirement
 from workbench.design.tune.variables import Variables, loops_for
 
@@ -60,8 +60,7 @@ class Problem:
 
     def measured(self, gains: Sequence[Mapping[str, float]]) -> np.ndarray:
         """Return the values (N, R) for the requirements with N sets of all parameter values."""
-        quantities = [required_quantity(requirement) for requirement in self.requirements]
-        values = self.instruments.measure(gains, quantities)
+        values = self.instruments.measure(gains, self.requirements)
         added = [self.corrections.get(requirement, 0.0) for requirement in self.requirements]
         return np.asarray(values + np.array(added))
 
@@ -84,12 +83,6 @@ class Problem:
             if np.isfinite(value) and np.isfinite(measured[required]):
                 corrections[required] = corrections.get(required, 0.0) + value - measured[required]
         return dataclasses.replace(self, corrections=corrections)
-
-
-def required_quantity(requirement: Requirement) -> MeasuredQuantity:
-    """Return what a requirement bounds."""
-    wish = requirement.wish
-    return MeasuredQuantity(requirement.case, wish.metric.kind, wish.subject, wish.metric.name)
 
 
 class SearchEndedError(Exception):

@@ -25,12 +25,15 @@ from workbench.design.step_response import REST_VELOCITY_M_S, STEP_START_HEIGHT_
 from workbench.design.tune.case import VehicleCase
 from workbench.design.tune.flight_numbers import SEARCHED_NUMBERS, flight_numbers
 from workbench.design.tune.noise_amplification import noise_amplification
+from workbench.design.tune.requirement import Requirement
 from workbench.design.tune.variables import loop_of
-from workbench.design.tune.wish import ATTITUDE_METRICS, ATTITUDE_SUBJECTS
+from workbench.design.tune.wish import ATTITUDE_METRICS, ATTITUDE_SUBJECTS, Wish
 from workbench.scenario.scenario import Scenario
 from workbench.setup import Setup
 
 Gains = Mapping[str, float]
+Numbers = dict[str, np.ndarray]
+"""The values of N sets of gains (N) by the name of a wish, such as x.rise_time."""
 _UNSTABLE_COMMAND_RATIO = 100.0
 """Effect of noise on commands, relative to their mean, that counts as unstable."""
 MARGIN_PER_GROWTH_S = -0.1
@@ -75,23 +78,6 @@ def _diagram_step(
 def _sample_count(scenario: Scenario, step: "TuneStep") -> int:
     """Return the number of samples M: one for each control period, including the edge."""
     return round(step.duration / scenario.rates.control_period) + 1
-
-
-@dataclass(frozen=True)
-class MeasuredQuantity:
-    """A number to measure.
-
-    Attributes:
-        case: the vehicle.
-        kind: of its metric: `STEP_KIND`, `LOOP_KIND` or `ROTORS_KIND`.
-        subject: axis, loop, or "rotors".
-        metric: its name.
-    """
-
-    case: VehicleCase
-    kind: str
-    subject: str
-    metric: str
 
 
 @dataclass(frozen=True)
@@ -204,31 +190,31 @@ class Instruments:
         time = scenario.rates.control_period * np.arange(_sample_count(scenario, step))
         return Responses(time, *map(np.array, found))
 
-    def measure(self, gains: Sequence[Gains], quantities: Sequence[MeasuredQuantity]) -> np.ndarray:
-        """Return the values (N, Q) of quantities, of N sets of all parameter values.
+    def measure(self, gains: Sequence[Gains], required: Sequence[Requirement]) -> np.ndarray:
+        """Return the values (N, R) that requirements bound, of N sets of all parameter values.
 
         Sets may differ from the base in the gains of the loops.
 
         A diverged flight or an unstable loop has infinite values, or a negative margin that
         measures the instability.
         """
-        values = np.full((len(gains), len(quantities)), math.nan)
-        for case in dict.fromkeys(quantity.case for quantity in quantities):
-            asked = [q for q in quantities if q.case == case]
-            found: dict[MeasuredQuantity, np.ndarray] = {}
-            for subject in dict.fromkeys(q.subject for q in asked if q.kind == STEP_KIND):
+        values = np.full((len(gains), len(required)), math.nan)
+        for case in dict.fromkeys(each.case for each in required):
+            asked = {each.wish.name: each.wish for each in required if each.case == case}.values()
+            found: Numbers = {}
+            for subject in dict.fromkeys(w.subject for w in asked if w.metric.kind == STEP_KIND):
                 measured = (
                     self._attitude_numbers if subject in ATTITUDE_SUBJECTS else self._step_numbers
                 )
                 found |= measured(gains, subject, case)
-            held = [q for q in asked if q.kind == LOOP_KIND and self.holds(q.subject)]
-            free = [q for q in asked if q.kind != STEP_KIND and q not in held]
+            held = [w for w in asked if w.metric.kind == LOOP_KIND and self.holds(w.subject)]
+            free = [w for w in asked if w.metric.kind != STEP_KIND and w not in held]
             for point, some in ((self.point, free), (HOLDING_POINT, held)):
                 if some:
                     found |= self._loop_numbers(gains, some, case, point)
-            for index, quantity in enumerate(quantities):
-                if quantity.case == case:
-                    values[:, index] = found[quantity]
+            for index, each in enumerate(required):
+                if each.case == case:
+                    values[:, index] = found[each.wish.name]
         return values
 
     def holds(self, subject: str) -> bool:
@@ -236,25 +222,17 @@ class Instruments:
         loop = loop_of(self.controller, subject)
         return loop is not None and loop.hold
 
-    def _step_numbers(
-        self, gains: Sequence[Gains], axis: str, case: VehicleCase
-    ) -> dict[MeasuredQuantity, np.ndarray]:
+    def _step_numbers(self, gains: Sequence[Gains], axis: str, case: VehicleCase) -> Numbers:
         """Return all metrics of the step of an axis."""
         flown = self.responses(gains, axis, case)
         numbers = flight_numbers(
             flown.time, flown.response, self.steps[axis].amplitude, flown.diverged
         )
-        found = {
-            MeasuredQuantity(case, STEP_KIND, axis, name): getattr(numbers, name)
-            for name in SEARCHED_NUMBERS
-        }
         use = np.where(flown.diverged, math.inf, flown.peak_rotor_use)
-        found[MeasuredQuantity(case, STEP_KIND, axis, "peak_rotor_use")] = use
-        return found
+        found = {f"{axis}.{name}": getattr(numbers, name) for name in SEARCHED_NUMBERS}
+        return found | {f"{axis}.peak_rotor_use": use}
 
-    def _attitude_numbers(
-        self, gains: Sequence[Gains], angle: str, case: VehicleCase
-    ) -> dict[MeasuredQuantity, np.ndarray]:
+    def _attitude_numbers(self, gains: Sequence[Gains], angle: str, case: VehicleCase) -> Numbers:
         """Return the metrics of a step of an attitude, by the linear model.
 
         The velocity loops are open, so only the angle is commanded.
@@ -265,25 +243,22 @@ class Instruments:
         time = models(gains[0]).period * np.arange(response.shape[1])
         grows = ~(np.abs(response).max(axis=1) < DIVERGED_RESPONSE_RATIO)
         numbers = flight_numbers(time, response, 1.0, grows)
-        return {
-            MeasuredQuantity(case, STEP_KIND, angle, name): getattr(numbers, name)
-            for name in ATTITUDE_METRICS
-        }
+        return {f"{angle}.{name}": getattr(numbers, name) for name in ATTITUDE_METRICS}
 
     def _loop_numbers(
         self,
         gains: Sequence[Gains],
-        quantities: Sequence[MeasuredQuantity],
+        wishes: Sequence[Wish],
         case: VehicleCase,
         point: OperatingPoint,
-    ) -> dict[MeasuredQuantity, np.ndarray]:
+    ) -> Numbers:
         """Return numbers of the linear model at an operating point."""
         models, study = self.models(case, point), self._study(case)
-        rows = [_model_numbers(models(each), quantities) for each in gains]
-        found = dict(zip(quantities, np.array(rows).T, strict=True))
-        for quantity in quantities:
-            if quantity.metric == "command_noise":
-                found[quantity] = np.array([command_noise(study, point, each) for each in gains])
+        rows = [_model_numbers(models(each), wishes) for each in gains]
+        found = dict(zip((wish.name for wish in wishes), np.array(rows).T, strict=True))
+        for wish in wishes:
+            if wish.metric.name == "command_noise":
+                found[wish.name] = np.array([command_noise(study, point, each) for each in gains])
         return found
 
 
@@ -309,20 +284,20 @@ class Responses:
         return np.isfinite(self.diverged_at)
 
 
-def _model_numbers(model: LinearModel, quantities: Sequence[MeasuredQuantity]) -> list[float]:
-    """Return the requested numbers of one model."""
-    loops = list(dict.fromkeys(q.subject for q in quantities if q.kind == LOOP_KIND))
+def _model_numbers(model: LinearModel, wishes: Sequence[Wish]) -> list[float]:
+    """Return the numbers of one model that wishes bound."""
+    loops = list(dict.fromkeys(w.subject for w in wishes if w.metric.kind == LOOP_KIND))
     points = [cut_point(model, loop) for loop in loops]
     margins = dict(zip(loops, all_margins(model, points), strict=True)) if loops else {}
     found = []
-    for quantity in quantities:
-        if quantity.metric == "command_noise":
+    for wish in wishes:
+        if wish.metric.name == "command_noise":
             found.append(math.nan)  # computed from a model with the noise of each sensor
-        elif quantity.kind == ROTORS_KIND:
+        elif wish.metric.kind == ROTORS_KIND:
             found.append(noise_amplification(model))
-        elif margins[quantity.subject].stable:
-            found.append(float(getattr(margins[quantity.subject], quantity.metric)))
-        elif quantity.metric == "peak_sensitivity":
+        elif margins[wish.subject].stable:
+            found.append(float(getattr(margins[wish.subject], wish.metric.name)))
+        elif wish.metric.name == "peak_sensitivity":
             found.append(math.inf)
         else:
             found.append(MARGIN_PER_GROWTH_S * growth_rate(closed_poles(model), model.period))

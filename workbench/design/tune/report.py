@@ -8,6 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from workbench.common.html_page import html_page, html_table
 from workbench.common.plain_text import html_text
 from workbench.design.plots import PALETTE, label_panel, styled, widen, write_png
 from workbench.design.tune.case import NOMINAL_CASE
@@ -18,24 +19,13 @@ from workbench.design.tune.wish import DEFAULT_ORIGIN
 from workbench.scenario.axes import find_axis
 
 TableRows = list[list[str]]
+NOT_MET_TEXT = "not ok"
 BEFORE_TUNING = 0
 AFTER_TUNING = 1
 _CORNER_OPACITY = 0.3
 """Opacity of the curves of varied vehicles."""
 _MAX_BAR_RESERVE = 1.5
 """Largest reserve, positive or negative, of a bar."""
-
-_TUNING_PAGE = """<!DOCTYPE html>
-<html lang="en"><head><meta charset="utf-8"><title>{title}</title><style>
-body {{ font: 15px/1.5 system-ui, sans-serif; max-width: 62rem; margin: 2rem auto }}
-table {{ border-collapse: collapse; margin: 0.5rem 0 1.5rem }}
-th, td {{ padding: 0.15rem 0.9rem 0.15rem 0; text-align: left; border-bottom: 1px solid #ddd }}
-img {{ max-width: 100% }}
-.no {{ color: #c0392b; font-weight: bold }}
-</style></head><body>
-{body}
-</body></html>
-"""
 
 
 def wish_rows(results: Sequence[WishResult], *, cases: bool = False) -> TableRows:
@@ -58,7 +48,7 @@ def wish_rows(results: Sequence[WishResult], *, cases: bool = False) -> TableRow
 def _wish_verdict(required: Requirement, value: float) -> str:
     """Return the verdict on a wish; if met only with a widened limit, it has the original one."""
     if not required.met(value):
-        return "not ok"
+        return NOT_MET_TEXT
     if required.widened is None or required.meets_unwidened(value):
         return "ok"
     return f"widened from {required.wish.metric.text(required.widened)}"
@@ -90,23 +80,24 @@ def proof_rows(found: Tuning) -> TableRows:
 def report_html(found: Tuning, figure: Figure) -> str:
     """Return the report as one page, including its figure."""
     title = f"{found.vehicle}: tuned gains" if found.met else f"{found.vehicle}: wishes not met"
-    parts = [f"<h1>{html_text(title)}</h1>", _paragraphs(found), _image(figure)]
-    parts += ["<h2>Wishes</h2>", _html_table(("", "before", "after", "wished", ""), _wished(found))]
+    parts = [_paragraphs(found), _image(figure)]
+    parts += [_section("Wishes", ("", "before", "after", "wished", ""), _wished(found))]
     if found.in_corners:
         head = ("", "before", "after", "still wished", "", "corner")
-        parts += ["<h2>In the worst corner of each</h2>"]
-        parts += [_html_table(head, wish_rows(found.in_corners, cases=True))]
+        rows = wish_rows(found.in_corners, cases=True)
+        parts += [_section("In the worst corner of each", head, rows)]
     if found.guarded:
         kept = ("", "before", "after", "kept", "")
-        parts += [
-            "<h2>Loops that no wish is about</h2>",
-            _html_table(kept, wish_rows(found.guarded)),
-        ]
-    parts += ["<h2>Gains</h2>", _html_table(("", "before", "after", ""), gain_rows(found))]
+        parts += [_section("Loops that no wish is about", kept, wish_rows(found.guarded))]
+    parts += [_section("Gains", ("", "before", "after", ""), gain_rows(found))]
     if found.proof and found.proof.values:
         flown = ("", "flown", "wished", "", "")
-        parts += ["<h2>Flown on the full diagram</h2>", _html_table(flown, proof_rows(found))]
-    return _TUNING_PAGE.format(title=html_text(title), body="\n".join(parts))
+        parts += [_section("Flown on the full diagram", flown, proof_rows(found))]
+    return html_page(title, "\n".join(parts))
+
+
+def _section(title: str, head: Sequence[str], rows: TableRows) -> str:
+    return f"<h2>{title}</h2>\n{html_table(head, rows, failed=NOT_MET_TEXT)}"
 
 
 def _wished(found: Tuning) -> TableRows:
@@ -130,17 +121,6 @@ def _paragraphs(found: Tuning) -> str:
 def _limit_text(required: Requirement) -> str:
     sign = ">=" if required.wish.at_least else "<="
     return f"{sign} {required.wish.metric.text(required.bound)}"
-
-
-def _html_table(head: Sequence[str], rows: TableRows) -> str:
-    lines = ["".join(f"<th>{html_text(text)}</th>" for text in head)]
-    lines += ["".join(map(_html_cell, row)) for row in rows]
-    return "<table>" + "\n".join(f"<tr>{line}</tr>" for line in lines) + "</table>"
-
-
-def _html_cell(text: str) -> str:
-    kind = ' class="no"' if text == "not ok" else ""
-    return f"<td{kind}>{html_text(text)}</td>"
 
 
 def _image(figure: Figure) -> str:

@@ -12,7 +12,7 @@ from workbench.design.linear_step import DecayTimes
 from workbench.design.step_metrics import step_duration
 from workbench.design.step_response import REST_VELOCITY_M_S
 from workbench.design.tune.case import NOMINAL_CASE, Robustness, VehicleCase, robustness_corners
-from workbench.design.tune.evaluation import Problem, required_quantity
+from workbench.design.tune.evaluation import Problem
 from workbench.design.tune.measure import Instruments, TuneStep
 from workbench.design.tune.requirement import (
     completed_wishes,
@@ -100,7 +100,7 @@ def make_plan(
     if wishes.defaults:
         quantities = wished_quantities(law)
         usual = requirements(quantities, [NOMINAL_CASE], wishes.robustness)
-        reached = instruments.measure([rule], [required_quantity(each) for each in usual])[0]
+        reached = instruments.measure([rule], usual)[0]
         asked = completed_wishes(asked, default_wishes(quantities, reached.tolist()))
     asked = merged_wishes(asked)
     if not asked:
@@ -180,11 +180,9 @@ def _guards(
             for name in loop.gains
         )
     ]
-    sought = [
-        required_quantity(each) for each in requirements(quantities, [NOMINAL_CASE], Robustness())
-    ]
-    if not sought:
+    if not quantities:
         return []
+    sought = requirements(quantities, [NOMINAL_CASE], Robustness())
     reached, present = instruments.measure([rule, base], sought)
     return guard_wishes(reached.tolist(), present.tolist(), quantities)
 

@@ -1,5 +1,7 @@
 """The samples of a chart as a table of text: columns with names, units, times and values."""
 
+import csv
+import io
 from collections.abc import Sequence
 
 import numpy as np
@@ -18,7 +20,9 @@ def table_text(columns: Sequence[Series], over: str, separator: str = "\t") -> s
         separator: text between cells.
     """
     heads = [over, *(f"{each.name} [{each.unit or '1'}]" for each in columns)]
-    lines = [separator.join(heads)]
+    head = io.StringIO()
+    csv.writer(head, delimiter=separator, lineterminator="").writerow(heads)  # quotes commas
+    lines = [head.getvalue()]
     if columns:
         time = columns[0].time
         if any(each.time.shape != time.shape or (each.time != time).any() for each in columns[1:]):

@@ -6,16 +6,13 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
-import yaml
 from PyQt6.QtCore import QObject, pyqtSignal
 
 from workbench.common.errors import WorkbenchError
-from workbench.common.parameter import Parameter
 from workbench.control.controller import Controller
 from workbench.control.controller_file import load_controller
-from workbench.control.installed_laws import DEFAULT_CONTROLLER
 from workbench.control.schedule import split_label
-from workbench.gains.gains import GainFile, flown_by, load_gains, save_gains
+from workbench.gains.gains import GainFile, flown_by, gain_file_text, load_gains, save_gains
 from workbench.gui.errands import BackgroundTasks, FutureCallbacks
 from workbench.gui.gains.autopilot_file import (
     compare_autopilot_file,
@@ -166,23 +163,9 @@ class GainFiles(QObject):
 
     def as_yaml(self) -> str:
         """Return the flown gains as a gain file's text, without a history."""
-        gains = {
-            name: _gain_with_unit(self._editor.controller.table.find(name), value)
-            for name, value in self._editor.ordered_gains.items()
-        }
-        whose = (
-            {}
-            if self.controller.name == DEFAULT_CONTROLLER
-            else {"controller": self.controller.name}
-        )
-        file = {
-            "vehicle": self._vehicle_name,
-            **whose,
-            "origin": "copied while flying",
-            "gains": gains,
-        }
-        text: str = yaml.safe_dump(file, sort_keys=False, allow_unicode=True, width=100)
-        return text
+        law, gains = self.controller, self._editor.ordered_gains
+        file = GainFile(self._vehicle_name, "copied while flying", gains, controller=law.name)
+        return gain_file_text(file, law)
 
     def close(self) -> None:
         """Wait for files that are being read or written; must be the last call."""
@@ -305,7 +288,3 @@ def read_gain_text(text: str, controller: Controller | None = None) -> GainFile:
             return load_gains(path, controller)
         except WorkbenchError as error:
             raise WorkbenchError(str(error).replace(str(path), f"the {CLIPBOARD_NAME}")) from None
-
-
-def _gain_with_unit(row: Parameter, value: float) -> float | str:
-    return value if row.unit == "1" else f"{value!r} {row.unit}"

@@ -9,10 +9,11 @@ from PyQt6.QtGui import (
 from PyQt6.QtWidgets import QWidget
 
 from workbench.common.parameter import Parameter
+from workbench.gui.charts.ticks import decimals_for_step
 from workbench.gui.gains.gain_editor import GainEditor, GainMark
 from workbench.gui.gains.gain_input import GainField, GainSlider
 from workbench.gui.gains.gain_rows import linked_gain
-from workbench.gui.gains.gain_scale import GainScale, step_decimals
+from workbench.gui.gains.gain_scale import GainScale
 from workbench.gui.gains.step_key import FINEST_STEP_FACTOR
 from workbench.gui.labels import WrappedName, set_tip
 from workbench.gui.layout import NO_MARGINS, hbox, label, tool_button
@@ -146,7 +147,7 @@ class GainRow(QWidget):
         scale = self.slider.scale = GainScale(self.row, self._unit)
         start = self._editor.start[self.row.name]
         step = self._unit.shown(scale.step(start))
-        fine = step_decimals(step * FINEST_STEP_FACTOR)
+        fine = min(6, decimals_for_step(step * FINEST_STEP_FACTOR))
         self.field.show_decimals(0 if self.row.whole else min(fine, MAX_GAIN_DECIMALS))
         self._unit_shown.setText(self._unit.symbol)
         self.slider.show_start(start)

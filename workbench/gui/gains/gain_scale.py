@@ -88,11 +88,6 @@ class GainScale:
         return math.exp(bent) if self._low > 0.0 else self._knee * math.sinh(bent)
 
 
-def step_decimals(step: float) -> int:
-    """Return the number of decimals that show a step."""
-    return min(6, max(0, -math.floor(math.log10(step) + 1e-9)))
-
-
 def _round_step(step: float) -> float:
     """Return the nearest of 1, 2, 5 times a power of ten, by ratio."""
     power = 10.0 ** math.floor(math.log10(step))

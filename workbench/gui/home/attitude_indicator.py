@@ -9,6 +9,7 @@ from PyQt6.QtGui import QColor, QFont, QPainter, QPaintEvent, QPen
 from PyQt6.QtWidgets import QWidget
 
 from workbench.gui.instruments.instrument import DEFAULT_TEXT_HEIGHT_PX
+from workbench.gui.poses import rotation_of
 from workbench.gui.theme import Look
 
 LADDER_STEP_DEG = 5
@@ -52,10 +53,7 @@ def attitude_of(q_WB: Sequence[float]) -> Attitude | None:
     """
     if not all(map(math.isfinite, q_WB)):
         return None
-    w, x, y, z = q_WB
-    forward = 2.0 * (x * z - w * y)  # world z in the body's axes: third row of the rotation matrix
-    left = 2.0 * (y * z + w * x)
-    up = 1.0 - 2.0 * (x * x + y * y)
+    forward, left, up = rotation_of(q_WB)[2].tolist()  # world z in the body's axes
     return Attitude(math.asin(max(-1.0, min(1.0, forward))), math.atan2(left, up))
 
 

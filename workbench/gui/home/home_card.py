@@ -6,7 +6,7 @@ from PyQt6.QtGui import QFont
 from PyQt6.QtWidgets import QFrame, QWidget
 
 from workbench.gui.help import set_card_help
-from workbench.gui.home.sensor_state import SensorHealth, SensorState
+from workbench.gui.home.sensor_state import SensorState
 from workbench.gui.home.shown_units import ShownUnits
 from workbench.gui.instruments.instrument import DEFAULT_TEXT_HEIGHT_PX, SIGN_SHAPES, Sign
 from workbench.gui.instruments.readout import WIDEST_READOUT_NUMBERS, Hint, Readout, ReadoutLine
@@ -19,14 +19,6 @@ from workbench.session.snapshot import Snapshot
 
 CARD_PADDING_EM = 0.6
 """Padding inside the frame, relative to plain text."""
-HEALTH_SIGNS = {
-    SensorHealth.ABSENT: Sign.OFF,
-    SensorHealth.OFF: Sign.OFF,
-    SensorHealth.WAITING: Sign.OFF,
-    SensorHealth.GOOD: Sign.GOOD,
-    SensorHealth.OLD: Sign.WARNING,
-    SensorHealth.FAULTY: Sign.BAD,
-}
 
 
 class HomeCard(QFrame):
@@ -113,7 +105,7 @@ class HomeCard(QFrame):
 
     def set_state(self, state: SensorState) -> None:
         """Show a sensor's state beside the title."""
-        self.set_note(state.note, HEALTH_SIGNS[state.health])
+        self.set_note(state.note, state.health.sign)
 
     def set_text_size(self, size: float) -> None:
         """Set the height of plain text [px]; other sizes and margins scale with it."""

@@ -21,11 +21,11 @@ from workbench.gui.instruments.ring_scan import (
     EMPTY_RING,
     RING_SECTORS,
     BearingRing,
-    down_of,
     sector_bearings,
     side_of,
 )
 from workbench.gui.layout import CardPair, column, fill
+from workbench.gui.poses import rotation_of
 from workbench.gui.theme import Look
 from workbench.live.view import LiveView
 from workbench.session.snapshot import NearestClearance, Snapshot
@@ -238,7 +238,7 @@ class LidarCard(HomeCard):
         ring = self.ring.ring
         if watch.scan is not None and watch.cloud and watch.cloud is not self._cloud:
             self._cloud = watch.cloud
-            ring = watch.scan.ring(watch.cloud, now.p_WB[2], down_of(now.q_WB))
+            ring = watch.scan.ring(watch.cloud, now.p_WB[2], -rotation_of(now.q_WB)[2])
         self.ring.show_ring(ring, near, now.time)
         if math.isfinite(ring.nearest):
             self.table.show_row(0, self.units.length.number(ring.nearest))

@@ -10,6 +10,7 @@ from PyQt6.QtGui import QMouseEvent, QPolygonF, QResizeEvent, QWheelEvent
 from PyQt6.QtWidgets import QGraphicsPolygonItem
 
 from workbench.common.plain_text import plain_name
+from workbench.gui.charts.ticks import round_step
 from workbench.gui.home.trail import Trail, TrailPoint
 from workbench.gui.instruments.map_frame import (
     MAP_MARGIN_FACTOR,
@@ -18,7 +19,6 @@ from workbench.gui.instruments.map_frame import (
     MapPlace,
     SteadyFrame,
     round_bar,
-    round_reach,
 )
 from workbench.gui.instruments.plane_view import PlaneView
 from workbench.gui.theme import Look
@@ -302,7 +302,9 @@ def _initial_reach(home: MapPlace, outlines: Iterable[Outline]) -> float:
     return min(
         max(
             MIN_MAP_REACH_M,
-            round_reach(MAP_MARGIN_FACTOR * min(ways, default=MIN_MAP_REACH_M / MAP_MARGIN_FACTOR)),
+            round_step(
+                MAP_MARGIN_FACTOR * min(ways, default=MIN_MAP_REACH_M / MAP_MARGIN_FACTOR), 1
+            ),
         ),
         MAX_INITIAL_REACH_M,
     )

@@ -25,12 +25,18 @@ from workbench.session.snapshot import Snapshot
 
 
 class RotorState(Enum):
-    """A rotor's state, as a word; each also has a shape beside the rotor's number."""
+    """A rotor's state, the most severe first: a word, a shape beside its number, and a sign.
 
-    FINE = ""
-    LIMIT = "at the limit"
-    WEAK = "weak"
-    STOPPED = "failed"
+    The shape is there as the state is not told by colour alone.
+    """
+
+    STOPPED = "failed", " ✕", Sign.BAD
+    WEAK = "weak", " ▼", Sign.WARNING
+    LIMIT = "at the limit", " ▲", Sign.WARNING
+    FINE = "", "", Sign.GOOD
+
+    def __init__(self, word: str, shape: str, sign: Sign) -> None:
+        self.word, self.shape, self.sign = word, shape, sign
 
 
 @dataclass(frozen=True)
@@ -70,7 +76,7 @@ class RotorBars(QWidget):
         """The rotors as a sentence."""
         return "; ".join(
             f"rotor {number}: {each.thrust:.1f} newtons, {each.speed:.0f} radians a second"
-            + (f", {each.state.value}" if each.state.value else "")
+            + (f", {each.state.word}" if each.state.word else "")
             for number, each in enumerate(self.readings, 1)
         )
 
@@ -97,20 +103,11 @@ class RotorBars(QWidget):
         for number, (each, (head, bar, thrust, speed)) in enumerate(
             zip(readings, self._columns, strict=True), 1
         ):
-            head.setText(f"{number}{ROTOR_STATE_SHAPES[each.state]}")
+            head.setText(f"{number}{each.state.shape}")
             bar.setValue(round(100 * min(1.0, each.share)) if math.isfinite(each.share) else 0)
             set_class(bar, "" if each.state is RotorState.FINE else "warning")
             thrust.setText(THRUST_UNIT.number(each.thrust))
             speed.setText(ROTOR_SPEED_UNIT.number(each.speed))
-
-
-ROTOR_STATE_SHAPES = {
-    RotorState.FINE: "",
-    RotorState.LIMIT: " ▲",
-    RotorState.WEAK: " ▼",
-    RotorState.STOPPED: " ✕",
-}
-"""Shapes beside a rotor's number, as its state is not told by colour alone."""
 
 
 THRUST_LIMIT_SHARE = 0.98
@@ -119,12 +116,6 @@ WEAK_THRUST_SHARE = 0.995
 """A rotor with a smaller share of its thrust is weak."""
 FAILED_THRUST_SHARE = 0.01
 """A rotor with less than this share has failed."""
-ROTOR_STATE_SIGNS = (
-    (RotorState.STOPPED, Sign.BAD),
-    (RotorState.WEAK, Sign.WARNING),
-    (RotorState.LIMIT, Sign.WARNING),
-)
-"""States in order of severity, with their symbols."""
 
 
 def rotor_reading(
@@ -193,10 +184,10 @@ class RotorCard(HomeCard):
             )
         ]
         self.bars.show_rotors(readings)
-        for state, sign in ROTOR_STATE_SIGNS:
+        for state in RotorState:
             numbers = [str(n) for n, each in enumerate(readings, 1) if each.state is state]
-            if numbers:
-                self.set_note(f"{state.value}: {', '.join(numbers)}", sign)
+            if numbers and state.word:
+                self.set_note(f"{state.word}: {', '.join(numbers)}", state.sign)
                 return
         most = max(rotor.max_thrust for rotor in rotors)
         self.set_note(f"limit {THRUST_UNIT.text(most)}")

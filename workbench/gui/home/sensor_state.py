@@ -4,6 +4,7 @@ import math
 from dataclasses import dataclass
 from enum import Enum
 
+from workbench.gui.instruments.instrument import Sign
 from workbench.gui.units import age_text
 from workbench.live.view import LiveView
 from workbench.plant.faults import Fault
@@ -18,17 +19,22 @@ ROUND_AGES_S = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0)
 
 
 class SensorHealth(Enum):
-    """Health of a sensor."""
+    """Health of a sensor: a word, and its sign."""
 
-    ABSENT = "none"
+    ABSENT = "none", Sign.OFF
     """The drone has no such sensor."""
-    OFF = "off"
-    WAITING = "waiting"
+    OFF = "off", Sign.OFF
+    WAITING = "waiting", Sign.OFF
     """It has delivered nothing yet."""
-    GOOD = "good"
-    OLD = "old"
-    FAULTY = "faulty"
+    GOOD = "good", Sign.GOOD
+    OLD = "old", Sign.WARNING
+    FAULTY = "faulty", Sign.BAD
     """A fault was commanded."""
+
+    @property
+    def sign(self) -> Sign:
+        """Its sign."""
+        return self.value[1]
 
 
 @dataclass(frozen=True)

@@ -5,6 +5,8 @@ from bisect import bisect_left
 from collections.abc import Iterable
 from dataclasses import dataclass
 
+from workbench.gui.charts.ticks import round_step
+
 MAP_NARROWING_SHARE = 0.7
 """The content must fit into this share of a smaller step before that step is used..."""
 MAP_NARROWING_DELAY_S = 2.0
@@ -18,12 +20,6 @@ MAP_CONTENT_SHARE = 0.9
 """Share of the reach that must contain everything."""
 MAP_CENTRE_DIVISOR = 8.0
 """The centre is a whole multiple of the reach divided by this."""
-
-
-def round_reach(reach: float) -> float:
-    """Return the least of 1, 2, 5 times a power of ten that is not below a reach."""
-    power = 10.0 ** math.floor(math.log10(reach))
-    return next(step * power for step in (1.0, 2.0, 5.0, 10.0) if step * power >= reach * 0.999999)
 
 
 def round_bar(longest: float) -> float:
@@ -58,14 +54,14 @@ class SteadyScale:
             time: present time of any monotonic clock [s].
         """
         wanted = min(self._most, max(self._least, wanted)) if wanted > 0.0 else self._least
-        step = min(self._most, round_reach(wanted))
+        step = min(self._most, round_step(wanted, 1))
         if step > self.reach:
             self.reach, self._since = step, math.inf
-        elif round_reach(wanted / MAP_NARROWING_SHARE) < self.reach:
+        elif round_step(wanted / MAP_NARROWING_SHARE, 1) < self.reach:
             self._since = min(self._since, time)
             if time - self._since >= MAP_NARROWING_DELAY_S:
                 self.reach, self._since = (
-                    max(self._least, round_reach(wanted / MAP_NARROWING_SHARE)),
+                    max(self._least, round_step(wanted / MAP_NARROWING_SHARE, 1)),
                     math.inf,
                 )
         else:

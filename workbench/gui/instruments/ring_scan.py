@@ -105,13 +105,3 @@ def side_of(bearing: float) -> str:
         "ahead right",
     )
     return words[round(bearing / (math.pi / 4.0)) % len(words)]
-
-
-def down_of(q_WB: Sequence[float]) -> tuple[float, float, float]:
-    """Return the direction of gravity in B for an orientation w, x, y, z."""
-    w, x, y, z = q_WB
-    return (
-        -2.0 * (x * z - w * y),
-        -2.0 * (y * z + w * x),
-        -(1.0 - 2.0 * (x * x + y * y)),
-    )

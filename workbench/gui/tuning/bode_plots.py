@@ -7,6 +7,7 @@ import numpy as np
 from PyQt6.QtCore import QSize
 from PyQt6.QtGui import QShowEvent
 
+from workbench.design.judge.loop_response import decibels
 from workbench.design.judge.margins import LoopMargins
 from workbench.gui.charts.content import ReferenceLine
 from workbench.gui.charts.curve import CurveStyle
@@ -16,7 +17,6 @@ from workbench.gui.errands import single_shot
 from workbench.gui.tuning.drawn_loop import (
     MIN_DRAWN_COHERENCE,
     DrawnLoop,
-    decibel,
     gain_margin_mark,
     loop_with_margins,
     phase_beside,
@@ -91,7 +91,7 @@ class BodePlots(FrequencyPlots):
         now = loop_with_margins(loops)
         names = []
         for loop in loops:
-            size, turn = decibel(loop.open_loop), np.degrees(phase_beside(loop, now))
+            size, turn = decibels(loop.open_loop), np.degrees(phase_beside(loop, now))
             spread = loop.deviation
             bands = [("", size, turn, loop.style)]
             if len(spread):

@@ -6,11 +6,10 @@ from functools import partial
 import numpy as np
 from PyQt6.QtCore import Qt
 from PyQt6.QtGui import QContextMenuEvent
-from PyQt6.QtWidgets import (
-    QMenu,
-    QStackedWidget,
-)
+from PyQt6.QtWidgets import QMenu, QStackedWidget
 
+from workbench.control.loop import loop_label
+from workbench.design.judge.loop_response import decibels
 from workbench.gui.charts.curve import COMMAND_COLOUR, CurveStyle
 from workbench.gui.charts.legend import Legend, LegendEntry
 from workbench.gui.charts.static_plot import StaticPlot
@@ -19,11 +18,13 @@ from workbench.gui.file_dialogs import clipboard
 from workbench.gui.flight_control import FlightControl
 from workbench.gui.gains.gain_actions import GAIN_SLOTS
 from workbench.gui.labels import menu_text, set_tip
-from workbench.gui.layout import add_action, choice, hbox, menu_button, scroll_area
+from workbench.gui.layout import add_action, choice, fill, hbox, menu_button, scroll_area
 from workbench.gui.tuning.bode_plots import BodePlots
 from workbench.gui.tuning.card import CARD_SPACING_PX, TuningCard, set_items
 from workbench.gui.tuning.comparison import (
     ComparedNumber,
+    best_text,
+    compared_loops,
     compared_rows,
     comparison_text,
     csv_text,
@@ -31,12 +32,11 @@ from workbench.gui.tuning.comparison import (
 )
 from workbench.gui.tuning.design_answers import DesignAnswers
 from workbench.gui.tuning.designs import FLOWN_SET, KEPT_SET, PROPOSED_SET, Design, Designs
-from workbench.gui.tuning.drawn_loop import decibel, unwrapped_phase
+from workbench.gui.tuning.drawn_loop import unwrapped_phase
 from workbench.gui.tuning.frequency_plots import keep_curves
 from workbench.gui.tuning.limits import LimitValues
-from workbench.gui.tuning.margins_card import loop_label, weakest_loop
 from workbench.gui.tuning.number_row import NumberRow
-from workbench.gui.tuning.number_table import BEST_CELL, NumberTable
+from workbench.gui.tuning.number_table import NumberTable
 from workbench.gui.tuning.pole import Pole, poles_of
 from workbench.gui.tuning.pole_plane import PolePlane
 from workbench.gui.tuning.trial import TuningTrial
@@ -218,24 +218,19 @@ class CompareCard(TuningCard):
         self.said.say(*self._sentence())
 
     def _show_legend(self) -> None:
-        drawn = {each.label: each for each in self._drawn_entries()}
+        chart = {STEP_VIEW: self.plot, FREQUENCY_VIEW: self.magnitude}.get(self.view.currentText())
+        drawn = {each.label: each for each in chart.legend.entries} if chart is not None else {}
         entries, lines = [], []
         for each in self._listed():
             visible = self._is_chosen(each)
             colour = self._look.curve(each.colour)
             shown = drawn.get(each.name)
             number, value = (shown.number, shown.value) if shown is not None else (0, "")
-            label = f"{each.name} ({each.short})" if each.short else each.name
-            entries.append(LegendEntry(label, value, colour, each.style, number, visible))
+            entries.append(LegendEntry(each.label, value, colour, each.style, number, visible))
             lines.append("\n    ".join((each.name, *each.long)))
         self.legend.show_entries(entries)
         set_tip(self.legend, "\n".join(lines))
         self.legend.setAccessibleDescription("; ".join(lines))
-
-    def _drawn_entries(self) -> tuple[LegendEntry, ...]:
-        """Return the legend of the shown chart: its numbers, and values at the cursor."""
-        shown = {STEP_VIEW: self.plot, FREQUENCY_VIEW: self.magnitude}.get(self.view.currentText())
-        return shown.legend.entries if shown is not None else ()
 
     def _listed(self) -> tuple[Design, ...]:
         """Return the entries of the legend: all sets, and the selected controllers."""
@@ -275,7 +270,7 @@ class CompareCard(TuningCard):
             names.append(design.name)
             frequency, loop = known.frequency, known.open_loop
             stroke = design.style, design.colour
-            self.magnitude.set_curve(design.name, frequency, decibel(loop), *stroke)
+            self.magnitude.set_curve(design.name, frequency, decibels(loop), *stroke)
             phase = np.degrees(unwrapped_phase(frequency, loop))
             self.phase.set_curve(design.name, frequency, phase, *stroke)
         for plot in self.bode.plots:
@@ -290,8 +285,7 @@ class CompareCard(TuningCard):
 
     def _rows(self, known: Sequence[Design]) -> tuple[NumberRow, ...]:
         """Return the rows of the table."""
-        limit_of = self._limits.value
-        return table_rows(compared_rows(known, self._loop, limit_of), known, self._loop, limit_of)
+        return table_rows(known, self._loop, self._limits.value)
 
     def _show_table(self, known: Sequence[Design]) -> None:
         rows = self._rows(known)
@@ -303,13 +297,8 @@ class CompareCard(TuningCard):
         """Offer the loops of all designs; at first select one with another gain than kept, or else
         the weakest one of the proposed gains.
         """
-        found: dict[str, None] = {}
-        weakest = ""
-        for each in sorted(designs, key=lambda design: design.name != PROPOSED_SET):
-            if each.judged is not None:
-                found |= dict.fromkeys(loop.name for loop in each.judged.loops)
-                loop = weakest_loop(each.judged, self._limits.value)
-                weakest = weakest or (loop.name if loop is not None else "")
+        proposed_first = sorted(designs, key=lambda design: design.name != PROPOSED_SET)
+        found, weakest = compared_loops(proposed_first, self._limits.value)
         texts = {name: loop_label(name) for name in found}
         moved = next((name for name in found if self._trial.is_moved(name)), weakest)
         if found and set_items(self.loop, texts, moved):
@@ -326,13 +315,7 @@ class CompareCard(TuningCard):
             what = self._preparing if any(each.controller for each in missing) else ""
             names = ", ".join(each.name for each in missing)
             return f"Computing {names} … {what}".rstrip(), "muted"
-        best = [designs[row.best].name for row in self._compared if row.best is not None]
-        counts = {name: best.count(name) for name in dict.fromkeys(best)}
-        if not counts:
-            return "None is better than another." if len(designs) > 1 else "", "muted"
-        ordered = sorted(counts.items(), key=lambda each: -each[1])
-        said = ", ".join(f"{name} in {count}" for name, count in ordered)
-        return f"{BEST_CELL.capitalize()}: {said} of {len(self._compared)} rows.", "muted"
+        return best_text(self._compared, designs), "muted"
 
     def _read(self, said: str) -> None:
         self.said.say(*((said, "muted") if said else self._sentence()))
@@ -412,6 +395,4 @@ class CompareCard(TuningCard):
             self.use,
             spacing=CARD_SPACING_PX // 2,  # fits beside gains and response
         )
-        self.body.addLayout(line)
-        self.body.addWidget(self.legend)
-        self.body.addWidget(self.stack, 1)
+        fill(self.body, line, self.legend, (self.stack, 1))

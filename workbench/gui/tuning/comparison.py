@@ -1,14 +1,18 @@
 """The numbers of several designs side by side, as rows of a table, as text and as CSV."""
 
+import csv
+import io
 import math
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 from workbench.analysis.replies import JudgedLoop
+from workbench.control.loop import loop_label
 from workbench.design.metrics import find_metric
 from workbench.gui.tuning.designs import Design
 from workbench.gui.tuning.limits import MARGIN_LIMITS, STEP_LIMITS, NumberLimit
-from workbench.gui.tuning.margins_card import LimitLookup, loop_label, short_label, weakest_loop
+from workbench.gui.tuning.margins_card import LimitLookup, short_label, weakest_loop
 from workbench.gui.tuning.number_row import Cell, NumberRow
 from workbench.gui.tuning.number_table import BEST_CELL
 
@@ -77,16 +81,13 @@ def compared_rows(
 
 
 def table_rows(
-    compared: Sequence[ComparedNumber], designs: Sequence[Design], loop: str, limit_of: LimitLookup
+    designs: Sequence[Design], loop: str, limit_of: LimitLookup
 ) -> tuple[NumberRow, ...]:
     """Return the rows of the table, with a line that names the loop above its margins.
 
-    Args:
-        compared: result of `compared_rows`.
-        designs: one column each.
-        loop: name of the selected loop.
-        limit_of: returns a limit by name, as shown.
+    Args: as for `compared_rows`.
     """
+    compared = compared_rows(designs, loop, limit_of)
     rows = [each.row(limit_of(each.limit.name)) for each in compared]
     cells = []
     for each in designs:
@@ -104,14 +105,36 @@ def table_rows(
     return tuple(rows)
 
 
+def best_text(compared: Sequence[ComparedNumber], designs: Sequence[Design]) -> str:
+    """Return which design is best in most rows, as a sentence."""
+    best = Counter(designs[row.best].name for row in compared if row.best is not None)
+    if not best:
+        return "None is better than another." if len(designs) > 1 else ""
+    said = ", ".join(f"{name} in {count}" for name, count in best.most_common())
+    return f"{BEST_CELL.capitalize()}: {said} of {len(compared)} rows."
+
+
+def compared_loops(designs: Sequence[Design], limit_of: LimitLookup) -> tuple[list[str], str]:
+    """Return the names of the known loops of designs, and the weakest of the first of them."""
+    names: dict[str, None] = {}
+    weakest = ""
+    for each in designs:
+        if each.judged is not None:
+            names |= dict.fromkeys(loop.name for loop in each.judged.loops)
+            loop = weakest_loop(each.judged, limit_of)
+            weakest = weakest or (loop.name if loop is not None else "")
+    return [*names], weakest
+
+
 def csv_text(compared: Sequence[ComparedNumber], designs: Sequence[Design]) -> str:
     """Return the numbers as CSV in SI: one per line, with names and units of the command line."""
-    lines = [",".join(["metric", "unit", *(each.name for each in designs)])]
+    text = io.StringIO()
+    write = csv.writer(text, lineterminator="\n").writerow  # quotes names with commas
+    write(["metric", "unit", *(each.name for each in designs)])
     for row in compared:
-        unit = find_metric(row.limit.name).unit
         values = ["" if math.isnan(value) else f"{value:.9g}" for value in row.values]
-        lines.append(",".join([row.name, unit, *values]))
-    return "\n".join(lines) + "\n"
+        write([row.name, find_metric(row.limit.name).unit, *values])
+    return text.getvalue()
 
 
 def comparison_text(rows: Sequence[NumberRow], designs: Sequence[Design]) -> str:

@@ -112,6 +112,11 @@ class Design:
     curves: GangOfFour | None = None
     said: str = ""
 
+    @property
+    def label(self) -> str:
+        """Its name, with its differences from the kept gains."""
+        return f"{self.name} ({self.short})" if self.short else self.name
+
     def loop(self, name: str) -> JudgedLoop | None:
         """Return one of its loops, None if it does not exist or is unknown."""
         loops = self.judged.loops if self.judged is not None else ()

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from workbench.design.judge.gang_of_four import GangOfFour
+from workbench.design.judge.loop_response import decibels
 from workbench.design.judge.margins import LoopMargins
 from workbench.gui.charts.curve import CurveStyle
 from workbench.gui.tuning.designs import FLOWN_SET, KEPT_SET, PROPOSED_SET
@@ -131,12 +132,6 @@ MarginMark = tuple[float, float]
 """A margin on the curve: its frequency [rad/s], and the curve's value there [dB] or [rad]."""
 
 
-def decibel(response: np.ndarray) -> np.ndarray:
-    """Return the magnitude of a response [dB]."""
-    size: np.ndarray = 20.0 * np.log10(np.maximum(np.abs(response), 1e-12))
-    return size
-
-
 def unwrapped_phase(frequency: np.ndarray, response: np.ndarray) -> np.ndarray:
     """Return the unwrapped phase of a response (F) [rad].
 
@@ -181,7 +176,7 @@ def phase_margin_mark(loop: DrawnLoop) -> MarginMark | None:
     phase = unwrapped_phase(loop.frequency, loop.open_loop)
     found = [
         (frequency, float(np.interp(frequency, loop.frequency, phase)))
-        for frequency in _zero_crossings(loop.frequency, decibel(loop.open_loop))
+        for frequency in _zero_crossings(loop.frequency, decibels(loop.open_loop))
     ]
     return min(
         found,
@@ -196,7 +191,7 @@ def gain_margin_mark(loop: DrawnLoop, factor: float) -> MarginMark | None:
         return None
     if not math.isfinite(factor) or factor <= 0.0:
         return None
-    size = decibel(loop.open_loop)
+    size = decibels(loop.open_loop)
     phase = unwrapped_phase(loop.frequency, loop.open_loop)
     found = []
     for turns in range(-2, 2):

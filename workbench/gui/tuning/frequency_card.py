@@ -9,7 +9,7 @@ from PyQt6.QtWidgets import (
 )
 
 from workbench.common.quantity import number_text
-from workbench.control.loop import LOOP_CUTS
+from workbench.control.loop import LOOP_CUTS, loop_label
 from workbench.gui.charts.legend import Legend, LegendEntry
 from workbench.gui.labels import set_tip
 from workbench.gui.layout import choice, column, fill, hbox, scrolled
@@ -30,7 +30,7 @@ from workbench.gui.tuning.limits import LimitValues, find_limit
 from workbench.gui.tuning.loop_curves import LoopCurves
 from workbench.gui.tuning.loop_measuring import LoopMeasuring
 from workbench.gui.tuning.loop_shaping import LoopShaping
-from workbench.gui.tuning.margins_card import loop_label, weakest_loop
+from workbench.gui.tuning.margins_card import weakest_loop
 from workbench.gui.tuning.nyquist_plot import NyquistPlot
 from workbench.gui.tuning.phase_view import PhaseView
 from workbench.gui.tuning.trial import TuningTrial

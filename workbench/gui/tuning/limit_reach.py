@@ -6,10 +6,10 @@ from PyQt6.QtCore import QObject, pyqtSignal
 
 from workbench.analysis.queries import SampleReach, ShapeLoop
 from workbench.analysis.replies import LoopShaped, MarginSample, ReachSampled
+from workbench.control.loop import loop_label
 from workbench.design.judge.margins import LoopMargins
 from workbench.gui.analysis import Analysis, QueryStream
 from workbench.gui.tuning.limits import MARGIN_LIMITS, LimitValues
-from workbench.gui.tuning.margins_card import loop_label
 
 ValueRange = tuple[float, float]
 

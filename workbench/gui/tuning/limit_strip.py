@@ -11,7 +11,7 @@ from pyqtgraph.functions import arrayToQPolygonF
 
 from workbench.common.quantity import DisplayUnit
 from workbench.gui.theme import Look
-from workbench.gui.tuning.number_row import RowState, with_shape
+from workbench.gui.tuning.number_row import RowState
 
 STRIP_TOP_FACTOR = 1.15
 """Upper edge of a chart, as a multiple of its limit."""
@@ -105,7 +105,7 @@ class LimitStrip(QWidget):
         left = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
         painter.setPen(colour("muted"))
         first = QRectF(box.left(), box.top(), box.width(), line)
-        painter.drawText(first, left, with_shape(use.state, use.label))
+        painter.drawText(first, left, use.state.with_shape(use.label))
         tone = colour("warning" if use.state is RowState.OVER else "ink")
         painter.setPen(tone)
         second = QRectF(box.left(), box.top() + line, box.width(), line)

@@ -3,6 +3,7 @@
 from PyQt6.QtCore import QObject, pyqtSignal
 
 from workbench.analysis.queries import PlanMeasurement
+from workbench.control.loop import loop_label
 from workbench.control.mode import FlightMode
 from workbench.design.judge.measured_loop import measured_loop
 from workbench.gui.analysis import QueryStream
@@ -10,7 +11,6 @@ from workbench.gui.layout import button
 from workbench.gui.tuning.drawn_loop import DrawnLoop, drawn_measurement
 from workbench.gui.tuning.excitation_card import GROUNDED_MODES, TRANSITION_MODES
 from workbench.gui.tuning.loop_curves import CurveGains
-from workbench.gui.tuning.margins_card import loop_label
 from workbench.gui.units import SHARE_UNIT
 from workbench.gui.workspace import Workspace
 from workbench.live.orders import FlightOrder, MeasureLoop

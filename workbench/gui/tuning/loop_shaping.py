@@ -10,6 +10,7 @@ from workbench.analysis.queries import ShapeLoop
 from workbench.analysis.replies import JudgedLoop, LoopShaped
 from workbench.common.parameter import Parameter
 from workbench.common.quantity import DisplayUnit
+from workbench.control.loop import loop_label
 from workbench.design.judge.margins import RobustnessMeasure
 from workbench.gui.analysis import SETTLING_MS, QueryStream
 from workbench.gui.errands import single_shot
@@ -22,7 +23,6 @@ from workbench.gui.theme import Look
 from workbench.gui.tuning.judgement import StabilityFollower
 from workbench.gui.tuning.limit_reach import LimitReach
 from workbench.gui.tuning.limits import LimitValues, find_limit
-from workbench.gui.tuning.margins_card import loop_label
 from workbench.gui.tuning.trial import TuningTrial
 from workbench.gui.units import DEGREE_UNIT, frequency_text
 from workbench.gui.workspace import Workspace

@@ -1,6 +1,5 @@
 """The card of the map: a metric over two gains around the proposed ones."""
 
-from collections.abc import Iterable
 from itertools import zip_longest
 
 from PyQt6.QtCore import Qt
@@ -8,7 +7,8 @@ from PyQt6.QtWidgets import QComboBox
 
 from workbench.analysis.queries import DrawMap
 from workbench.analysis.replies import Mapped
-from workbench.control.loop import Loop
+from workbench.control.controller import Controller
+from workbench.design.tune.variables import loops_for
 from workbench.gui.analysis import SETTLING_MS, QueryStream
 from workbench.gui.errands import single_shot
 from workbench.gui.labels import tip_text
@@ -83,7 +83,7 @@ class MapCard(TuningCard):
             self._axis = step.axis
             law = self._trial.gains.controller
             names = {law.gain_of(name): name for name in self._trial.names}
-            first = [names[gain] for gain in axis_gains(law.loops, step.axis) if gain in names]
+            first = [names[gain] for gain in axis_gains(law, step.axis) if gain in names]
             pair = tuple(dict.fromkeys((*first, *self._trial.names)))
             for box, name in zip((self.across, self.upwards), pair, strict=False):
                 box.setCurrentIndex(box.findData(name))
@@ -127,10 +127,10 @@ class MapCard(TuningCard):
         self.reading.say(said or "Click to propose; hatched: crashes")
 
 
-def axis_gains(loops: Iterable[Loop], axis: str) -> list[str]:
+def axis_gains(law: Controller, axis: str) -> list[str]:
     """Return the gains of the loops of an axis: the first of each loop, then the second ones."""
-    of_loops = [each.gains for each in loops if each.axis == axis and not each.hold]
-    return [gain for row in zip_longest(*of_loops) for gain in row if gain is not None]
+    rows = zip_longest(*(loop.gains for loop in loops_for(law, axis)))
+    return [gain for row in rows for gain in row if gain is not None]
 
 
 def _round_for_map(value: float) -> float:

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from PyQt6.QtCore import Qt, pyqtSignal
 
 from workbench.analysis.replies import Judged, JudgedLoop
+from workbench.control.loop import loop_label
 from workbench.gui.layout import fill, named, tool_button
 from workbench.gui.tuning.card import TuningCard
 from workbench.gui.tuning.judgement import InputMargins, StabilityFollower
@@ -114,11 +115,6 @@ def margins_headline(judged: Judged, at_input: InputMargins | None, limit_of: Li
     if low:
         return f"{said} ({limit.relation(limit_of(limit.name))})"
     return said
-
-
-def loop_label(name: str) -> str:
-    """Return a loop's name in words."""
-    return name.replace("_", " ")
 
 
 def short_label(name: str) -> str:

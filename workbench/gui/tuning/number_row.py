@@ -5,15 +5,22 @@ from enum import Enum
 
 
 class RowState(Enum):
-    """State of a row: a word, and its shape."""
+    """State of a row: its word, its tone, and the shape before it."""
 
-    NONE = ""
-    GOOD = "ok"
-    OVER = "over"
-    LOW = "low"
-    MISSED = "missed"
-    BROKEN = "unstable"
-    WAITING = "…"
+    NONE = "", "muted", ""
+    GOOD = "ok", "good", "✓"
+    OVER = "over", "warning", "▲"
+    LOW = "low", "warning", "▼"
+    MISSED = "missed", "warning", "✕"
+    BROKEN = "unstable", "bad", "✕"
+    WAITING = "…", "muted", ""
+
+    def __init__(self, word: str, tone: str, shape: str) -> None:
+        self.word, self.tone, self.shape = word, tone, shape
+
+    def with_shape(self, text: str) -> str:
+        """Return a text after the shape, if there is one."""
+        return f"{self.shape} {text}" if self.shape else text
 
 
 @dataclass(frozen=True)
@@ -39,7 +46,7 @@ class Cell:
     @property
     def spoken(self) -> str:
         """The number in words, for screen readers."""
-        return " ".join(filter(None, (self.text, self.marked, self.state.value)))
+        return " ".join(filter(None, (self.text, self.marked, self.state.word)))
 
 
 @dataclass(frozen=True)
@@ -68,35 +75,9 @@ class NumberRow:
     def spoken(self) -> str:
         """The row in words, for screen readers."""
         numbers = ", ".join(cell.spoken for cell in self.cells[self.blank :])
-        return (
-            f"{self.label}: {numbers} {'' if self.is_judged_apart else self.state.value}".rstrip()
-        )
+        return f"{self.label}: {numbers} {'' if self.is_judged_apart else self.state.word}".rstrip()
 
     @property
     def is_judged_apart(self) -> bool:
         """Whether its numbers have states of their own."""
         return any(cell.state is not RowState.NONE for cell in self.cells)
-
-
-STATE_TONES = {
-    RowState.GOOD: "good",
-    RowState.OVER: "warning",
-    RowState.LOW: "warning",
-    RowState.MISSED: "warning",
-    RowState.BROKEN: "bad",
-    RowState.WAITING: "muted",
-    RowState.NONE: "muted",
-}
-STATE_SHAPES = {
-    RowState.GOOD: "✓",
-    RowState.OVER: "▲",
-    RowState.LOW: "▼",
-    RowState.MISSED: "✕",
-    RowState.BROKEN: "✕",
-}
-"""Shape before the word of a state."""
-
-
-def with_shape(state: RowState, text: str) -> str:
-    """Return a text after the shape of its state, if it has one."""
-    return f"{STATE_SHAPES[state]} {text}" if state in STATE_SHAPES else text

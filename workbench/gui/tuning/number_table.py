@@ -13,7 +13,7 @@ from workbench.gui.labels import set_tip
 from workbench.gui.style import with_class
 from workbench.gui.tables import table_heads, text_table
 from workbench.gui.theme import Look
-from workbench.gui.tuning.number_row import STATE_TONES, Cell, NumberRow, RowState, with_shape
+from workbench.gui.tuning.number_row import Cell, NumberRow, RowState
 
 BEST_CELL = "best"
 """Marks a cell that is better than all others of its row."""
@@ -167,7 +167,7 @@ class NumberTable(QTableWidget):
         """Write the cells of a row that differ from those before."""
         state = RowState.NONE if row.is_judged_apart else row.state
         broken = state is RowState.BROKEN and not self._worded
-        label = with_shape(state, row.label) if broken else row.label
+        label = state.with_shape(row.label) if broken else row.label
         tone = "bad" if broken else "ink" if row.strong else "muted"
         self._put(number, 0, label, tone, row.label, bold=row.strong)
         if self.columnSpan(number, 0) != 1 + row.blank:
@@ -178,7 +178,7 @@ class NumberTable(QTableWidget):
                 self._write_cell(number, 1 + column, cell)
         if self._worded:
             last = self.columnCount() - 1
-            self._put(number, last, with_shape(state, state.value), STATE_TONES[state], "")
+            self._put(number, last, state.with_shape(state.word), state.tone, "")
 
     def _write_cell(self, row: int, column: int, cell: Cell) -> None:
         tone = "good" if cell.marked == BEST_CELL else "ink"
@@ -186,7 +186,7 @@ class NumberTable(QTableWidget):
         self._put(
             row,
             column,
-            with_shape(cell.state, text),
+            cell.state.with_shape(text),
             "warning" if cell.over else tone,
             f"{cell.help} (flown: {cell.was})" if cell.was else cell.help,
             bold=bool(cell.marked),
@@ -228,7 +228,7 @@ class NumberTable(QTableWidget):
 
     def _word(self, row: NumberRow) -> str:
         hidden = row.is_judged_apart or not self._worded
-        return "" if hidden else with_shape(row.state, row.state.value)
+        return "" if hidden else row.state.with_shape(row.state.word)
 
     def _width(self, texts: Iterable[str]) -> int:
         """Return the width of a column that shows texts in one line [px]."""
@@ -238,9 +238,9 @@ class NumberTable(QTableWidget):
         """Return the least widths of labels in one line, of numbers, and of words [px]."""
         label = self._width([self._widest, *(row.label for row in self.rows if not row.blank)])
         cells = [each for row in self.rows for each in row.cells]
-        cell = self._width(with_shape(each.state, each.text) for each in cells)
+        cell = self._width(each.state.with_shape(each.text) for each in cells)
         head = map(self._heads.sectionSizeHint, range(1, 1 + len(self._head)))
-        over = with_shape(RowState.OVER, RowState.OVER.value)  # room for a word that often comes
+        over = RowState.OVER.with_shape(RowState.OVER.word)  # room for a word that often comes
         word = self._width([over, *map(self._word, self.rows)]) if self._worded else 0
         return label, max([cell, *head]), word
 

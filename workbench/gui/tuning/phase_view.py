@@ -8,13 +8,13 @@ from PyQt6.QtWidgets import QWidget
 
 from workbench.analysis.replies import Judged, JudgedLoop
 from workbench.common.quantity import number_text, significant_text
+from workbench.control.loop import loop_label
 from workbench.gui.layout import NO_MARGINS, vbox
 from workbench.gui.tuning.card import CARD_SPACING_PX, wrapped_label
 from workbench.gui.tuning.judgement import StabilityFollower
 from workbench.gui.tuning.limits import LimitValues, find_limit
 from workbench.gui.tuning.margins_card import (
     LimitLookup,
-    loop_label,
     margins_headline,
     short_label,
     weakest_loop,

@@ -8,6 +8,7 @@ import numpy as np
 from workbench.analysis.replies import Judged
 from workbench.common.plain_text import plain_name
 from workbench.common.quantity import number_text
+from workbench.control.loop import loop_label
 from workbench.design.judge.loop_response import growing_poles
 from workbench.gui.units import frequency_text, hertz_text
 
@@ -59,7 +60,7 @@ class Pole:
     def owner(self) -> str:
         """What it belongs to, in words after a comma; "" if that is not known."""
         joint = f", of the joint {plain_name(self.joint)}" if self.joint else ""
-        loop = f", of the loop {self.loop.replace('_', ' ')}" if self.loop else ""
+        loop = f", of the loop {loop_label(self.loop)}" if self.loop else ""
         return joint + loop
 
 

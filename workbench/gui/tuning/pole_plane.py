@@ -8,6 +8,7 @@ import pyqtgraph as pg
 from PyQt6.QtCore import QPointF, QSize, Qt, pyqtSignal
 from PyQt6.QtGui import QColor, QKeyEvent, QMouseEvent, QWheelEvent
 
+from workbench.control.loop import loop_label
 from workbench.gui.charts.ticks import round_step
 from workbench.gui.instruments.plane_view import style_plot
 from workbench.gui.theme import Look
@@ -297,7 +298,7 @@ class PolePlane(pg.PlotWidget):
         """Return which loops have a pole under a proposed one, "" for none."""
         here = self.place(pole)
         loops = {
-            other.loop.replace("_", " "): None
+            loop_label(other.loop): None
             for other in self.poles
             if pole.proposed and other.proposed and other.loop not in ("", pole.loop)
             if (self.place(other) - here).manhattanLength() < POLE_HALF_SIZE_PX

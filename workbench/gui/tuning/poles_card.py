@@ -6,12 +6,12 @@ from PyQt6.QtCore import pyqtSignal
 
 from workbench.analysis.queries import MovePole
 from workbench.analysis.replies import PoleMoved
+from workbench.control.loop import loop_label
 from workbench.gui.analysis import QueryStream
 from workbench.gui.labels import set_tip
 from workbench.gui.layout import choice, fill, hbox, tool_button
 from workbench.gui.tuning.card import ToneLabel, TuningCard, set_items
 from workbench.gui.tuning.judgement import StabilityFollower
-from workbench.gui.tuning.margins_card import loop_label
 from workbench.gui.tuning.pole import Pole, drawn_poles, leading_pole, poles_headline
 from workbench.gui.tuning.pole_plane import PolePlane
 from workbench.gui.tuning.trial import TuningTrial

@@ -8,6 +8,7 @@ from itertools import pairwise
 from PyQt6.QtCore import QBuffer, QIODevice
 from PyQt6.QtWidgets import QWidget
 
+from workbench.common.html_page import html_page, html_table
 from workbench.common.plain_text import html_text
 from workbench.gui.gains.gain_editor import GainEditor
 from workbench.gui.gains.gain_history import GainHistory
@@ -17,14 +18,6 @@ from workbench.gui.tuning.number_row import NumberRow
 from workbench.gui.units import gain_text, simulated_text, unit_symbol
 from workbench.live.view import LiveView
 
-REPORT_STYLE = """
-body { font: 15px/1.45 sans-serif; max-width: 62em; margin: 2em auto; padding: 0 1em; }
-table { border-collapse: collapse; margin: 0.6em 0 1.6em; }
-td, th { border-bottom: 1px solid #ccc; padding: 0.25em 0.9em 0.25em 0; text-align: left; }
-td.number { text-align: right; font-variant-numeric: tabular-nums; }
-tr.changed { font-weight: bold; }
-img { max-width: 100%; border: 1px solid #ccc; }
-"""
 MAX_REPORTED_GAINS = 100
 
 
@@ -76,31 +69,20 @@ def session_report(
     )
     loops = [(row.label, *(cell.text for cell in row.cells)) for row in margins]
     heads = ("Loop", *(f"{limit.short} {limit.unit}".strip() for limit in MARGIN_LIMITS))
-    numbers = f"<h2>Margins</h2>{_table(heads, loops)}" if loops else ""
+    numbers = f"<h2>Margins</h2>{html_table(heads, loops)}" if loops else ""
     shown = "".join(
         f'<h2>{html_text(title)}</h2><img alt="{html_text(title)}" src="{source}">'
         for title, source in pictures.items()
     )
     changes = (
-        _table(("Time", "Flight", "Changed", "Note"), kept) if kept else "<p>None was kept.</p>"
+        html_table(("Time", "Flight", "Changed", "Note"), kept) if kept else "<p>None was kept.</p>"
     )
-    title = f"Tuning of {html_text(vehicle)}"
-    return (
-        '<!DOCTYPE html><html lang="en"><meta charset="utf-8">'
-        f"<title>{title}</title><style>{REPORT_STYLE}</style><h1>{title}</h1>{_table((), facts)}"
-        f"<h2>Kept gains</h2>{changes}<h2>Gains that fly</h2>"
-        f"<table><tr><th>Gain<th>At the start<th>Now<th></tr>{rows}</table>{numbers}"
-        f"{shown}</html>\n"
+    return html_page(
+        f"Tuning of {vehicle}",
+        f"{html_table((), facts)}<h2>Kept gains</h2>{changes}<h2>Gains that fly</h2>"
+        f"<table><tr><th>Gain<th>At the start<th>Now<th></tr>{rows}</table>{numbers}{shown}",
     )
 
 
 def _changes(gains: Mapping[str, float], before: Mapping[str, float]) -> str:
     return gain_differences_text(gains, before, same="–", most=MAX_REPORTED_GAINS)
-
-
-def _table(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    head = "".join(f"<th>{html_text(each)}" for each in heads)
-    body = "".join(
-        "<tr>" + "".join(f"<td>{html_text(cell)}</td>" for cell in row) + "</tr>" for row in rows
-    )
-    return f"<table><tr>{head}</tr>{body}</table>"

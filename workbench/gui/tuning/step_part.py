@@ -91,15 +91,12 @@ def measure_step(
         decay: time by which its transient has decayed [s], 0 if unknown; see `step_metrics`.
         changed: whether gains changed during it.
     """
-    if not len(trace) or trace.time[-1] < part.end - EQUAL_TIME_TOLERANCE_S:
+    flown = _flown_part(trace, part, EQUAL_TIME_TOLERANCE_S)
+    if flown is None:
         return None
-    flown = trace.part(part.begin, part.end)
-    if len(flown) < MIN_MEASURED_SAMPLES or part.jump == 0.0:
-        return None
-    rise = flown.response - part.before
     return step_metrics(
         flown.time,
-        rise,
+        flown.response - part.before,
         part.jump,
         decay=decay,
         changed=changed,
@@ -112,10 +109,8 @@ def measure_load(trace: RoundTrace, part: StepPart, *, changed: bool = False) ->
 
     Args: as for `measure_step`.
     """
-    if not len(trace) or trace.time[-1] < part.end - MAX_LAST_SAMPLE_GAP_S:
-        return None
-    flown = trace.part(part.begin, part.end)
-    if len(flown) < MIN_MEASURED_SAMPLES or part.jump == 0.0:
+    flown = _flown_part(trace, part, MAX_LAST_SAMPLE_GAP_S)
+    if flown is None:
         return None
     return load_metrics(
         flown.time,
@@ -123,6 +118,14 @@ def measure_load(trace: RoundTrace, part: StepPart, *, changed: bool = False) ->
         changed=changed,
         peak_rotor_use=float(flown.rotor_use.max()),
     )
+
+
+def _flown_part(trace: RoundTrace, part: StepPart, tolerance: float) -> RoundTrace | None:
+    """Return what was flown of a step; None before its end less some time [s], or if too short."""
+    if not len(trace) or trace.time[-1] < part.end - tolerance:
+        return None
+    flown = trace.part(part.begin, part.end)
+    return None if len(flown) < MIN_MEASURED_SAMPLES or part.jump == 0.0 else flown
 
 
 def command_curve(excitation: Excitation, *, again: bool = False) -> tuple[np.ndarray, np.ndarray]:

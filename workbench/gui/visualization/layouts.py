@@ -17,6 +17,7 @@ from workbench.gui.charts.chart_kind import (
     chart_kinds,
 )
 from workbench.gui.visualization.derived_signals import OWN_TOPIC, DerivedSignal, true_signal
+from workbench.logs.logged_signal import topic_signals
 from workbench.logs.spectrum import WELCH_DETRENDS, WELCH_WINDOWS, WelchSettings
 
 MAX_BOARD_CHARTS = 8
@@ -59,28 +60,24 @@ class ChartSpec:
 Board = tuple[ChartSpec, ...]
 
 
-def _topic_signals(topic: str, fields: str) -> tuple[str, ...]:
-    return tuple(f"{topic}.{field}" for field in fields.split())
-
-
 _VELOCITY_CHART = ChartSpec(
     "Velocity and command",
-    _topic_signals("velocity_data", "v_x v_y v_z")
-    + _topic_signals("command_velocity", "v_x v_y v_z"),
+    topic_signals("velocity_data", "v_x v_y v_z")
+    + topic_signals("command_velocity", "v_x v_y v_z"),
 )
-_ATTITUDE_CHART = ChartSpec("Attitude", _topic_signals("position_data", "roll pitch yaw"))
+_ATTITUDE_CHART = ChartSpec("Attitude", topic_signals("position_data", "roll pitch yaw"))
 _THRUSTS_CHART = ChartSpec(
-    "Rotor thrusts", _topic_signals("rotors", "thrust.0 thrust.1 thrust.2 thrust.3")
+    "Rotor thrusts", topic_signals("rotors", "thrust.0 thrust.1 thrust.2 thrust.3")
 )
-_VELOCITY_ERROR_CHART = ChartSpec("Velocity error", _topic_signals("error", "v_x v_y v_z"))
+_VELOCITY_ERROR_CHART = ChartSpec("Velocity error", topic_signals("error", "v_x v_y v_z"))
 
 
 def _spectrum_chart(title: str, topic: str, fields: str) -> ChartSpec:
-    return ChartSpec(title, _topic_signals(topic, fields)).of_kind(SPECTRUM_CHART)
+    return ChartSpec(title, topic_signals(topic, fields)).of_kind(SPECTRUM_CHART)
 
 
 def _estimate_chart(title: str, field: str) -> ChartSpec:
-    bounds = _topic_signals("bound", f"{field}_low {field}_high")
+    bounds = topic_signals("bound", f"{field}_low {field}_high")
     return ChartSpec(title, (true_signal(field), f"estimate.{field}", *bounds))
 
 
@@ -88,13 +85,13 @@ LAYOUT_PRESETS: dict[str, Board] = {
     "Flight": (_VELOCITY_CHART, _ATTITUDE_CHART, _THRUSTS_CHART, _VELOCITY_ERROR_CHART),
     "Rotors": (
         _THRUSTS_CHART,
-        ChartSpec("Rotor speeds", _topic_signals("rotors", "speed.0 speed.1 speed.2 speed.3")),
-        ChartSpec("Torque", _topic_signals("force_torque_data", "torque_x torque_y torque_z")),
-        ChartSpec("Turning rates", _topic_signals("velocity_data", "w_x w_y w_z")),
+        ChartSpec("Rotor speeds", topic_signals("rotors", "speed.0 speed.1 speed.2 speed.3")),
+        ChartSpec("Torque", topic_signals("force_torque_data", "torque_x torque_y torque_z")),
+        ChartSpec("Turning rates", topic_signals("velocity_data", "w_x w_y w_z")),
     ),
     "Errors": (
         _VELOCITY_ERROR_CHART,
-        ChartSpec("Yaw rate error", _topic_signals("error", "yaw_rate")),
+        ChartSpec("Yaw rate error", topic_signals("error", "yaw_rate")),
         _VELOCITY_CHART,
         ChartSpec(
             "Yaw rate and command",
@@ -104,14 +101,14 @@ LAYOUT_PRESETS: dict[str, Board] = {
     "Sensors": (
         ChartSpec(
             "Specific force",
-            _topic_signals("imu", "specific_force.0 specific_force.1 specific_force.2"),
+            topic_signals("imu", "specific_force.0 specific_force.1 specific_force.2"),
         ),
         ChartSpec(
             "Gyroscope",
-            _topic_signals("imu", "angular_velocity.0 angular_velocity.1 angular_velocity.2"),
+            topic_signals("imu", "angular_velocity.0 angular_velocity.1 angular_velocity.2"),
         ),
-        ChartSpec("GPS velocity", _topic_signals("gps", "velocity.0 velocity.1 velocity.2")),
-        ChartSpec("Nearest lidar return", _topic_signals("lidar", "nearest")),
+        ChartSpec("GPS velocity", topic_signals("gps", "velocity.0 velocity.1 velocity.2")),
+        ChartSpec("Nearest lidar return", topic_signals("lidar", "nearest")),
     ),
     "Spectra": (
         _spectrum_chart(
@@ -137,8 +134,8 @@ LAYOUT_PRESETS: dict[str, Board] = {
         ),
     ),
     "Path": (
-        ChartSpec("From above", _topic_signals("position_data", "x y"), XY_CHART, equal=True),
-        ChartSpec("From the side", _topic_signals("position_data", "x z"), XY_CHART, equal=True),
+        ChartSpec("From above", topic_signals("position_data", "x y"), XY_CHART, equal=True),
+        ChartSpec("From the side", topic_signals("position_data", "x z"), XY_CHART, equal=True),
         ChartSpec("Speed", ("derived.speed",)),
         ChartSpec("Height", ("position_data.z",)),
     ),
@@ -155,20 +152,20 @@ LAYOUT_PRESETS: dict[str, Board] = {
     "Autopilot's log": (
         ChartSpec(
             "Attitude and setpoint",
-            _topic_signals("estimate", "roll pitch yaw")
-            + _topic_signals("attitude_setpoint", "roll pitch yaw"),
+            topic_signals("estimate", "roll pitch yaw")
+            + topic_signals("attitude_setpoint", "roll pitch yaw"),
         ),
         ChartSpec(
             "Gyroscope and setpoint",
-            _topic_signals("imu", "angular_velocity.0 angular_velocity.1 angular_velocity.2")
-            + _topic_signals("rate_setpoint", "w_x w_y w_z"),
+            topic_signals("imu", "angular_velocity.0 angular_velocity.1 angular_velocity.2")
+            + topic_signals("rate_setpoint", "w_x w_y w_z"),
         ),
         ChartSpec(
-            "Motor commands", _topic_signals("motors", "command_1 command_2 command_3 command_4")
+            "Motor commands", topic_signals("motors", "command_1 command_2 command_3 command_4")
         ),
         ChartSpec(
             "Place and setpoint",
-            _topic_signals("estimate", "x y z") + _topic_signals("setpoint", "x y z"),
+            topic_signals("estimate", "x y z") + topic_signals("setpoint", "x y z"),
         ),
     ),
 }
