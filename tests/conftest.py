@@ -52,8 +52,10 @@ _COUNT = pytest.StashKey[int]()
 
 
 def pytest_collection_finish():
-    """Leave what was imported and collected out of every later search for garbage."""
-    gc.collect()
+    """Leave what was imported and collected out of every later search for garbage.
+
+    Their garbage stays, too: to find its 150,000 objects takes 0.7 s in each worker.
+    """
     gc.freeze()
 
 
