@@ -1,10 +1,12 @@
 """A Dask cluster of this machine, as one of several machines is reached: over TCP."""
 
-from distributed import LocalCluster
+from typing import Any
 
 
-def local_cluster(workers: int) -> LocalCluster:
-    """Return a cluster with so many workers, each a process with a thread."""
+def local_cluster(workers: int) -> Any:
+    """Return a `LocalCluster` with so many workers, each a process with a thread."""
+    from distributed import LocalCluster  # slow to load, and only slow tests have a cluster
+
     return LocalCluster(
         n_workers=workers,
         threads_per_worker=1,

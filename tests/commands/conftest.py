@@ -47,8 +47,8 @@ def _run(*command) -> Said:
 
 
 @pytest.fixture(autouse=True)
-def _logs_here(unheld):
-    """Commands read logs in this process."""
+def _files_here(unheld, unconfined_xacro):
+    """Commands read logs and xacro files in this process."""
 
 
 @pytest.fixture(autouse=True)

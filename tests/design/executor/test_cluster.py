@@ -10,7 +10,6 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from distributed import Client
 from far_tasks import Losing, Reading, Square
 
 from tests.clusters import local_cluster
@@ -139,6 +138,8 @@ def test_a_task_that_ends_its_workers_is_a_sentence(cluster, workers, tmp_path, 
 
 @pytest.mark.slow
 def test_a_scheduler_that_is_lost_is_a_sentence(tmp_path):
+    from distributed import Client  # slow to load, which quick runs need not
+
     file = tmp_path / "scheduler.json"
     options = ["--host", "127.0.0.1", "--port", "0", "--no-dashboard", "--scheduler-file"]
     process = [sys.executable, "-m", "dask"]
@@ -253,6 +254,8 @@ def test_without_the_package_it_says_what_to_install(monkeypatch):
 
 @pytest.mark.slow
 def test_workers_without_the_package_are_named(tmp_path):
+    from distributed import Client
+
     broken = tmp_path / "workbench" / "__init__.py"
     broken.parent.mkdir()
     broken.write_text("raise ImportError('not here')\n")

@@ -1,6 +1,7 @@
 """A flight that only takes orders down, and an analyst who only listens."""
 
 import dataclasses
+import pickle
 from types import SimpleNamespace
 
 import numpy as np
@@ -200,19 +201,32 @@ def with_reach(answered_kinds):
     answered_kinds[SampleReach] = sample_reach
 
 
+@pytest.fixture(scope="session")
+def reply_to(subject):
+    """Return what answers a question by a function: one that tests asked before, as then."""
+    replies, goes_on = {}, SimpleNamespace(check=lambda: None)
+
+    def reply(function, question):
+        key = function, pickle.dumps(question)
+        if key not in replies:
+            replies[key] = next(each for each in function(subject, question, goes_on) if each)
+        return replies[key]
+
+    return reply
+
+
 @pytest.fixture
-def settle(offline, qtbot, subject, answered_kinds):
+def settle(offline, qtbot, reply_to, answered_kinds):
     """Returns what answers as the analyst's process would, until something is so."""
     done = [0]
-    goes_on = SimpleNamespace(check=lambda: None)
 
     def answer():
         waiting = offline.analysis.asked[done[0] :]
         done[0] = len(offline.analysis.asked)
         for question in waiting:
             if type(question) in answered_kinds:
-                work = answered_kinds[type(question)](subject, question, goes_on)
-                offline.analysis.tell(question, next(each for each in work if each))
+                reply = reply_to(answered_kinds[type(question)], question)
+                offline.analysis.tell(question, reply)
         return bool(waiting)
 
     def until(so):

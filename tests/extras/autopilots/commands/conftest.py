@@ -1,7 +1,7 @@
 """The fixtures of the core's tests of commands."""
 
 from tests.commands.conftest import (  # noqa: F401
-    _logs_here,
+    _files_here,
     _no_progress,
     log,
     logged,

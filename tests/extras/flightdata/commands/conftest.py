@@ -1,7 +1,7 @@
 """Commands are run as in the tests of the core's."""
 
 from tests.commands.conftest import (
-    _logs_here,
+    _files_here,
     _no_progress,
     log,
     logged,
@@ -13,7 +13,7 @@ from tests.commands.conftest import (
 )
 
 __all__ = [
-    "_logs_here",
+    "_files_here",
     "_no_progress",
     "log",
     "logged",
