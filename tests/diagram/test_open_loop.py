@@ -14,32 +14,32 @@ from workbench.systems.rotor_playback import RotorCommands
 HEIGHT = 10.0
 
 
-def started(bench, vehicle, height: float) -> Simulator:
+def started(diagram, airframe, vehicle, height: float) -> Simulator:
     """Return a simulator at rest in the air, with rotors at hover speed."""
-    simulator = Simulator(bench.diagram)
+    simulator = Simulator(diagram)
     context = simulator.get_mutable_context()
     still = [0.0] * 3
     state = body_state(p_WB=[0, 0, height], roll_pitch_yaw=still, v_WB=still, w_WB=still)
-    bench.airframe.place(context, state, vehicle.hover_speeds)
-    held = bench.diagram.GetSubsystemByName(ROTOR_COMMANDS)
+    airframe.place(context, state, vehicle.hover_speeds)
+    held = diagram.GetSubsystemByName(ROTOR_COMMANDS)
     held.GetMyMutableContextFromRoot(context).SetDiscreteState(vehicle.hover_speeds)
     return simulator
 
 
-def state_of(bench, simulator) -> np.ndarray:
-    return bench.recorder.now(simulator.get_context())["state"]
+def state_of(recorder, simulator) -> np.ndarray:
+    return recorder.now(simulator.get_context())["state"]
 
 
 def test_it_hovers_on_hover_thrust(setup, vehicle):
     """Two seconds; then one rotor gives up and it tumbles."""
     hover = vehicle.hover_speeds
     commands = RotorCommands(np.array([0.0, 2.0]), np.array([hover, [0.0, *hover[1:]]]))
-    bench = make_open_loop(setup, commands)
-    simulator = started(bench, vehicle, HEIGHT)
+    diagram, airframe, recorder = make_open_loop(setup, commands)
+    simulator = started(diagram, airframe, vehicle, HEIGHT)
     simulator.AdvanceTo(2.0)
-    assert state_of(bench, simulator)[4:7] == pytest.approx([0, 0, HEIGHT], abs=1e-6)
+    assert state_of(recorder, simulator)[4:7] == pytest.approx([0, 0, HEIGHT], abs=1e-6)
     simulator.AdvanceTo(2.5)
-    assert np.linalg.norm(state_of(bench, simulator)[7:10]) > 5.0
+    assert np.linalg.norm(state_of(recorder, simulator)[7:10]) > 5.0
 
 
 def test_a_world_stands_in_its_way(setup, vehicle, tmp_path):
@@ -49,8 +49,8 @@ def test_a_world_stands_in_its_way(setup, vehicle, tmp_path):
     )
     commands = RotorCommands(np.array([0.0]), np.zeros((1, 4)))
     world = read_world(tmp_path / "table.yaml", {})
-    bench = make_open_loop(dataclasses.replace(setup, world=world), commands)
-    simulator = started(bench, vehicle, 1.5)
+    diagram, airframe, recorder = make_open_loop(dataclasses.replace(setup, world=world), commands)
+    simulator = started(diagram, airframe, vehicle, 1.5)
     simulator.AdvanceTo(2.0)
-    height = state_of(bench, simulator)[6]
+    height = state_of(recorder, simulator)[6]
     assert height == pytest.approx(1.0 + vehicle.ground_clearance, abs=2e-3)

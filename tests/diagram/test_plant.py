@@ -69,9 +69,8 @@ class Dropped:
         setup = make_setup(Scenario(rates=RATES), description=read_description(path))
         self.vehicle = setup.vehicle
         still = ConstantVectorSource(np.zeros(len(self.vehicle.rotors)))
-        bench = make_open_loop(setup, still)
-        self.airframe = bench.airframe
-        self.simulator = Simulator(bench.diagram)
+        diagram, self.airframe, _ = make_open_loop(setup, still)
+        self.simulator = Simulator(diagram)
         self.root = self.simulator.get_mutable_context()
         forces = self.airframe.body_forces.GetMyMutableContextFromRoot(self.root)
         forces.get_mutable_numeric_parameter(0).SetFromVector([0.0, 0.0])

@@ -9,7 +9,7 @@ import pytest
 from PIL import Image
 
 from workbench.link import page_address as module
-from workbench.link.page_address import lan_address, page_address
+from workbench.link.page_address import is_page_reachable, lan_address, page_address
 from workbench.link.qr import QUIET_ZONE_MODULES, png_code, terminal_code
 
 URL = "http://192.168.1.7:8080/"
@@ -76,8 +76,7 @@ def test_a_code_of_another_address_is_another():
 )
 def test_the_address_is_where_the_page_listens(host, scheme, url, reachable):
     found = page_address(host, 80, scheme)
-    assert (found.url, found.is_reachable) == (url, reachable)
-    assert ("only this machine" in found.said) is not reachable
+    assert (found, is_page_reachable(found)) == (url, reachable)
 
 
 @pytest.mark.parametrize(
@@ -92,10 +91,10 @@ def test_listening_everywhere_is_told_by_the_address_in_the_network(
 ):
     addresses = {False: "192.168.1.7", True: "fd00::7"}
     monkeypatch.setattr(module, "lan_address", addresses.get)
-    assert page_address(host, 80).url == in_network
+    assert page_address(host, 80) == in_network
     monkeypatch.setattr(module, "lan_address", lambda by_ipv6: None)
     found = page_address(host, 80)
-    assert (found.url, found.is_reachable) == (alone, False)
+    assert (found, is_page_reachable(found)) == (alone, False)
 
 
 @pytest.mark.parametrize("by_ipv6", [False, True])
@@ -117,12 +116,6 @@ def test_a_machine_without_network_has_no_such_address(by_ipv6, monkeypatch):
 
     monkeypatch.setattr(module.socket, "socket", Unplugged)
     assert lan_address(by_ipv6) is None
-
-
-def test_a_token_stands_behind_the_hash_only_where_it_is_asked_for():
-    plain = page_address("192.168.1.7", 80)
-    assert "#" not in plain.url
-    assert plain.with_token("a b&c#d", "view") == f"{plain.url}#token=a+b%26c%23d&role=view"
 
 
 def test_the_code_needs_segno_only_when_it_is_drawn():

@@ -213,11 +213,11 @@ def _joint_motion(description: "Description", vehicle: "Vehicle") -> list[tuple[
     from workbench.scenario.scenario import Rates
     from workbench.session.integration import integrator_in_hover
 
-    study = joint_study(description)
-    integrator = integrator_in_hover(Rates(), vehicle, study.modes)
+    modes, lows, highs = joint_study(description)
+    integrator = integrator_in_hover(Rates(), vehicle, modes)
     ends = [
         (round(least, 9), round(most, 9))  # without rounding errors
-        for least, most in zip(study.least, study.most, strict=True)
+        for least, most in zip(lows.tolist(), highs.tolist(), strict=True)
     ]
     moved = {link for joint in vehicle.joints for link in joint.links}
     links = (link for link in description.model.links if link.name in moved)
@@ -230,8 +230,8 @@ def _joint_motion(description: "Description", vehicle: "Vehicle") -> list[tuple[
             + " m in x, y, z, each joint through its range alone",
         ),
     ]
-    if study.modes:
-        fastest = study.modes[0]
+    if modes:
+        fastest = modes[0]
         rows.append(("fastest mode", f"{fastest.rate:.4g} rad/s, of {plain_name(fastest.joint)}"))
     return [*rows, ("integrator in hover", integrator)]
 

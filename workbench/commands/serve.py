@@ -182,12 +182,18 @@ def _addresses(flight: "LiveFlight", vehicle: str, address: str) -> dict[str, st
 
 def _print_page_address(flight: "LiveFlight") -> None:
     """Print the address of the page, on a terminal also as a QR code."""
-    from workbench.link.page_address import PageAddress
+    from workbench.link.page_address import is_page_reachable
     from workbench.link.qr import terminal_code
 
     server = flight.latest().network.server
     assert server
-    print_message(f"page for phones and browsers: {PageAddress(server.page).said}")
+    who = "a phone in the same network can open it"
+    if not is_page_reachable(server.page):
+        who = (
+            "only this machine can open it: for a phone, listen at 0.0.0.0 with a token file and a "
+            "certificate"
+        )
+    print_message(f"page for phones and browsers: {server.page} ({who})")
     if sys.stderr.isatty():
         print(terminal_code(server.page), file=terminal())
 

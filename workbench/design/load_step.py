@@ -18,7 +18,7 @@ from workbench.design.step_response import (
 )
 from workbench.plant.gravity import GRAVITY
 from workbench.plant.vehicle import Vehicle
-from workbench.scenario.loads import GustLoad, Load, find_load
+from workbench.scenario.loads import Load, find_load
 from workbench.scenario.scenario import Scenario, ScenarioStart
 from workbench.session.script import disturbance_settings
 
@@ -160,7 +160,7 @@ def usual_load(load: Load, vehicle: Vehicle) -> float:
     A gust of 5 m/s; a tenth of its weight; of a torque, that at a tenth of the rotors' mean
     distance from the centre of mass, and about yaw at their drag torque's share of thrust.
     """
-    if isinstance(load, GustLoad):
+    if load.is_gust:
         return load.amplitude
     weight = vehicle.mass * GRAVITY
     if any(load.force_W):

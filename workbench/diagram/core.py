@@ -1,7 +1,7 @@
 """The flight core: plant, rotors and controller; continuous for design, sampled for flight."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from pydrake.systems.framework import Diagram, DiagramBuilder, InputPort, LeafSystem, OutputPort
@@ -261,17 +261,11 @@ def law_gains(controller: Controller, vehicle: Vehicle, gains: Mapping[str, floa
     return controller.gains(gains, known, DERIVATIVE_STEP_S)
 
 
-@dataclass(frozen=True)
-class OpenLoop:
-    """The airframe under rotor commands from outside the diagram, without a controller."""
-
-    diagram: Diagram
-    airframe: Airframe
-    recorder: SignalRecorder
-
-
-def make_open_loop(setup: Setup, commands: RotorCommands | LeafSystem) -> OpenLoop:
-    """Return the airframe with a source of rotor commands instead of a controller, and a recorder.
+def make_open_loop(
+    setup: Setup, commands: RotorCommands | LeafSystem
+) -> tuple[Diagram, Airframe, SignalRecorder]:
+    """Return a diagram of the airframe with a source of rotor commands instead of a controller, the
+    airframe, and the recorder.
 
     The source is a table, or a system whose only output is speeds (n) [rad/s].
 
@@ -310,4 +304,4 @@ def make_open_loop(setup: Setup, commands: RotorCommands | LeafSystem) -> OpenLo
     recorder = add_recorder(builder, airframe.signals(held.get_output_port()), rates.record_period)
     diagram = builder.Build()
     diagram.set_name("open_loop")
-    return OpenLoop(diagram, airframe, recorder)
+    return diagram, airframe, recorder

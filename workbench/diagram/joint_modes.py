@@ -6,7 +6,6 @@ import numpy as np
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import DiagramBuilder
 
-from workbench.common.vectors import float_triple
 from workbench.plant.description import Description
 from workbench.plant.gathered import merged_model
 from workbench.plant.multibody import add_plant, mobility
@@ -103,24 +102,10 @@ def _along(cable: CableRow) -> complex:
     return -decay + complex(cable.rate**2 - decay**2) ** 0.5 * 1j
 
 
-@dataclass(frozen=True)
-class JointStudy:
-    """What the joints of a description do.
-
-    Attributes:
-        modes: at their start, the fastest first.
-        least: of the centre of mass in B, as each joint moves through its range alone (3) [m]; that
-            of a load on a cable has none.
-        most: likewise (3) [m].
-    """
-
-    modes: tuple[JointMode, ...]
-    least: tuple[float, float, float]
-    most: tuple[float, float, float]
-
-
-def joint_study(description: Description) -> JointStudy:
-    """Return modes and range of the joints of a description.
+def joint_study(description: Description) -> tuple[tuple[JointMode, ...], np.ndarray, np.ndarray]:
+    """Return the modes of the joints of a description at their start, the fastest first, and the
+    least and the largest place of the centre of mass in B (3) [m], as each joint moves through its
+    range alone; that of a load on a cable has none.
 
     Raises:
         WorkbenchError: as `add_plant` does.
@@ -147,6 +132,5 @@ def joint_study(description: Description) -> JointStudy:
             centres.append(plant.CalcSpatialInertia(context, base.body_frame(), whole).get_com())
     if not centres:
         centres = [plant.CalcSpatialInertia(context, base.body_frame(), whole).get_com()]
-    least, most = np.min(centres, axis=0), np.max(centres, axis=0)
     modes = joint_modes(plant, rows, balls, cables)
-    return JointStudy(modes, float_triple(least), float_triple(most))
+    return modes, np.min(centres, axis=0), np.max(centres, axis=0)

@@ -2,8 +2,7 @@
 
 import ipaddress
 import socket
-from dataclasses import dataclass
-from urllib.parse import urlencode, urlsplit
+from urllib.parse import urlsplit
 
 from workbench.link.address import Address, is_loopback
 
@@ -13,45 +12,8 @@ _REMOTE_IPV4 = "192.0.2.1"
 _REMOTE_IPV6 = "2001:db8::1"
 
 
-@dataclass(frozen=True)
-class PageAddress:
-    """The address of the page.
-
-    Attributes:
-        url: to type or to scan.
-    """
-
-    url: str
-
-    @property
-    def is_reachable(self) -> bool:
-        """Whether other machines and phones can reach it."""
-        return not is_loopback(urlsplit(self.url).hostname or "")
-
-    @property
-    def said(self) -> str:
-        """The address, and who can use it, in words."""
-        if self.is_reachable:
-            return f"{self.url} (a phone in the same network can open it)"
-        return (
-            f"{self.url} (only this machine can open it: for a phone, listen at 0.0.0.0 with a "
-            "token file and a certificate)"
-        )
-
-    def with_token(self, token: str, role: str) -> str:
-        """Return an address that logs in automatically; it and its code contain the token.
-
-        The token follows a #, so browsers do not send it, and servers do not log it.
-
-        Args:
-            token: of the role.
-            role: view or command.
-        """
-        return f"{self.url}#{urlencode({'token': token, 'role': role})}"
-
-
-def page_address(host: str, port: int, scheme: str = "http") -> PageAddress:
-    """Return the address of the page for a host and port.
+def page_address(host: str, port: int, scheme: str = "http") -> str:
+    """Return the address of the page, to type or to scan, for a host and port.
 
     Args:
         host: name or address that the server listens at; 0.0.0.0 is all IPv4 addresses of this
@@ -63,7 +25,12 @@ def page_address(host: str, port: int, scheme: str = "http") -> PageAddress:
     if is_wildcard(host):
         by_ipv6 = ":" in host
         reached = lan_address(by_ipv6) or ("::1" if by_ipv6 else "127.0.0.1")
-    return PageAddress(f"{scheme}://{Address(reached, port)}/")
+    return f"{scheme}://{Address(reached, port)}/"
+
+
+def is_page_reachable(url: str) -> bool:
+    """Return whether other machines and phones can reach the page at an address."""
+    return not is_loopback(urlsplit(url).hostname or "")
 
 
 def is_wildcard(host: str) -> bool:

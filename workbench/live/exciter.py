@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator
 
 from workbench.common.errors import WorkbenchError
 from workbench.live.excitation_guard import IN_FLIGHT, WATCH_PERIOD_S, ExcitationGuard, StepPlan
-from workbench.live.step_drive import StepDrive, make_drive
+from workbench.live.step_drive import StepDrive
 from workbench.scenario.excitation import ActiveExcitation, Excitation
 from workbench.scenario.scenario import Action
 from workbench.session.script import acting_step
@@ -66,7 +66,7 @@ class Exciter:
             WorkbenchError: for the first problem.
         """
         excitation.check()
-        excitation.check(make_drive(self._session, excitation).limit)
+        excitation.check(StepDrive(self._session, excitation).limit)
         if self._session.scenario.figure_eight:
             raise WorkbenchError("the scenario flies its figure of eight: excite another one")
         mode = self._session.snapshot().mode
@@ -84,7 +84,7 @@ class Exciter:
         self.ended = ""
         self._plan = StepPlan(excitation, self._session.scenario.rates)
         self._guard = ExcitationGuard(self._session, excitation)
-        self._drive = make_drive(self._session, excitation)
+        self._drive = StepDrive(self._session, excitation)
         self._first = self._next = -(-self._now // self._control) * self._control
         waits = excitation.rests and self._drive.unrest() >= 1.0
         self.exciting = ActiveExcitation(excitation, self._first * self._step, 0 if waits else 1)

@@ -243,7 +243,7 @@ def frame_tree(
             add(alias, own, RigidTransform())
     for name, X_WF in (*fixed, *moving):
         add(free_name(taken, name), WORLD_FRAME_NAME, X_WF)
-    return FrameTree(tuple(frames), tuple(each.optical for each in names if each.optical))
+    return FrameTree(tuple(frames), tuple(optical for _, optical, _ in names if optical))
 
 
 def frames_in_world(vehicle: Vehicle, model: Model, world: World) -> FrameTree:

@@ -266,8 +266,8 @@ def read_sensors(model: Model, base_link: str, remarks: Remarks) -> tuple[Sensor
         *(frame.name for frame in model.frames),
     }
     return tuple(
-        sensor if sensor.frame else dataclasses.replace(sensor, frame=names.own)
-        for sensor, names in zip(sensors, sensor_frames(sensors, others), strict=True)
+        sensor if sensor.frame else dataclasses.replace(sensor, frame=own)
+        for sensor, (own, _, _) in zip(sensors, sensor_frames(sensors, others), strict=True)
     )
 
 

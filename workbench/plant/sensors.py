@@ -5,7 +5,7 @@ import math
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from functools import cache
-from typing import TYPE_CHECKING, ClassVar, NamedTuple
+from typing import TYPE_CHECKING, ClassVar
 
 from workbench.common.extensions import (
     ExtensionGroup,
@@ -339,29 +339,20 @@ def sensor_kinds() -> tuple[str, ...]:
     return tuple(dict.fromkeys([*core, *complete_extensions(ExtensionGroup.SENSORS)]))
 
 
-class SensorFrames(NamedTuple):
-    """Names of the frames of a sensor.
+def sensor_frames(
+    sensors: Sequence[Sensor], others: Collection[str]
+) -> list[tuple[str, str | None, str | None]]:
+    """Return the names of the frames of sensors, in order.
 
-    Attributes:
-        own: of the sensor's frame S.
-        optical: of a depth camera's optical frame, None for other sensors.
-        alias: another name for S, the label of its readings; None if there is none.
-    """
-
-    own: str
-    optical: str | None
-    alias: str | None
-
-
-def sensor_frames(sensors: Sequence[Sensor], others: Collection[str]) -> list[SensorFrames]:
-    """Return the names for sensors, in order: NAME if it is free, else NAME_sensor.
+    Each has that of its frame S, NAME if it is free, else NAME_sensor; that of the optical frame of
+    a depth camera, None for others; and another name for S, the label of its readings, or None.
 
     Args:
         sensors: in the order of the description; a `frame` of "" needs no alias.
         others: names that are taken.
     """
     taken = {*others, ""}
-    found = []
+    found: list[tuple[str, str | None, str | None]] = []
     for sensor in sensors:
         own = free_name(taken, sensor.name, f"{sensor.name}_sensor")
         taken.add(own)
@@ -371,7 +362,7 @@ def sensor_frames(sensors: Sequence[Sensor], others: Collection[str]) -> list[Se
             taken.add(optical)
         alias = None if sensor.frame in taken else sensor.frame
         taken.add(sensor.frame)
-        found.append(SensorFrames(own, optical, alias))
+        found.append((own, optical, alias))
     return found
 
 

@@ -7,7 +7,7 @@ from enum import Enum
 from workbench.common.errors import WorkbenchError
 from workbench.scenario.attitude_axes import AttitudeAxis
 from workbench.scenario.axes import CommandAxis
-from workbench.scenario.loads import EXCITED_AXES, GustLoad, Load, find_excited
+from workbench.scenario.loads import EXCITED_AXES, Load, find_excited
 
 MIN_EXCITATION_PERIOD_S, MAX_EXCITATION_PERIOD_S = 0.1, 60.0
 """Limits of the period [s]."""
@@ -80,7 +80,7 @@ class Excitation:
                 f"the amplitude is {self.amplitude:g} {self.unit}: give a value other than 0, "
                 f"within ±{limit:g} {self.unit}"
             )
-        if isinstance(self.row, GustLoad) and self.shape is not Shape.PULSE:
+        if isinstance(self.row, Load) and self.row.is_gust and self.shape is not Shape.PULSE:
             raise WorkbenchError("a gust rises and falls by itself: give it the shape pulse")
         if not MIN_EXCITATION_PERIOD_S <= self.period <= MAX_EXCITATION_PERIOD_S:
             raise WorkbenchError(

@@ -22,10 +22,10 @@ LOAD_RESPONSES = ("position x", "position y", "position z", "roll", "pitch", "ya
 
 @dataclass(frozen=True)
 class Load:
-    """One axis of a force or torque.
+    """One axis of a force, a torque, or a gust, which rises to its size and falls again.
 
     Attributes:
-        name: force_x, … or torque_roll, …
+        name: force_x, torque_roll, gust_x, …
         label: in words.
         unit: SI unit of the load.
         response: name of the response.
@@ -35,6 +35,7 @@ class Load:
         amplitude: that the app proposes first, in `unit`.
         force_W: force of a unit load (3) [N].
         torque_B: torque of a unit load (3) [N·m].
+        velocity_W: velocity of a unit gust (3) [m/s].
     """
 
     name: str
@@ -47,6 +48,7 @@ class Load:
     amplitude: float
     force_W: LoadVector = (0.0, 0.0, 0.0)
     torque_B: LoadVector = (0.0, 0.0, 0.0)
+    velocity_W: LoadVector = (0.0, 0.0, 0.0)
 
     def action(self, size: float, duration: float, p_BoBcm_B: LoadVector) -> Action:
         """Return the action that starts a load in a script; a size of 0 ends it.
@@ -56,15 +58,23 @@ class Load:
             duration: [s].
             p_BoBcm_B: the centre of mass, where a force acts without a moment [m].
         """
-        if not size:
-            return Action(push=Push())
-        force, torque = self._scaled(self.force_W, size), self._scaled(self.torque_B, size)
-        return Action(push=Push(force, list(p_BoBcm_B), duration, torque))
+        force, torque, velocity = (
+            [size * part for part in unit]
+            for unit in (self.force_W, self.torque_B, self.velocity_W)
+        )
+        if self.is_gust:
+            return Action(gust=Gust(velocity, duration) if size else Gust())
+        return Action(push=Push(force, list(p_BoBcm_B), duration, torque) if size else Push())
+
+    @property
+    def is_gust(self) -> bool:
+        """Whether it is air that moves."""
+        return any(self.velocity_W)
 
     @property
     def longest(self) -> float:
         """Default duration [s]; infinite until the end."""
-        return math.inf
+        return Gust().duration if self.is_gust else math.inf
 
     @property
     def turns(self) -> bool:
@@ -82,61 +92,25 @@ class Load:
         values = (*p_WB.T, *tilt_angles(q_WB), w_WB[:, 2])[LOAD_RESPONSES.index(self.response)]
         return np.asarray(values - values[0])
 
-    @staticmethod
-    def _scaled(vector: LoadVector, size: float) -> list[float]:
-        return [size * part for part in vector]
-
-
-@dataclass(frozen=True)
-class GustLoad(Load):
-    """One axis of a gust, which rises to its size [m/s] and falls again.
-
-    Attributes:
-        velocity_W: velocity of a unit gust (3) [m/s].
-    """
-
-    velocity_W: LoadVector = (0.0, 0.0, 0.0)
-
-    def action(self, size: float, duration: float, p_BoBcm_B: LoadVector) -> Action:
-        """Return the action that starts a gust in a script; see `Load.action`."""
-        return Action(gust=Gust(self._scaled(self.velocity_W, size), duration) if size else Gust())
-
-    @property
-    def longest(self) -> float:
-        """Default duration [s]."""
-        return Gust().duration
-
 
 def _unit(axis: str) -> LoadVector:
     x, y, z = (float(axis == each) for each in "xyz")
     return x, y, z
 
 
-def _force(axis: CommandAxis) -> Load:
+def _along(
+    axis: CommandAxis, kind: str, unit: str, limit: str, amplitude: float, **vector: LoadVector
+) -> Load:
     return Load(
-        f"force_{axis.name}",
-        f"force {axis.label}",
-        "N",
+        f"{kind}_{axis.name}",
+        f"{kind} {axis.label}",
+        unit,
         f"position {axis.name}",
         "m",
         f"position_data.{axis.name}",
-        f"push_{axis.name}",
-        1.0,
-        force_W=_unit(axis.name),
-    )
-
-
-def _gust(axis: CommandAxis) -> Load:
-    return GustLoad(
-        f"gust_{axis.name}",
-        f"gust {axis.label}",
-        "m/s",
-        f"position {axis.name}",
-        "m",
-        f"position_data.{axis.name}",
-        f"gust_{axis.name}",
-        5.0,
-        velocity_W=_unit(axis.name),
+        f"{limit}_{axis.name}",
+        amplitude,
+        **vector,
     )
 
 
@@ -153,12 +127,14 @@ def _torque(name: str, axis: str, response: tuple[str, str, str], amplitude: flo
 
 
 PUSH_ROWS = (
-    *map(_force, AXIS_ROWS[:3]),
+    *(_along(row, "force", "N", "push", 1.0, force_W=_unit(row.name)) for row in AXIS_ROWS[:3]),
     _torque("roll", "x", ("roll", "rad", "position_data.roll"), 0.1),
     _torque("pitch", "y", ("pitch", "rad", "position_data.pitch"), 0.1),
     _torque("yaw", "z", ("yaw rate", "rad/s", "velocity_data.w_z"), 0.02),
 )
-GUST_ROWS = tuple(map(_gust, AXIS_ROWS[:3]))
+GUST_ROWS = tuple(
+    _along(row, "gust", "m/s", "gust", 5.0, velocity_W=_unit(row.name)) for row in AXIS_ROWS[:3]
+)
 LOAD_ROWS = (*PUSH_ROWS, *GUST_ROWS)
 LOAD_NAMES = tuple(row.name for row in LOAD_ROWS)
 """Names of the loads."""

@@ -10,7 +10,8 @@ from pydrake.systems.framework import Context
 
 from workbench.common.errors import drake_error_sentences
 from workbench.control.guidance import Reference
-from workbench.diagram.core import ROTOR_COMMANDS, OpenLoop, make_open_loop
+from workbench.diagram.airframe import Airframe
+from workbench.diagram.core import ROTOR_COMMANDS, make_open_loop
 from workbench.plant.placing import body_state
 from workbench.plant.vehicle import Vehicle
 from workbench.scenario.configured import log_world_remarks
@@ -19,6 +20,7 @@ from workbench.session.integration import Integration
 from workbench.session.live_context import start_position
 from workbench.session.recording import Recording
 from workbench.setup import Setup, make_setup
+from workbench.systems.recorder import SignalRecorder
 from workbench.systems.rotor_playback import load_rotor_commands
 
 
@@ -44,14 +46,14 @@ def fly_open_loop(
     scenario, vehicle = setup.scenario, setup.vehicle
     commands = load_rotor_commands(table, vehicle)
     log_world_remarks(setup.world)
-    bench = make_open_loop(setup, commands)
-    simulator = Simulator(bench.diagram)
-    place_at_start(simulator.get_mutable_context(), bench, setup, commands.speeds[0])
-    held = bench.diagram.GetSubsystemByName(ROTOR_COMMANDS)
+    diagram, airframe, recorder = make_open_loop(setup, commands)
+    simulator = Simulator(diagram)
+    place_at_start(simulator.get_mutable_context(), airframe, setup, commands.speeds[0])
+    held = diagram.GetSubsystemByName(ROTOR_COMMANDS)
     held.GetMyMutableContextFromRoot(simulator.get_mutable_context()).SetDiscreteState(
         commands.speeds[0]
     )
-    integration = Integration(simulator, bench.airframe, scenario.rates)
+    integration = Integration(simulator, airframe, scenario.rates)
     slices = math.ceil(4.0 * scenario.duration)
     steps = scenario.duration / scenario.rates.physics_step
     with drake_error_sentences("the flight could not begin"):
@@ -60,10 +62,10 @@ def fly_open_loop(
         integration.advance(round(steps * (index + 1) / slices))
         if progress:
             progress((index + 1) / slices)
-    return recorded(simulator.get_context(), bench, vehicle)
+    return recorded(simulator.get_context(), recorder, vehicle)
 
 
-def place_at_start(context: Context, bench: OpenLoop, setup: Setup, speeds: np.ndarray) -> None:
+def place_at_start(context: Context, airframe: Airframe, setup: Setup, speeds: np.ndarray) -> None:
     """Write the start of a setup and rotor speeds (n) [rad/s] to the Context."""
     start = setup.scenario.start
     state = body_state(
@@ -72,13 +74,13 @@ def place_at_start(context: Context, bench: OpenLoop, setup: Setup, speeds: np.n
         v_WB=start.velocity,
         w_WB=start.angular_velocity,
     )
-    bench.airframe.place(context, state, speeds)
+    airframe.place(context, state, speeds)
 
 
-def recorded(context: Context, bench: OpenLoop, vehicle: Vehicle) -> Recording:
+def recorded(context: Context, recorder: SignalRecorder, vehicle: Vehicle) -> Recording:
     """Return everything flown; signals that only a controller has are NaN."""
-    time = bench.recorder.times(context)
+    time = recorder.times(context)
     none = np.full((len(time), len(Reference._fields)), math.nan)
-    signals = dict(bench.recorder.signals(context))
+    signals = dict(recorder.signals(context))
     signals |= {"reference": none, "mode": none[:, :1], "charge": none[:, :1]}
     return Recording.from_signals(vehicle, time, signals)

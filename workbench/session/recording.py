@@ -5,7 +5,6 @@ import io
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 
@@ -30,29 +29,15 @@ _OPTIONAL_SIGNALS = (
 """Signals of a flight with an estimator, or with joints; (N, 0) without."""
 
 
-class PartSignals(NamedTuple):
-    """Names of what is recorded of a vehicle's joints, servos, cables or touching bodies.
-
-    Attributes:
-        group: see `PART_FIELDS`.
-        field: of the recording.
-        rows: name and unit of each column of that field.
+def part_signals(vehicle: Vehicle) -> list[tuple[str, str, tuple[tuple[str, str], ...]]]:
+    """Return what a recording has of a vehicle's joints, servos, cables and touching bodies: the
+    group of each, see `PART_FIELDS`, its field, and name and unit of each column of that.
     """
-
-    group: str
-    field: str
-    rows: tuple[tuple[str, str], ...]
-
-
-def part_signals(vehicle: Vehicle) -> tuple[PartSignals, ...]:
-    """Return what a recording of a vehicle has of its parts."""
     setpoints = tuple((each.joint, each.setpoint_unit) for each in vehicle.servos)
     forces = tuple((f"{link}.{axis}", "N") for link in vehicle.contact_links for axis in "xyz")
     tensions = tuple((cable, "N") for cable in vehicle.cables)
     rows = (vehicle.joint_signals, setpoints, tensions, forces)
-    return tuple(
-        PartSignals(*names, each) for names, each in zip(PART_FIELDS.items(), rows, strict=True)
-    )
+    return [(*names, each) for names, each in zip(PART_FIELDS.items(), rows, strict=True)]
 
 
 def _empty_array() -> np.ndarray:

@@ -21,8 +21,8 @@ class Watch(SampledSensor):
     def truth(self, context):
         return np.array([context.get_time(), 0.0])
 
-    def measured(self, context, truth, scale):
-        return truth + [0.0, scale]
+    def sampled(self, context, scale):
+        return self.truth(context) + [0.0, scale]
 
     def next_memory(self, context):
         return super().next_memory(context) + 1.0

@@ -105,7 +105,7 @@ def part_signal(name: str, vehicle: Vehicle) -> RecordedSignal:
         WorkbenchError: if it has no such part.
     """
     group, _, part = name.partition(SENSOR_SEPARATOR)
-    _, field, rows = next(each for each in part_signals(vehicle) if each.group == group)
+    _, field, rows = next(each for each in part_signals(vehicle) if each[0] == group)
     names = [each for each, _ in rows]
     if part not in names:
         raise unknown_name(f"{group} of {vehicle.name}", part, names)

@@ -67,7 +67,7 @@ class AutopilotFlight:
         self._order = checked_order(self.vehicle, order)
         log_world_remarks(setup.world)
         self._source = ConstantVectorSource(np.zeros(len(self.vehicle.rotors)))
-        self._bench = make_open_loop(setup, self._source)
+        self._diagram, self._airframe, self._recorder = make_open_loop(setup, self._source)
         self._home = setup.home
         self._field = earth_magnetic_field(self._home)
         self._noise = (
@@ -79,13 +79,13 @@ class AutopilotFlight:
         """Restart at time 0."""
         scenario = self._setup.scenario
         self._random = np.random.default_rng(scenario.sensors.seed)
-        self._simulator = Simulator(self._bench.diagram)
+        self._simulator = Simulator(self._diagram)
         self._context = self._simulator.get_mutable_context()
-        self._integration = Integration(self._simulator, self._bench.airframe, scenario.rates)
+        self._integration = Integration(self._simulator, self._airframe, scenario.rates)
         speeds = np.zeros(len(self.vehicle.rotors))
         if scenario.start.mode == "hovering":
             speeds = self.vehicle.hover_speeds
-        place_at_start(self._context, self._bench, self._setup, speeds)
+        place_at_start(self._context, self._airframe, self._setup, speeds)
         self._command(speeds)
         self._count = 0
         with drake_error_sentences("the flight could not begin"):
@@ -114,7 +114,7 @@ class AutopilotFlight:
         """Return what sensors at the base link measure now."""
         from workbench.plant.geodesy import geodetic  # see above
 
-        airframe = self._bench.airframe
+        airframe = self._airframe
         context = airframe.plant.GetMyContextFromRoot(self._context)
         state, vdot = airframe.state.Eval(context), airframe.acceleration.Eval(context)[3:6]
         q, p, w, v = state[:4], state[4:7], state[7:10], state[10:13]
@@ -139,7 +139,7 @@ class AutopilotFlight:
 
     def recording(self) -> Recording:
         """Return everything flown since the last reset; absent signals are NaN."""
-        return recorded(self._context, self._bench, self.vehicle)
+        return recorded(self._context, self._recorder, self.vehicle)
 
     def _draw(self, what: str, size: int) -> np.ndarray:
         return self._noise[what] * self._random.standard_normal(size)

@@ -14,7 +14,7 @@ from workbench.gui.layout import NO_MARGINS, buddy, button, grid, hbox, label, n
 from workbench.link.address import Address, parse_address
 from workbench.link.backplane import ServerStatus
 from workbench.link.connection import FINGERPRINT_PREFIX
-from workbench.link.page_address import PageAddress, is_wildcard, lan_address
+from workbench.link.page_address import is_page_reachable, is_wildcard, lan_address
 from workbench.link.qr import png_code
 from workbench.link.server.config import ServerConfig
 
@@ -153,5 +153,5 @@ def connect_hint_text(command: str, page: str) -> str:
     if not page:
         hints.append(NO_WEB_PAGE_HINT)
     else:
-        hints.append(PHONE_HINT if PageAddress(page).is_reachable else LOCAL_HINT)
+        hints.append(PHONE_HINT if is_page_reachable(page) else LOCAL_HINT)
     return "\n".join(hints)

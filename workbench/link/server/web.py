@@ -180,7 +180,7 @@ class Page:
             hub.later,
         )
         self.port = self._acceptor.address.port
-        self.address = page_address(self._host, self.port, self._scheme).url
+        self.address = page_address(self._host, self.port, self._scheme)
 
     async def close(self) -> None:
         """Stop listening, and end all connections."""

@@ -5,7 +5,6 @@ The velocity plugin is that of the paper. It names links and joints, and hardly 
 
 import math
 import re
-from dataclasses import dataclass
 from itertools import count
 
 from workbench.common.errors import WorkbenchError
@@ -51,15 +50,6 @@ _MOTOR_PLUGIN_TAGS = (
 )
 
 
-@dataclass(frozen=True)
-class _VelocityRotor:
-    """A rotor as named in the block."""
-
-    number: str
-    joint: Joint
-    mount: Mount
-
-
 def is_velocity_plugin(plugin: Element) -> bool:
     """Return whether a plugin is that of the paper, by its file name and numbered joints."""
     return _VELOCITY_PLUGIN_FILE in plugin.get("filename", "").lower() and bool(
@@ -95,7 +85,7 @@ def read_velocity_plugin(
     numbers = _rotor_numbers(plugin)
     refuse_too_many_rotors(plugin.file, len(numbers))
     named = [_named_rotor(tags, number, model, base_link, remarks) for number in numbers]
-    if len({rotor.joint.name for rotor in named}) < len(named):
+    if len({joint.name for joint, _ in named}) < len(named):
         raise WorkbenchError(
             f"{tags.where()}: {_VELOCITY_KIND} names a joint twice: name each once"
         )
@@ -107,10 +97,10 @@ def read_velocity_plugin(
     motor_constant = _motor_constant(
         tags, model, len(named), constants["max_rot_velocity"], remarks
     )
-    turns = _turning_directions(tags, named, remarks)
+    turns = _turning_directions(tags, numbers, [mount for _, mount in named], remarks)
     return tuple(
-        make_rotor(model, rotor.joint, rotor.mount, turn, motor_constant, constants, tags, remarks)
-        for rotor, turn in zip(named, turns, strict=True)
+        make_rotor(model, joint, mount, turn, motor_constant, constants, tags, remarks)
+        for (joint, mount), turn in zip(named, turns, strict=True)
     )
 
 
@@ -122,8 +112,8 @@ def _rotor_numbers(plugin: Element) -> list[str]:
 
 def _named_rotor(
     tags: XmlBlock, number: str, model: Model, base_link: str, remarks: Remarks
-) -> _VelocityRotor:
-    """Return the rotor with a number."""
+) -> tuple[Joint, Mount]:
+    """Return joint and mount of the rotor with a number."""
     joint_tag, link_tag = f"joint{number}", f"link{number}"
     joint = find_joint(model, tags.required(joint_tag), tags.where(joint_tag))
     link = find_link(model, tags.required(link_tag), tags.where(link_tag))
@@ -132,8 +122,7 @@ def _named_rotor(
             f"{tags.where(link_tag)}: <{link_tag}> is '{link.name}', but '{joint.name}' turns "
             f"another link: name its child link '{joint.child}'"
         )
-    mount = mount_on_joint(model, base_link, joint, link, tags.file, remarks)
-    return _VelocityRotor(number, joint, mount)
+    return joint, mount_on_joint(model, base_link, joint, link, tags.file, remarks)
 
 
 def _motor_constant(
@@ -155,14 +144,16 @@ def _motor_constant(
     return constant
 
 
-def _turning_directions(tags: XmlBlock, named: list[_VelocityRotor], remarks: Remarks) -> list[int]:
+def _turning_directions(
+    tags: XmlBlock, numbers: list[str], mounts: list[Mount], remarks: Remarks
+) -> list[int]:
     """Return the direction of each rotor; missing ones alternate around the drone."""
     assumed: list[str] = []
     turns: list[int] = []
-    for rotor, place in zip(named, _places_around(named), strict=True):
-        tag = f"turningDirection{rotor.number}"
+    for number, mount, place in zip(numbers, mounts, _places_around(mounts), strict=True):
+        tag = f"turningDirection{number}"
         if tags.has(tag):
-            turns.append(turn_of(tags, tag) * rotor.mount.sense)
+            turns.append(turn_of(tags, tag) * mount.sense)
         else:
             turns.append(1 if place % 2 else -1)
             assumed.append(f"{tag} {'ccw' if place % 2 else 'cw'}")
@@ -170,19 +161,17 @@ def _turning_directions(tags: XmlBlock, named: list[_VelocityRotor], remarks: Re
     return turns
 
 
-def _places_around(named: list[_VelocityRotor]) -> list[int]:
+def _places_around(mounts: list[Mount]) -> list[int]:
     """Return the position of each rotor in counter-clockwise order from the first, seen from above.
 
     Rotors above each other are consecutive, the upper one first.
     """
-    x_mid = sum(rotor.mount.p_BR[0] for rotor in named) / len(named)
-    y_mid = sum(rotor.mount.p_BR[1] for rotor in named) / len(named)
-    angles = [
-        math.atan2(rotor.mount.p_BR[1] - y_mid, rotor.mount.p_BR[0] - x_mid) for rotor in named
-    ]
+    x_mid = sum(mount.p_BR[0] for mount in mounts) / len(mounts)
+    y_mid = sum(mount.p_BR[1] for mount in mounts) / len(mounts)
+    angles = [math.atan2(mount.p_BR[1] - y_mid, mount.p_BR[0] - x_mid) for mount in mounts]
     around = [round((angle - angles[0]) / (2.0 * math.pi) % 1.0, 6) % 1.0 for angle in angles]
-    order = sorted(range(len(named)), key=lambda i: (around[i], -named[i].mount.p_BR[2], i))
-    return [order.index(i) for i in range(len(named))]
+    order = sorted(range(len(mounts)), key=lambda i: (around[i], -mounts[i].p_BR[2], i))
+    return [order.index(i) for i in range(len(mounts))]
 
 
 def is_motor_plugin(plugin: Element) -> bool:

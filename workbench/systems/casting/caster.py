@@ -138,7 +138,7 @@ class _FrameSurface:
     def __init__(self, frame: int, surface: Surface) -> None:
         self.frame = frame
         self._surface = surface
-        self._finder = triangle_finder(surface)
+        self._find = triangle_finder(surface)
 
     def shorten(
         self,
@@ -156,7 +156,7 @@ class _FrameSurface:
             )
             if not len(rays.numbers):
                 return
-            triangles, distances = self._finder.find(rays)
+            triangles, distances = self._find(rays)
             numbers, starts = compiled_shorten_to_triangles(
                 p_WS,
                 directions,

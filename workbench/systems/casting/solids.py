@@ -166,49 +166,37 @@ class CastSolids(NamedTuple):
     X_FG: np.ndarray
 
 
-class CastSolid(NamedTuple):
-    """Kind, size and reach of one shape."""
-
-    kind: int
-    size: tuple[float, float, float]
-    reach: float
-
-
-def as_solid(shape: Shape) -> CastSolid | None:
-    """Return the closed form of a shape, None if it has none."""
+def as_solid(shape: Shape) -> tuple[int, RayVector, float] | None:
+    """Return kind, size and reach of a shape with a closed form, None if it has none."""
     match shape:
         case Box():
             x, y, z = 0.5 * shape.size()
-            return CastSolid(BOX, (x, y, z), math.hypot(x, y, z))
+            return BOX, (x, y, z), math.hypot(x, y, z)
         case Sphere():
-            return CastSolid(SPHERE, (shape.radius(), 0.0, 0.0), shape.radius())
+            return SPHERE, (shape.radius(), 0.0, 0.0), shape.radius()
         case Cylinder():
             radius, half = shape.radius(), 0.5 * shape.length()
-            return CastSolid(CYLINDER, (radius, half, 0.0), math.hypot(radius, half))
+            return CYLINDER, (radius, half, 0.0), math.hypot(radius, half)
         case Capsule():
             radius, half = shape.radius(), 0.5 * shape.length()
-            return CastSolid(CAPSULE, (radius, half, 0.0), radius + half)
+            return CAPSULE, (radius, half, 0.0), radius + half
         case Ellipsoid():
             axes = (shape.a(), shape.b(), shape.c())
-            return CastSolid(ELLIPSOID, axes, max(axes))
+            return ELLIPSOID, axes, max(axes)
         case HalfSpace():
-            return CastSolid(HALF_SPACE, (0.0, 0.0, 0.0), math.inf)
+            return HALF_SPACE, (0.0, 0.0, 0.0), math.inf
     return None
 
 
 def pack_solids(geometries: Sequence[CastGeometry]) -> CastSolids:
     """Return those of the geometries that have a closed form."""
-    found = [
-        (geometry, solid)
-        for geometry in geometries
-        if (solid := as_solid(geometry.shape)) is not None
-    ]
+    found = [(g, *solid) for g in geometries if (solid := as_solid(g.shape)) is not None]
     return CastSolids(
-        kinds=np.array([solid.kind for _, solid in found], dtype=np.int64),
-        sizes=np.array([solid.size for _, solid in found], dtype=float).reshape(-1, 3),
-        reach=np.array([solid.reach for _, solid in found], dtype=float),
-        frames=np.array([geometry.frame for geometry, _ in found], dtype=np.int64),
-        X_FG=np.array([g.X_FG.GetAsMatrix4() for g, _ in found]).reshape(-1, 4, 4),
+        kinds=np.array([kind for _, kind, _, _ in found], dtype=np.int64),
+        sizes=np.array([size for _, _, size, _ in found], dtype=float).reshape(-1, 3),
+        reach=np.array([reach for *_, reach in found], dtype=float),
+        frames=np.array([g.frame for g, *_ in found], dtype=np.int64),
+        X_FG=np.array([g.X_FG.GetAsMatrix4() for g, *_ in found]).reshape(-1, 4, 4),
     )
 
 

@@ -4,6 +4,8 @@ embree has no wheels for Linux on ARM, and only an extra of the workbench brings
 """
 
 import logging
+from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 
@@ -14,10 +16,15 @@ MAX_SILENT_TRIANGLES = 1000
 """Number of triangles from which on trying all of them is slow enough for a warning."""
 
 
-def triangle_finder(surface: Surface) -> "EmbreeFinder | AllTrianglesFinder":
+FindTriangles = Callable[[Rays], tuple[np.ndarray, np.ndarray]]
+"""Returns the number of the triangle that each ray meets, -1 for none, and its distance from where
+the ray begins [m], both (m)."""
+
+
+def triangle_finder(surface: Surface) -> FindTriangles:
     """Return what finds triangles of a surface on this machine."""
     if has_package("embreex"):
-        return EmbreeFinder(surface)
+        return _embree_finder(surface)
     if len(surface.corners) > MAX_SILENT_TRIANGLES:
         logging.getLogger("workbench").warning(
             "rays are cast against %d triangles one by one, which is slow: `%s` brings embreex, "
@@ -25,39 +32,25 @@ def triangle_finder(surface: Surface) -> "EmbreeFinder | AllTrianglesFinder":
             len(surface.corners),
             install_command("embreex"),
         )
-    return AllTrianglesFinder(surface)
+    return partial(compiled_nearest_triangles, surface.corners)
 
 
-class EmbreeFinder:
-    """embree's tree of the triangles; it computes in single precision."""
+def _embree_finder(surface: Surface) -> FindTriangles:
+    """Return what asks embree's tree of the triangles; it computes in single precision."""
+    from embreex.mesh_construction import TriangleMesh
+    from embreex.rtcore import EmbreeDevice
+    from embreex.rtcore_scene import EmbreeScene
 
-    def __init__(self, surface: Surface) -> None:
-        from embreex.mesh_construction import TriangleMesh
-        from embreex.rtcore import EmbreeDevice
-        from embreex.rtcore_scene import EmbreeScene
+    scene = EmbreeScene(EmbreeDevice(), robust=True)
+    vertices = np.empty((len(surface.first) - 1, 3), dtype=np.float32)
+    vertices[surface.vertices] = surface.corners
+    TriangleMesh(scene, vertices, surface.vertices.astype(np.int32))
+    # embree builds its tree at the first ray: now, and not in flight.
+    ray = np.ones((1, 3), dtype=np.float32)
+    scene.run(ray, ray)
 
-        self._scene = EmbreeScene(EmbreeDevice(), robust=True)
-        vertices = np.empty((len(surface.first) - 1, 3), dtype=np.float32)
-        vertices[surface.vertices] = surface.corners
-        TriangleMesh(self._scene, vertices, surface.vertices.astype(np.int32))
-        # embree builds its tree at the first ray: now, and not in flight.
-        ray = np.ones((1, 3), dtype=np.float32)
-        self._scene.run(ray, ray)
-
-    def find(self, rays: Rays) -> tuple[np.ndarray, np.ndarray]:
-        """Return the number of the triangle that each ray meets, -1 for none, and its distance from
-        where the ray begins [m], both (m).
-        """
-        found = self._scene.run(rays.origins, rays.directions, dists=rays.reach, output=1)
+    def find(rays: Rays) -> tuple[np.ndarray, np.ndarray]:
+        found = scene.run(rays.origins, rays.directions, dists=rays.reach, output=1)
         return found["primID"], found["tfar"]
 
-
-class AllTrianglesFinder:
-    """Tries all triangles with each ray."""
-
-    def __init__(self, surface: Surface) -> None:
-        self._corners = surface.corners
-
-    def find(self, rays: Rays) -> tuple[np.ndarray, np.ndarray]:
-        """Return what `EmbreeFinder.find` does."""
-        return compiled_nearest_triangles(self._corners, rays)
+    return find

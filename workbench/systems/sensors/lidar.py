@@ -107,9 +107,9 @@ class LidarSensor(SampledSensor):
         q_WS = Quaternion(moves.q_WB).multiply(self._q_BS).wxyz()
         return np.concatenate([ranges, moves.p_WS, q_WS])
 
-    def measured(self, context: Context, truth: np.ndarray, scale: float) -> np.ndarray:
+    def sampled(self, context: Context, scale: float) -> np.ndarray:
         """Return a sample with noise on its returns, which never leave the sensor's limits."""
-        noise = self.sensor.noise
+        truth, noise = self.truth(context), self.sensor.noise
         deviation = noise.stddev if scale == 1.0 else scale * (noise.stddev or LIDAR_DEVIATION_M)
         offset = noise.mean + self._bias
         grain = self.sensor.resolution or noise.precision

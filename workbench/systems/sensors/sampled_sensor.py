@@ -17,9 +17,9 @@ LATENCY_TOLERANCE_S = 1e-9
 class SampledSensor(DiscreteSystem):
     """Takes a sample at the end of each period, delivers it after the latency, then holds it.
 
-    A subclass defines the ideal measurement and its noise (`truth` and `measured`, or `sampled` if
-    the noise is added before the final values). The samples are discrete state, newest first, so
-    the delivered one follows from state and time alone.
+    A subclass defines the ideal measurement, `truth`, and a sample with noise, `sampled`. The
+    samples are discrete state, newest first, so the delivered one follows from state and time
+    alone.
 
     Output ports:
         truth (size): the ideal measurement now.
@@ -75,13 +75,9 @@ class SampledSensor(DiscreteSystem):
         """Return the ideal measurement now (size)."""
         raise NotImplementedError
 
-    def measured(self, context: Context, truth: np.ndarray, scale: float) -> np.ndarray:
-        """Return a sample (size): truth with noise whose deviation is multiplied by `scale`."""
-        raise NotImplementedError
-
     def sampled(self, context: Context, scale: float) -> np.ndarray:
         """Return a sample (size) with noise whose deviation is multiplied by `scale`."""
-        return self.measured(context, self.truth(context), scale)
+        raise NotImplementedError
 
     def next_memory(self, context: Context) -> np.ndarray:
         """Return the memory after a sample; it also advances while a sensor is silent or frozen."""
