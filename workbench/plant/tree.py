@@ -64,13 +64,19 @@ def find_base_link(model: Model) -> str:
         raise WorkbenchError(
             f"{model.source}: a link is named 'world', the name of the ground: rename it"
         )
-    nails = [joint for joint in model.joints if joint.parent == "world" and joint.child == base]
-    if base == "world" or nails:
+    if base == "world":
         raise WorkbenchError(
-            f"{model.source}: the base link '{shortened_text(base)}' is fixed to the world, but a "
-            "drone "
-            "flies freely: leave out a link named 'world' and its joint"
+            f"{model.source}: the base link 'world' is fixed to the world, but a drone flies "
+            "freely: leave out a link named 'world' and its joint"
         )
+    own = links_below(model, base)
+    for joint in model.joints:
+        if joint.parent == "world" and joint.child in own:
+            link, name = shortened_text(joint.child), shortened_text(joint.name)
+            raise WorkbenchError(
+                f"{model.source}: the link '{link}' is fixed to the world by the joint '{name}', "
+                "but a drone flies freely: leave that out"
+            )
     return base
 
 
