@@ -320,6 +320,17 @@ def test_what_holds_a_load_and_is_no_straight_cable_is_refused_by_name(tmp_path)
             read_description(path)
 
 
+@pytest.mark.parametrize(("length", "said"), [(0.5, True), (0.79, False)])
+def test_a_cable_that_begins_far_too_short_is_said(tmp_path, length, said):
+    parts = link("crate", 0.2) + joint("free", "floating", "base", "crate", (0.0, 0.0, -0.8))
+    parts += (
+        f'<cable name="sling" length="{length}"><parent link="base"/><child link="crate"/></cable>'
+    )
+    remarks = read_description(drone(tmp_path, parts)).remarks
+    texts = [each.text for each in remarks if each.element == "cable 'sling'"]
+    assert texts == ["0.8 m between its ends: it is too short, and pulls at once"] * said
+
+
 def test_a_stored_load_hangs_on_the_same_cable(tmp_path):
     hung = (
         link("ball", 0.2)
