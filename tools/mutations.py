@@ -38,6 +38,7 @@ LAW = "tests/controllers/test_pd.py"
 EQUATIONS = "tests/controllers/test_equations.py"
 PARSED = "tests/extras/flightdata/test_parsed_values.py"
 JOINT_FORCES = "tests/systems/test_joint_forces.py"
+BALL_FLIGHTS = "tests/diagram/test_ball_joints.py"
 BALL_FORCES = "tests/systems/test_ball_forces.py"
 JOINTED_FLIGHTS = "tests/diagram/test_joints.py"
 CABLES = "tests/diagram/test_cables.py"
@@ -279,10 +280,17 @@ MUTATIONS = (
     ),
     Mutation(
         "ball joint: its forces do not reach the plant",
-        "workbench/diagram/forces.py",
-        "for row in (*rows, *balls)",
-        "for row in rows",
+        f"{SYSTEMS}/joint_forces.py",
+        "if ball.acts:",
+        "if not ball.acts:",
         (JOINTED_FLIGHTS,),
+    ),
+    Mutation(
+        "ball joint: its frame does not turn in the plant",
+        "workbench/diagram/ball_frames.py",
+        "        if turned:",
+        "        if not turned:",
+        (BALL_FLIGHTS,),
     ),
     Mutation(
         "trim: a position is held without an offset",

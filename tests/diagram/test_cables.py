@@ -9,6 +9,8 @@ from tests.jointed import drone, joint, link
 from workbench.common.errors import WorkbenchError
 from workbench.design.linear.operating_point import OperatingPoint
 from workbench.design.linear.study import LinearStudy
+from workbench.diagram.joint_modes import joint_study
+from workbench.plant.description import read_description
 from workbench.plant.gravity import GRAVITY
 from workbench.plant.loading import load_vehicle
 from workbench.plant.variation import Variation
@@ -84,6 +86,20 @@ def test_a_load_hangs_straight_down_below_a_drone_that_leans_against_its_drag(tm
         assert found == pytest.approx(
             [cable * math.sin(lean), 0.0, -cable * math.cos(lean)], abs=1e-6
         )
+
+
+def test_cables_in_parallel_have_the_mode_of_both(tmp_path):
+    """Each alone has 100 rad/s and half of the critical damping: s² + 200 s + 20000 for both."""
+    free = joint("free", "floating", "base", "load", (0, 0, -LENGTH))
+    cables = "".join(
+        f'<cable name="{name}" length="{LENGTH}"><parent link="base"/><child link="load"/></cable>'
+        for name in ("first", "second")
+    )
+    description = read_description(drone(tmp_path, link("load", LOAD) + free + cables, BASE))
+    modes = joint_study(description).modes
+    assert modes[0].joint in ("first", "second")
+    assert modes[0].eigenvalue == pytest.approx(-100.0 + 100.0j, abs=1e-6)
+    assert max(mode.rate for mode in modes[1:]) < 10.0
 
 
 def test_a_law_knows_that_a_cable_passes_on_the_weight_and_no_moment(tmp_path):

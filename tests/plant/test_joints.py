@@ -77,6 +77,33 @@ def test_screws_and_loops_are_refused_by_name(tmp_path):
         read_description(drone(tmp_path, arm("continuous") + loop))
 
 
+@pytest.mark.parametrize(("mass", "body"), [(0.1, "base"), (2.0, "camera")])
+def test_a_root_that_is_lighter_than_what_carries_the_rotors_is_not_the_body(tmp_path, mass, body):
+    """A camera above the drone in the file: the vehicle is that with the camera below its base."""
+    camera = link("camera", mass, (0.0, 0.01, 0.0))
+    (tmp_path / "down").mkdir()
+    paths = [
+        Path(drone(tmp_path, camera + joint("tilt", "continuous", "camera", "base", (0, 0, 0.1)))),
+        Path(
+            drone(
+                tmp_path / "down",
+                camera + joint("tilt", "continuous", "base", "camera", (0, 0, -0.1), (0, -1, 0)),
+            )
+        ),
+    ]
+    rotors = paths[0].with_name("jointed.rotors.yaml")
+    rotors.write_text(rotors.read_text().replace("position:", "link: base, position:"))
+    up, down = map(read_description, paths)
+    assert up.base_link == body
+    assert [each.element for each in up.remarks].count("base link") == (body == "base")
+    if body == "camera":
+        return
+    found, expected = make_vehicle(up), make_vehicle(down)
+    assert found.p_BoBcm_B == pytest.approx(expected.p_BoBcm_B, abs=1e-12)
+    assert found.inertia == pytest.approx(expected.inertia, abs=1e-12)
+    assert [each.p_BR for each in found.rotors] == [each.p_BR for each in expected.rotors]
+
+
 def test_springs_in_gazebos_blocks_of_joints_act(tmp_path):
     """As sdformat turns them into <spring_stiffness> and <spring_reference> of the axis."""
     block = "<springStiffness>300</springStiffness><springReference>-0.02</springReference>"
@@ -291,6 +318,17 @@ def test_what_holds_a_load_and_is_no_straight_cable_is_refused_by_name(tmp_path)
         )
         with pytest.raises(WorkbenchError, match=words):
             read_description(path)
+
+
+@pytest.mark.parametrize(("length", "said"), [(0.5, True), (0.79, False)])
+def test_a_cable_that_begins_far_too_short_is_said(tmp_path, length, said):
+    parts = link("crate", 0.2) + joint("free", "floating", "base", "crate", (0.0, 0.0, -0.8))
+    parts += (
+        f'<cable name="sling" length="{length}"><parent link="base"/><child link="crate"/></cable>'
+    )
+    remarks = read_description(drone(tmp_path, parts)).remarks
+    texts = [each.text for each in remarks if each.element == "cable 'sling'"]
+    assert texts == ["0.8 m between its ends: it is too short, and pulls at once"] * said
 
 
 def test_a_stored_load_hangs_on_the_same_cable(tmp_path):

@@ -55,6 +55,7 @@ def test_the_base_is_the_root_that_carries_most_or_the_canonical_link(links, joi
         ("a b", ["a-b", "b-a"], "here there is none"),
         ("world a b", ["world-a", "a-b"], "fixed to the world"),
         ("a", ["world-a"], "fixed to the world"),
+        ("a b", ["a-b", "world-b"], "'b' is fixed to the world by the joint 'world-b'"),
         ("a world", ["a-world"], "a link is named 'world'"),
     ],
 )

@@ -12,12 +12,14 @@ from workbench.systems.ball_forces import (
     STOP_DAMPING_RATIO,
     STOP_RATE_RAD_S,
     BallRow,
+    ball_quaternion,
     ball_torque,
 )
 from workbench.systems.joint_forces import JointForces_
 
 MOBILITY = np.array([[4.0, 0.5, 0.0], [0.5, 2.0, 0.0], [0.0, 0.0, 10.0]])
 FREE = BallRow("socket", 0, 0, math.inf, 0.0, 0.0, 0.0, MOBILITY)
+NO_TURN = (1.0, 0.0, 0.0, 0.0)
 ANGLES = ((0.3, -0.7, 1.1), (2.5, 1.3, -2.0), (-1.0, 0.2, 3.0))
 
 
@@ -34,9 +36,10 @@ def test_a_spring_and_a_limit_are_those_of_mujoco(angles):
     R = Rotation.from_euler("xyz", angles)
     data.qpos[:] = R.as_quat(scalar_first=True)
     mujoco.mj_forward(model, data)
-    spring = ball_torque(FREE._replace(stiffness=0.8), angles, (0.0, 0.0, 0.0))
+    q = ball_quaternion(angles, NO_TURN)
+    spring = ball_torque(FREE._replace(stiffness=0.8), q, (0.0, 0.0, 0.0))
     assert R.inv().apply(spring) == pytest.approx(data.qfrc_spring, abs=1e-9)
-    limited = R.inv().apply(ball_torque(FREE._replace(max_angle=0.5), angles, (0.0, 0.0, 0.0)))
+    limited = R.inv().apply(ball_torque(FREE._replace(max_angle=0.5), q, (0.0, 0.0, 0.0)))
     along = data.efc_J.reshape(-1, 3)[0]
     assert data.nefc == 1 and np.linalg.norm(along) == pytest.approx(1.0)
     assert limited / np.linalg.norm(limited) == pytest.approx(along, abs=1e-9)
@@ -52,14 +55,16 @@ def test_a_limit_is_a_stiff_spring_with_damping_that_never_pulls(angles, speed):
     row = FREE._replace(max_angle=angle - 0.01)
     stop = STOP_RATE_RAD_S**2 * 0.01 + 2.0 * STOP_DAMPING_RATIO * STOP_RATE_RAD_S * speed
     torque = max(0.0, stop) / (n @ MOBILITY @ n)
-    assert ball_torque(row, angles, speed * n) == pytest.approx(-torque * n, abs=1e-9)
+    q = ball_quaternion(angles, NO_TURN)
+    assert ball_torque(row, q, speed * n) == pytest.approx(-torque * n, abs=1e-9)
     within = FREE._replace(max_angle=angle + 1e-6)
-    assert ball_torque(within, angles, speed * n) == [0.0, 0.0, 0.0]
+    assert ball_torque(within, q, speed * n) == [0.0, 0.0, 0.0]
 
 
 def test_friction_is_dry_about_each_axis_of_the_child():
     R = Rotation.from_euler("xyz", ANGLES[0])
-    found = ball_torque(FREE._replace(friction=0.2), ANGLES[0], R.apply([3.0, -5.0, 0.0]))
+    q = ball_quaternion(ANGLES[0], NO_TURN)
+    found = ball_torque(FREE._replace(friction=0.2), q, R.apply([3.0, -5.0, 0.0]))
     smooth = [x / math.hypot(x, FRICTION_SPEED) for x in (3.0, -5.0, 0.0)]
     assert R.inv().apply(found) == pytest.approx([-0.2 * x for x in smooth], abs=1e-9)
 
@@ -75,12 +80,12 @@ def test_it_has_the_derivatives_of_its_equations(angles):
     def forces(at: np.ndarray) -> np.ndarray:
         context = system.CreateDefaultContext()
         system.GetInputPort("state").FixValue(context, at)
-        return system.get_output_port().Eval(context)
+        return system.GetOutputPort("generalized_forces").Eval(context)
 
     exact = system.ToAutoDiffXd()
     context = exact.CreateDefaultContext()
     exact.GetInputPort("state").FixValue(context, InitializeAutoDiff(state).ravel())
-    values = exact.get_output_port().Eval(context)
+    values = exact.GetOutputPort("generalized_forces").Eval(context)
     found = np.array([np.resize(each.derivatives(), state.size) for each in values[2:5]])
     steps = 1e-6 * np.eye(state.size)
     expected = np.array([(forces(state + h) - forces(state - h)) / 2e-6 for h in steps]).T

@@ -9,7 +9,8 @@ from workbench.systems.cables import CableRow, Cables_
 
 K, C, LENGTH = 300.0, 4.0, 0.5
 PLACES = ((0.1, -0.2, -0.05), (0.03, 0.04, 0.06))
-ROW = CableRow("sling", (BodyIndex(3), BodyIndex(5)), PLACES, LENGTH, K, C, rate=40.0, hooked=True)
+NO_STRETCH = np.zeros(0)
+ROW = CableRow("sling", (BodyIndex(3), BodyIndex(5)), PLACES, LENGTH, K, C, NO_STRETCH, hooked=True)
 
 
 def body(random, p):

@@ -10,7 +10,9 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import RigidBody, RotationalInertia, SpatialInertia
 from pydrake.systems.framework import Context, DiagramBuilder, InputPort, OutputPort
 
+from workbench.diagram.ball_frames import BallFrames
 from workbench.diagram.forces import (
+    JOINT_FORCES_SYSTEM,
     add_body_motion,
     add_cables,
     add_contact_forces,
@@ -64,6 +66,7 @@ class Airframe:
         acceleration: port of its angular acceleration [rad/s²] and the acceleration of its origin
             [m/s²] in W (6).
         joints: port of the positions and velocities of all joints, None without any.
+        ball_frames: of its ball joints, None without any.
         contact_forces: port of those on the bodies of `Vehicle.contact_links` (3 each), None
             without any.
         setpoints: port of those of all servos, in the vehicle's order; None without any.
@@ -89,6 +92,7 @@ class Airframe:
     state: OutputPort
     acceleration: OutputPort
     joints: OutputPort | None
+    ball_frames: BallFrames | None
     contact_forces: OutputPort | None
     setpoints: InputPort | None
     modes: tuple[JointMode, ...]
@@ -285,14 +289,18 @@ def add_airframe(
     accelerations = plant.get_generalized_acceleration_output_port()
     moving = places[7:] - plant.num_positions()
     acceleration = chosen_values(builder, "body_acceleration", accelerations, moving)
-    others = np.setdiff1d(np.arange(plant.num_multibody_states()), places)
-    joints = None
-    if len(others):
-        joints = chosen_values(builder, "joints", plant.get_state_output_port(), others)
     cables = add_cables(builder, plant, description)
     connect_forces(builder, plant, state, rotors, body_forces, cables)
     driven = [each.joint for each in vehicle.servos]
     rows, balls, setpoints = add_joint_forces(builder, plant, description, driven)
+    ball_frames = (
+        BallFrames(plant, builder.GetSubsystemByName(JOINT_FORCES_SYSTEM)) if balls else None
+    )
+    others = np.setdiff1d(np.arange(plant.num_multibody_states()), places)
+    joints = None
+    if len(others):
+        whole = ball_frames.state if ball_frames else plant.get_state_output_port()
+        joints = chosen_values(builder, "joints", whole, others)
     for system in (wind, flight_imu):
         builder.Connect(state, system.GetInputPort("state"))
     for system in (rotors, body_forces):
@@ -308,6 +316,7 @@ def add_airframe(
         state=state,
         acceleration=acceleration,
         joints=joints,
+        ball_frames=ball_frames,
         contact_forces=add_contact_forces(builder, plant, vehicle.contact_links, body),
         setpoints=setpoints,
         modes=joint_modes(plant, rows, balls, cables.rows if cables else ()),

@@ -180,19 +180,20 @@ def add_joint_forces(
     setpoints = None
     merged = merged_model(description.model, description.base_link)
     rows, balls = joint_rows(plant, merged), ball_rows(plant, merged)
-    if any(row.acts for row in (*rows, *balls)):
+    if balls or any(row.acts for row in rows):
         forces = builder.AddNamedSystem(
             JOINT_FORCES_SYSTEM,
             JointForces_[float](
                 rows=rows,
-                balls=[ball for ball in balls if ball.acts],
+                balls=balls,
                 positions=plant.num_positions(),
                 velocities=plant.num_velocities(),
                 commanded=commanded,
             ),
         )
         builder.Connect(plant.get_state_output_port(), forces.GetInputPort("state"))
-        builder.Connect(forces.get_output_port(), plant.get_applied_generalized_force_input_port())
+        port = forces.GetOutputPort("generalized_forces")
+        builder.Connect(port, plant.get_applied_generalized_force_input_port())
         if commanded:
             setpoints = forces.GetInputPort("setpoints")
     return rows, balls, setpoints

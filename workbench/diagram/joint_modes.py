@@ -54,11 +54,11 @@ def joint_modes(
         balls: its ball joints, which begin where the rates of their angles are their velocities.
         cables: of the vehicle, taut.
     """
-    along = [JointMode(cable.name, _along(cable)) for cable in cables]
+    along = _modes_along(plant, cables)
     turns = [(ball, axis) for ball in balls for axis in range(3)]
     names = [*(row.name for row in rows), *(ball.name for ball, _ in turns)]
     if not names:
-        return tuple(along)
+        return tuple(sorted(along, key=lambda mode: -mode.rate))
     context, n = plant.CreateDefaultContext(), len(names)
     start = plant.GetPositions(context).copy()
     positions = [*(row.position for row in rows), *(ball.position + axis for ball, axis in turns)]
@@ -86,20 +86,31 @@ def joint_modes(
         K[:, number] -= (weights[1] - weights[0]) / (2.0 * _GRAVITY_STEP)
     plant.SetPositions(context, start)
     inverse = mobility(plant, context)[places]
-    A = np.block([[np.zeros((n, n)), np.eye(n)], [-inverse @ K, -inverse @ D]])
-    values, vectors = np.linalg.eig(A)
-    found = [
+    found = _modes(names, inverse @ K, inverse @ D)
+    return tuple(sorted([*found, *along], key=lambda mode: -mode.rate))
+
+
+def _modes_along(plant: MultibodyPlant, cables: tuple[CableRow, ...]) -> list[JointMode]:
+    """Return the modes of the lengths of cables, all taut: parallel ones are stiffer together."""
+    if not cables:
+        return []
+    stretch = np.array([cable.stretch for cable in cables])
+    W = stretch @ mobility(plant, plant.CreateDefaultContext()) @ stretch.T
+    stiffness, damping = (
+        np.array([getattr(cable, word) for cable in cables]) for word in ("stiffness", "damping")
+    )
+    return _modes([cable.name for cable in cables], W * stiffness, W * damping)
+
+
+def _modes(names: list[str], K: np.ndarray, D: np.ndarray) -> list[JointMode]:
+    """Return the modes of d²q/dt² = -K q - D dq/dt with the names of the elements of q."""
+    n = len(names)
+    values, vectors = np.linalg.eig(np.block([[np.zeros((n, n)), np.eye(n)], [-K, -D]]))
+    return [
         JointMode(names[int(np.argmax(np.abs(vector[n:])))], complex(value))
         for value, vector in zip(values, vectors.T, strict=True)
         if value.imag >= 0.0
     ]
-    return tuple(sorted([*found, *along], key=lambda mode: -mode.rate))
-
-
-def _along(cable: CableRow) -> complex:
-    """Return the eigenvalue of what moves along a taut cable, with a positive imaginary part."""
-    decay = 0.5 * cable.damping * cable.rate**2 / cable.stiffness
-    return -decay + complex(cable.rate**2 - decay**2) ** 0.5 * 1j
 
 
 def joint_study(description: Description) -> tuple[tuple[JointMode, ...], np.ndarray, np.ndarray]:

@@ -18,6 +18,7 @@ from workbench.plant.formats.urdf import read_urdf
 from workbench.plant.formats.values import shortened_text
 from workbench.plant.formats.xacro import expand_xacro, is_xacro
 from workbench.plant.formats.xml import Element, parse_xml, read_xml
+from workbench.plant.gathered import body_roots
 from workbench.plant.model import Model
 from workbench.plant.packages import PackageFinder
 from workbench.plant.readers import (
@@ -67,7 +68,8 @@ class Description:
     Attributes:
         source: the file that was read.
         name: the robot's name.
-        base_link: the link that is not the child of a joint; its frame is the body frame.
+        base_link: the link that is not the child of a joint, or what carries the rotors below it;
+            its frame is the body frame.
         model: links and joints as one tree, with meshes that Drake can draw.
         rotors: in the order in which every thrust or speed vector of the project lists them.
         sensors: the supported ones.
@@ -134,7 +136,7 @@ def read_description(
     model.refuse_long_names()
     model = dataclasses.replace(model, name=plain_name(model.name))
     model = without_floating_root(model)
-    base_link = find_base_link(model)
+    base_link = _body_of_rotors(model, Path(rotors) if rotors else None, remarks)
     # before links without mass become frames
     read = read_rotors(model, base_link, remarks, Path(rotors) if rotors else None)
     found = tuple(_with_lifting_direction(path, rotor, remarks) for rotor in read)
@@ -159,6 +161,33 @@ def read_description(
         battery=battery,
         tilts=tilts,
     )
+
+
+def _body_of_rotors(model: Model, sidecar: Path | None, remarks: Remarks) -> str:
+    """Return the base link: the root, or what is below it on joints, carries all rotors and weighs
+    more, as the body of a drone whose camera is described as its root.
+
+    Raises:
+        WorkbenchError: as `find_base_link`, `read_rotors` and `flying_tree` do.
+    """
+    root = find_base_link(model)
+    if not any(joint.moves for joint in model.joints):
+        return root
+    rotors, unsaid = read_rotors(model, root, Remarks(), sidecar), Remarks()
+    tree = flying_tree(model, root, spin_joints(model, root, rotors), unsaid)
+    bodies = body_roots(tree, root)
+    carriers = {bodies.get(rotor.link, root) for rotor in rotors}
+    masses = dict.fromkeys(bodies.values(), 0.0)
+    for link in tree.links:
+        masses[bodies[link.name]] += link.inertial.mass if link.inertial else 0.0
+    if len(carriers) != 1 or masses[body := carriers.pop()] <= masses[root]:
+        return root
+    text = (
+        f"'{shortened_text(body)}', which carries the rotors; the root '{shortened_text(root)}' is "
+        "lighter, and on a joint"
+    )
+    remarks.add("assumed", model.source, "base link", text)
+    return body
 
 
 def _read_model(

@@ -25,6 +25,7 @@ from pydrake.math import RigidTransform
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlant, MultibodyPlantConfig
 from pydrake.multibody.tree import (
+    BallRpyJoint,
     FixedOffsetFrame,
     PrismaticSpring,
     QuaternionFloatingJoint,
@@ -143,30 +144,38 @@ def _fill(
 def _add_drone(plant: MultibodyPlant, description: Description) -> None:
     """Add the drone's bodies, with frames named as its links, and the joints between them."""
     model = merged_model(description.model, description.base_link)
-    tied = tuple(_drakes_joint(each) for each in model.joints if each.kind != "free")
+    ours = ("free", "ball")
+    tied = tuple(_drakes_joint(each) for each in model.joints if each.kind not in ours)
     bare = dataclasses.replace(model, joints=tied, cables=())
     Parser(plant).AddModelsFromString(ET.tostring(write_urdf(bare), encoding="unicode"), "urdf")
     for frame in model.frames:
         body = plant.GetBodyByName(frame.link)
         plant.AddFrame(FixedOffsetFrame(frame.name, body.body_frame(), frame.X_LF))
     for joint in model.joints:
-        if joint.kind == "free":
-            _add_free_joint(plant, model, joint)
+        if joint.kind in ours:
+            _add_loose_joint(plant, model, joint)
         else:
             _add_dynamics(plant, joint)
 
 
-def _add_free_joint(plant: MultibodyPlant, model: Model, joint: Joint) -> None:
-    """Add a joint that ties a body to nothing; its state is the motion relative to the parent.
+def _add_loose_joint(plant: MultibodyPlant, model: Model, joint: Joint) -> None:
+    """Add a ball joint, or one that ties a body to nothing.
 
-    So a load begins below the drone wherever this is, and at rest both have constant states.
+    The state of the latter is the motion relative to the parent. So a load begins below the drone
+    wherever this is, and at rest both have constant states. A ball joint has a frame of its own in
+    the child, which flights turn, see `systems.ball_forces`.
     """
     parent, child = plant.GetBodyByName(joint.parent), plant.GetBodyByName(joint.child)
     above = model.link(joint.parent)
     assert above
     X_PJ = above.X_ML.InvertAndCompose(joint.X_MJ)
     frame = plant.AddFrame(FixedOffsetFrame(f"{joint.name}_frame", parent.body_frame(), X_PJ))
-    plant.AddJoint(QuaternionFloatingJoint(joint.name, frame, child.body_frame()))
+    if joint.kind == "free":
+        plant.AddJoint(QuaternionFloatingJoint(joint.name, frame, child.body_frame()))
+        return
+    turned = FixedOffsetFrame(f"{joint.name}_turned", child.body_frame(), RigidTransform())
+    damping = joint.freedoms[0].damping
+    plant.AddJoint(BallRpyJoint(joint.name, frame, plant.AddFrame(turned), damping))
 
 
 def _drakes_joint(joint: Joint) -> Joint:
@@ -181,8 +190,6 @@ def _drakes_joint(joint: Joint) -> Joint:
 def _add_dynamics(plant: MultibodyPlant, joint: Joint) -> None:
     """Add spring, armature and initial position of a joint to a plant that has it."""
     (freedom,), made = joint.freedoms, plant.GetJointByName(joint.name)
-    if freedom.kind == "ball":
-        return
     made.set_default_positions([freedom.start])
     if freedom.armature:
         actuator = plant.AddJointActuator(joint.name, made)

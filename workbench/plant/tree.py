@@ -15,7 +15,8 @@ MOVING_JOINT_KINDS = ("revolute", "continuous", "prismatic", "universal", "revol
 """Kinds of joints that have freedoms, unless their limits leave none."""
 MIN_MOVED_INERTIA_KGM2 = 1e-15
 """Moment of inertia about an axis below which nothing is there to turn [kg m²]."""
-
+_MAX_START_STRETCH = 1.05
+"""Distance of the ends of a cable over its length, up to which a description may be inexact."""
 _NOT_NEGATIVE_WORDS = ("damping", "friction", "stiffness", "armature")
 
 
@@ -64,13 +65,19 @@ def find_base_link(model: Model) -> str:
         raise WorkbenchError(
             f"{model.source}: a link is named 'world', the name of the ground: rename it"
         )
-    nails = [joint for joint in model.joints if joint.parent == "world" and joint.child == base]
-    if base == "world" or nails:
+    if base == "world":
         raise WorkbenchError(
-            f"{model.source}: the base link '{shortened_text(base)}' is fixed to the world, but a "
-            "drone "
-            "flies freely: leave out a link named 'world' and its joint"
+            f"{model.source}: the base link 'world' is fixed to the world, but a drone flies "
+            "freely: leave out a link named 'world' and its joint"
         )
+    own = links_below(model, base)
+    for joint in model.joints:
+        if joint.parent == "world" and joint.child in own:
+            link, name = shortened_text(joint.child), shortened_text(joint.name)
+            raise WorkbenchError(
+                f"{model.source}: the link '{link}' is fixed to the world by the joint '{name}', "
+                "but a drone flies freely: leave that out"
+            )
     return base
 
 
@@ -172,9 +179,21 @@ def _with_cables(model: Model, base_link: str, remarks: Remarks) -> Model:
         if None in ends or ends[0] == ends[1]:
             text = "its ends do not move relative to each other; left out"
             remarks.add("ignored", model.source, f"cable '{shortened_text(cable.name)}'", text)
-        else:
-            kept.append(cable)
+            continue
+        kept.append(cable)
+        apart = _distance(model, cable)
+        if apart > _MAX_START_STRETCH * cable.length and not cable.stiffness:
+            text = f"{apart:.3g} m between its ends: it is too short, and pulls at once"
+            remarks.add("assumed", model.source, f"cable '{shortened_text(cable.name)}'", text)
     return dataclasses.replace(model, cables=tuple(kept))
+
+
+def _distance(model: Model, cable: Cable) -> float:
+    """Return the distance between the ends of a cable with all joints at zero [m]."""
+    first, second = model.link(cable.parent), model.link(cable.child)
+    assert first and second
+    end = second.X_ML.multiply(np.array(cable.p_child))
+    return float(np.linalg.norm(end - first.X_ML.multiply(np.array(cable.p_parent))))
 
 
 def _loop(model: Model, joint: Joint, first: Joint) -> WorkbenchError:

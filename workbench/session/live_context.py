@@ -102,6 +102,8 @@ class LiveContext:
         if checkpoint:
             write_system_states(bench, root, self._taken_over(checkpoint))
             airframe.set_payload(root, self.payload)
+            if airframe.ball_frames:
+                airframe.ball_frames.place(root)
             bench.computer.close_loops(self._of(bench.computer))
             bench.computer.design(self._of(bench.computer))
             root.SetTime(checkpoint.time)

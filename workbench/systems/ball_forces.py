@@ -9,8 +9,14 @@ angular velocity w:
 
 n has the same components in parent and child. As for the limits of other joints, k_s and c come
 from the inertia that turns about n, see `joint_forces`. MuJoCo defines the three alike.
+
+Drake has a ball joint's rotation as roll, pitch and yaw, which have no rates at a pitch of 90°.
+They are those of a frame M that is fixed in the child C. Before a pitch exceeds
+`MAX_BALL_PITCH_RAD`, a flight turns M in C so that the angles begin at zero anew. The velocities
+remain: they are those of the child in the parent.
 """
 
+import math
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
@@ -18,7 +24,7 @@ import numpy as np
 from pydrake.math import atan2, cos, sin, sqrt
 from pydrake.multibody.plant import MultibodyPlant
 
-from workbench.dynamics.rigid_body import into_body, into_world, rotation
+from workbench.dynamics.rigid_body import cross, into_body, into_world, rotation
 from workbench.plant.model import Model
 from workbench.plant.multibody import mobility
 
@@ -28,6 +34,8 @@ a / STOP_RATE² beyond it."""
 STOP_DAMPING_RATIO = 0.5
 FRICTION_SPEED = 0.01
 """Velocity over which dry friction is smoothed [rad/s or m/s]."""
+MAX_BALL_PITCH_RAD = math.radians(60.0)
+"""Largest pitch of a ball joint in a flight: the rates of its angles grow with 1 / cos."""
 _NO_TURN = 1e-16
 """Square of half an angle [rad²] below which its rotation has no axis."""
 
@@ -91,15 +99,14 @@ def ball_rows(plant: MultibodyPlant, model: Model) -> tuple[BallRow, ...]:
     return tuple(rows)
 
 
-def ball_torque(row: BallRow, angles: Sequence[Any], w: Sequence[Any]) -> list[Any]:
+def ball_torque(row: BallRow, q: Sequence[Any], w: Sequence[Any]) -> list[Any]:
     """Return the torque on the child of a ball joint in the parent (3) [N m].
 
     Args:
         row: the joint.
-        angles: Drake's roll, pitch and yaw of the child in the parent (3) [rad].
+        q: rotation of the child in the parent, a quaternion w, x, y, z with w of 0 or more (4).
         w: angular velocity of the child relative to the parent, in the parent (3) [rad/s].
     """
-    q = _quaternion(angles)
     torque = [0.0 * w[0]] * 3
     half = q[1] * q[1] + q[2] * q[2] + q[3] * q[3]
     turned = [2.0 * x for x in q[1:]]  # the angle times n
@@ -129,13 +136,17 @@ def ball_torque(row: BallRow, angles: Sequence[Any], w: Sequence[Any]) -> list[A
     return torque
 
 
-def _quaternion(angles: Sequence[Any]) -> list[Any]:
-    """Return the quaternion w, x, y, z of roll, pitch and yaw, with w of 0 or more."""
+def ball_quaternion(angles: Sequence[Any], q_MC: Sequence[Any]) -> list[Any]:
+    """Return the rotation of the child C in the parent (4): w, x, y, z, with w of 0 or more.
+
+    Args:
+        angles: Drake's roll, pitch and yaw of M in the parent (3) [rad].
+        q_MC: rotation of the child in M, a quaternion (4).
+    """
     (a, b, c), (x, y, z) = ([turn(0.5 * each) for each in angles] for turn in (cos, sin))
-    q = [
-        a * b * c + x * y * z,
-        x * b * c - a * y * z,
-        a * y * c + x * b * z,
-        a * b * z - x * y * c,
-    ]
-    return [-each for each in q] if q[0] < 0.0 else q
+    w = a * b * c + x * y * z
+    v = x * b * c - a * y * z, a * y * c + x * b * z, a * b * z - x * y * c
+    u, e = q_MC[0], q_MC[1:]
+    real = w * u - sum(i * j for i, j in zip(v, e, strict=True))
+    found = [real, *(w * i + u * j + k for i, j, k in zip(e, v, cross(v, e), strict=True))]
+    return [-each for each in found] if found[0] < 0.0 else found

@@ -14,6 +14,7 @@ damping, see `joint_forces`.
 from collections.abc import Sequence
 from typing import Any, NamedTuple, TypeAlias
 
+import numpy as np
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import BodyIndex, ModelInstanceIndex
 from pydrake.systems.framework import BasicVector, BasicVector_, Context, LeafSystem, LeafSystem_
@@ -40,7 +41,8 @@ class CableRow(NamedTuple):
         length: L [m].
         stiffness: k [N/m].
         damping: c [N s/m].
-        rate: natural frequency of what is between its ends [rad/s].
+        stretch: change of the distance of its ends by the velocities of the plant, where all joints
+            begin (nv).
         hooked: whether it ends in a hook, see `hooked_cables`.
     """
 
@@ -50,7 +52,7 @@ class CableRow(NamedTuple):
     length: float
     stiffness: float
     damping: float
-    rate: float
+    stretch: np.ndarray
     hooked: bool
 
 
@@ -85,7 +87,7 @@ def cable_rows(
                 length=cable.length,
                 stiffness=stiffness,
                 damping=cable.damping or 2.0 * STOP_DAMPING_RATIO * mass * rate,
-                rate=rate,
+                stretch=J,
                 hooked=cable in hooked,
             )
         )

@@ -13,11 +13,13 @@ stiffness k and damping c come from the inertia that each moves, see `joint_rows
 """
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
+from pydrake.common.eigen_geometry import Quaternion_
+from pydrake.math import RollPitchYaw_
 from pydrake.multibody.plant import MultibodyPlant
-from pydrake.systems.framework import BasicVector, Context, LeafSystem, LeafSystem_
+from pydrake.systems.framework import BasicVector, BasicVector_, Context, LeafSystem, LeafSystem_
 
 from workbench.plant.model import Model
 from workbench.plant.multibody import mobility
@@ -27,6 +29,7 @@ from workbench.systems.ball_forces import (
     STOP_DAMPING_RATIO,
     STOP_RATE_RAD_S,
     BallRow,
+    ball_quaternion,
     ball_torque,
 )
 from workbench.systems.convertible import convertible
@@ -139,8 +142,14 @@ def JointForces_(T: type) -> type[LeafSystem]:
     Input ports:
         state (nq + nv): of the plant.
         setpoints (c): of the servos that are commanded; if there are any.
-    Output port:
+    Output ports:
         generalized_forces (nv) [N m or N].
+        joint_state (nq + nv): of the plant, with roll, pitch and yaw of the children of ball joints
+            in their parents, the pitch within 90°, in place of Drake's angles; if there are any.
+
+    Attributes:
+        turn_indices: numeric parameters, one for each ball joint: the quaternion q_MC (4), see
+            `ball_forces`.
 
     Args:
         T: the scalar type.
@@ -162,7 +171,7 @@ def JointForces_(T: type) -> type[LeafSystem]:
             commanded: Sequence[str] = (),
         ) -> None:
             self.rows, self._sizes = tuple(rows), (positions, velocities)
-            self._balls = tuple(balls)
+            self.balls = tuple(balls)
             names = [row.name for row in rows]
             self._places = [names.index(name) for name in commanded]
             self._state = self.DeclareVectorInputPort("state", positions + velocities)
@@ -174,8 +183,19 @@ def JointForces_(T: type) -> type[LeafSystem]:
                 "generalized_forces",
                 velocities,
                 self._calc_forces,
-                {self.all_input_ports_ticket()},
+                {self.all_input_ports_ticket(), self.all_parameters_ticket()},
             )
+            no_turn = [T(1.0), T(0.0), T(0.0), T(0.0)]
+            self.turn_indices = [
+                int(self.DeclareNumericParameter(BasicVector_[T](no_turn))) for _ in self.balls
+            ]
+            if balls:
+                self.DeclareVectorOutputPort(
+                    "joint_state",
+                    positions + velocities,
+                    self._calc_joint_state,
+                    {self.all_input_ports_ticket(), self.all_parameters_ticket()},
+                )
 
         def _calc_forces(self, context: Context, output: BasicVector) -> None:
             state = self._state.Eval(context).tolist()
@@ -198,13 +218,32 @@ def JointForces_(T: type) -> type[LeafSystem]:
                     force = row.mimic_stiffness * error + row.mimic_damping * change
                     forces[row.velocity] -= force
                     forces[leader.velocity] += row.multiplier * force
-            for ball in self._balls:
-                angles = state[ball.position : ball.position + 3]
-                own = slice(ball.velocity, ball.velocity + 3)
-                forces[own] = ball_torque(ball, angles, state[positions:][own])
+            for ball, index in zip(self.balls, self.turn_indices, strict=True):
+                if ball.acts:
+                    own = slice(ball.velocity, ball.velocity + 3)
+                    q_PC = self._quaternion(context, state, ball, index)
+                    forces[own] = ball_torque(ball, q_PC, state[positions:][own])
             output.SetFromVector(forces)
 
+        def _quaternion(
+            self, context: Context, state: Sequence[Any], ball: BallRow, index: int
+        ) -> list[Any]:
+            q_MC = context.get_numeric_parameter(index).CopyToVector().tolist()
+            return ball_quaternion(state[ball.position : ball.position + 3], q_MC)
+
+        def _calc_joint_state(self, context: Context, output: BasicVector) -> None:
+            state = self._state.Eval(context).tolist()
+            for ball, index in zip(self.balls, self.turn_indices, strict=True):
+                q_PC = Quaternion_[T](*self._quaternion(context, state, ball, index))
+                angles = RollPitchYaw_[T](q_PC).vector()
+                state[ball.position : ball.position + 3] = angles.tolist()
+            output.SetFromVector(state)
+
     return Impl
+
+
+JointForces: TypeAlias = Any
+"""An instance of `JointForces_`."""
 
 
 def _own_force(row: JointRow, q: Any, v: Any) -> Any:

@@ -1,6 +1,7 @@
 """Linear models of drones with joints, against equations derived by hand."""
 
 import gc
+import math
 import weakref
 from dataclasses import replace
 from pathlib import Path
@@ -117,6 +118,24 @@ def test_a_trim_hangs_what_begins_upside_down(tmp_path):
     assert max(abs(first), abs(second)) < np.pi  # and turns no further than it has to
     poles = np.linalg.eigvals(study.bare_vehicle().A)
     assert poles.real.max() < 0.1  # upright, one would be near sqrt(g / l), 10 rad/s
+
+
+def test_a_ball_joint_that_hangs_at_a_pitch_of_90_degrees_has_no_trim(tmp_path):
+    """And one that hangs at 85° has the frequencies of a pendulum, about both its axes."""
+    for angle in (90.0, 85.0):
+        out, down = math.sin(math.radians(angle)), math.cos(math.radians(angle))
+        parts = link("load", LOAD, (0.5 * out, 0.0, -0.5 * down))
+        parts += joint("string", "ball", "base", "load", more='<dynamics damping="1e-6"/>')
+        model = drone(tmp_path, parts, 1e6, (1e6, 1e6, 1e6), thrust=10.0)
+        study = LinearStudy(Scenario(vehicle=VehicleConfig(model=model)))
+        if angle == 90.0:
+            with pytest.raises(WorkbenchError, match="'string' rests near a pitch of 90"):
+                study.trim()
+            continue
+        poles = np.linalg.eigvals(study.bare_vehicle().A)
+        inertia = SPHERE + LOAD * 0.5**2
+        rate = math.sqrt(LOAD * GRAVITY * 0.5 / inertia)
+        assert np.sum(np.abs(np.abs(poles) - rate) < 1e-4 * rate) == 4
 
 
 def test_a_trim_finds_what_leans_on_a_limit_and_what_follows_a_servo(tmp_path):

@@ -2,9 +2,11 @@
 
 import numpy as np
 from pydrake.multibody.plant import MultibodyPlant
-from pydrake.multibody.tree import QuaternionFloatingJoint
+from pydrake.multibody.tree import BallRpyJoint, QuaternionFloatingJoint
 from pydrake.systems.framework import Diagram
 
+from workbench.common.errors import WorkbenchError
+from workbench.common.plain_text import plain_name
 from workbench.plant.thrust_frame import thrust_frame
 from workbench.plant.vehicle import Vehicle
 
@@ -17,6 +19,9 @@ _MAX_STEP = 0.3
 """Largest change of a joint in a round [rad or m]."""
 _DIFFERENCE = 1e-6
 """Change of a joint by which stiffnesses are computed [rad or m]."""
+_STEEPEST_COSINE = 0.01
+"""Cosine of the pitch of a ball joint below which it has no linear model: the rates of its angles
+grow with the inverse."""
 _MIN_RATE_RAD_S = 1.0
 """Natural frequency that a motion has at least for the length of a step."""
 
@@ -33,6 +38,9 @@ def resting_positions(core: Diagram, vehicle: Vehicle, positions: np.ndarray) ->
         core: from `make_vehicle_core`.
         vehicle: as known to its law, which gives the speeds of its rotors.
         positions: from which the search starts (q).
+
+    Raises:
+        WorkbenchError: if a ball joint rests where its angles have no rates.
     """
     held = _HeldBody(core, vehicle)
     q = held.levelled(positions)
@@ -71,7 +79,8 @@ class _HeldBody:
         own = base.floating_velocities_start_in_v() + np.arange(6)
         self._base = base.floating_positions_start()
         self.loose = np.setdiff1d(np.arange(self._plant.num_velocities()), own)
-        joints = map(self._plant.get_joint, self._plant.GetJointIndices())
+        joints = [self._plant.get_joint(index) for index in self._plant.GetJointIndices()]
+        self._balls = [each for each in joints if each.type_name() == BallRpyJoint.kTypeName]
         self._quaternions = [
             slice(joint.position_start(), joint.position_start() + 4)
             for joint in joints
@@ -94,6 +103,13 @@ class _HeldBody:
     def force(self, q: np.ndarray) -> np.ndarray:
         """Return the forces that accelerate the joints, at rest at some positions (v)."""
         self._plant.SetPositions(self._context, q)
+        for ball in self._balls:
+            if abs(np.cos(ball.get_angles(self._context)[1])) < _STEEPEST_COSINE:
+                raise WorkbenchError(
+                    f"there is no trim: the ball joint '{plain_name(ball.name())}' rests near a "
+                    "pitch of 90°, where roll, pitch and yaw have no rates: describe its link as "
+                    "it hangs"
+                )
         slopes = self._core.EvalTimeDerivatives(self._root).CopyToVector()
         count = self._plant.num_positions()
         accelerations = slopes[count : count + self._plant.num_velocities()]
