@@ -17,7 +17,6 @@ from workbench.common.errors import FlightBrokenError
 from workbench.common.own_file import user_code_errors
 from workbench.control.controller import Controller
 from workbench.control.flight_law import (
-    ALL_PARTS,
     UNFILTERED_COMPUTER,
     ComputerSettings,
     flight_law,
@@ -98,7 +97,6 @@ class FlightComputer(DiscreteSystem):
         self._run = make_control_update(controller)
         self._vehicle = vehicle
         self.period = period
-        self._divides = bool(controller.dividers)
         self._estimate = sampled_estimate(period)
         constants = law_constants(vehicle, payload)
         numbers = controller.gains(gains, known_vehicle(constants), period)
@@ -293,7 +291,7 @@ class FlightComputer(DiscreteSystem):
             state.value(self._filtered).tolist(),
             state.value(self.memory_index).tolist() if controller.memory else [],
             state.value(self._commands_state).tolist(),
-            float(round(context.get_time() / self.period)) if self._divides else ALL_PARTS,
+            float(round(context.get_time() / self.period)),
         )
 
     def _calc_held(self, context: Context) -> HeldArguments:
