@@ -153,7 +153,10 @@ class FlightComputer(DiscreteSystem):
 
     @property
     def ended(self) -> str:
-        """Why the program that runs the law has ended in flight, and what to do; else ""."""
+        """Why the program that runs the law has ended in flight, and what to do; else "".
+
+        That it has ended is state; the sentence is as much outside the Context as the program.
+        """
         return self._ended
 
     def start_program(self, context: Context) -> None:
@@ -241,8 +244,8 @@ class FlightComputer(DiscreteSystem):
         gains.SetFromVector([*own, *designed])
 
     def _update(self, context: Context, discrete_state: DiscreteValues) -> None:
-        if self._ended:  # the commands stay zero
-            return
+        if self._ended_index is not None and context.get_discrete_state(self._ended_index)[0]:
+            return  # the commands stay zero
         arguments = self._arguments(context, discrete_state)
         try:
             total = self._run(arguments)
