@@ -8,7 +8,7 @@ from workbench.control.controller_file import load_controller
 from workbench.design.judge.multiloop import multiloop_margin
 from workbench.design.linear.study import LinearStudy
 from workbench.design.sweep.sweep import sweep
-from workbench.scenario.scenario import Action, Scenario
+from workbench.scenario.scenario import Action, Rates, Scenario
 from workbench.session.session import Session
 
 HEAD = """
@@ -130,6 +130,34 @@ def system(vehicle, g, dt):
 """
 )
 
+TIMED = """
+from pydrake.systems.framework import LeafSystem
+
+from workbench.controllers import GRAVITY
+
+
+class Law(LeafSystem):
+    def __init__(self, vehicle, g, dt):
+        super().__init__()
+        self.mass = vehicle.mass
+        self.DeclareVectorOutputPort("wrench", 4, self.wrench)
+        self.DeclareDiscreteState(1)
+        self.DeclarePeriodicDiscreteUpdateEvent(dt / 7, 0.0, self.count)
+
+    def wrench(self, context, output):
+        climbs = 1.0 if context.get_time() > 0.49 else 0.0
+        output.SetFromVector([self.mass * (GRAVITY + climbs), 0.0, 0.0, 0.0])
+
+    def count(self, context, state):
+        vector = state.get_mutable_vector()
+        vector.SetAtIndex(0, vector.GetAtIndex(0) + 1.0)
+
+
+def system(vehicle, g, dt):
+    return Law(vehicle, g, dt)
+"""
+"""Climbs with 1 m/s² from 0.5 s on, and counts seven updates a period."""
+
 
 def written(folder, name, text):
     path = folder / f"{name}.py"
@@ -183,6 +211,21 @@ def test_a_checkpoint_has_the_state_of_the_system(tmp_path):
     for each in (session, other):
         each.tick(1.0)
     assert session.state().tobytes() == other.state().tobytes()
+
+
+def test_a_system_sees_the_time_of_the_flight(tmp_path):
+    """By hand: 1 m/s² for half a second, later by about the lag of the rotors, 13 ms.
+
+    Multiples of 1 ms are not exact in binary, nor equal to those of 7 ms.
+    """
+    rates = Rates(physics_step=0.001, control_period=0.007, mode_period=0.07, record_period=0.007)
+    session = Session(Scenario(controller=written(tmp_path, "timed", TIMED), rates=rates))
+    session.tick(0.49)
+    assert abs(session.state()[12]) < 1e-6
+    session.tick(0.511)
+    assert session.state()[12] == pytest.approx(0.5, abs=0.02)
+    computer = session.checkpoint().systems[session._bench.computer.GetSystemPathname()]
+    assert computer.state[-1] == (7.0 * 143,)
 
 
 @pytest.mark.slow

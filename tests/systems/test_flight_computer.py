@@ -1,5 +1,7 @@
 """Oracle: the pure update in plain Python, called with the same numbers."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from pydrake.systems.analysis import Simulator
@@ -155,3 +157,20 @@ def test_a_payload_that_becomes_known_is_designed_for(vehicle, tmp_path):
     assert gains.CopyToVector()[-1] == vehicle.mass
     computer.set_payload(context, Payload(0.4, 0.05, 0.02, -0.1, known_payload_mass=0.4))
     assert gains.CopyToVector()[-1] == pytest.approx(vehicle.mass + 0.4)
+
+
+def test_the_state_says_that_a_program_has_ended(vehicle, gains, random_signals):
+    """A Context that goes on from there flies on without it, whoever has seen the end."""
+    inputs, _ = drawn(np.random.default_rng(3), random_signals)
+    computer = FlightComputer(
+        controller=replace(LAW, program=lambda *_: None),
+        vehicle=vehicle,
+        gains=gains._asdict(),
+        period=PERIOD,
+    )
+    context = computer.CreateDefaultContext()
+    fix(computer, context, inputs)
+    runs, _ = next_values(computer, context)
+    context.SetDiscreteState(context.num_discrete_state_groups() - 1, [1.0])
+    ended, _ = next_values(computer, context)
+    assert runs.any() and not ended.any()

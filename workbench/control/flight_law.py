@@ -228,6 +228,7 @@ def flight_law(controller: Controller) -> FlightLaw:
             voltage,
             elapsed(count, dt),
             joints(state),
+            max(count, 0.0) * dt,
         )
         wanted, after = law(measured, setpoint, g, known_body(constants), memory, dt, loops)
         return wanted, after[0:]  # a plain tuple

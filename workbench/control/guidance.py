@@ -86,6 +86,7 @@ class MeasuredMotion(NamedTuple):
             last ran [s], or 0 if it does not run in this update.
         joints: positions of the joints whose servos the law commands, in its order, then their
             velocities [rad, rad/s; m, m/s].
+        time: of the flight [s]; 0 in linear models.
     """
 
     p_WB: Vector3
@@ -98,6 +99,7 @@ class MeasuredMotion(NamedTuple):
     voltage: float = 1.0
     elapsed: tuple[float, ...] = ()
     joints: tuple[float, ...] = ()
+    time: float = 0.0
 
 
 class KnownBody(NamedTuple):

@@ -53,6 +53,8 @@ SYSTEM_STEP_AXES = {"force": "z", "moment_x": "y", "moment_y": "x", "moment_z": 
 """The axis of the step that goes through the loop at each point."""
 INTEGRATOR_STEPS = 4
 """Integrator steps in a control period, if the system has continuous states."""
+UPDATE_TIME_SHARE = 1e-6
+"""Share of a control period by which the times of discrete updates may be off."""
 DIFFERENCE_STEP = 1e-6
 """Step of finite differences, for a system that does not convert to AutoDiffXd."""
 MIN_SAMPLED_PERIOD_S = 1e-4
@@ -120,7 +122,7 @@ class SystemLaw:
             "path_acceleration": setpoint.a_WBcm,
         }
         inputs = [value for name in held.ports for value in values[name]]
-        wrench, after = held.run(inputs, list(memory))
+        wrench, after = held.run(inputs, list(memory), float(measured.time))
         force, m_x, m_y, m_z = (probe(part, place, loops) for place, part in enumerate(wrench))
         return (force, m_x, m_y, m_z), after
 
@@ -156,29 +158,31 @@ class _SystemRunner:
         """Whether derivatives are exact instead of finite differences."""
         return self._exact is not None
 
-    def run(self, inputs: list[Any], memory: list[Any]) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
-        """Return wrench (4) and next state."""
+    def run(
+        self, inputs: list[Any], memory: list[Any], time: float
+    ) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
+        """Return wrench (4) and next state at a time of the flight [s]."""
         known = [*inputs, *memory]
         if not any(isinstance(value, AutoDiffXd) for value in known):
-            found = self._plain.run(np.array(known, dtype=float))
+            found = self._plain.run(np.array(known, dtype=float), time)
             return tuple(found[:4].tolist()), tuple(found[4:].tolist())
         values = [value if isinstance(value, AutoDiffXd) else AutoDiffXd(value) for value in known]
         at = ExtractValue(np.array(values)).ravel()
         by = _whole_gradient(values)
-        slopes = self._slopes(at)
-        found = InitializeAutoDiff(self._plain.run(at), slopes @ by).ravel()
+        slopes = self._slopes(at, time)
+        found = InitializeAutoDiff(self._plain.run(at, time), slopes @ by).ravel()
         return tuple(found[:4].tolist()), tuple(found[4:].tolist())
 
-    def _slopes(self, at: np.ndarray) -> np.ndarray:
+    def _slopes(self, at: np.ndarray, time: float) -> np.ndarray:
         """Return derivatives of wrench and next state by inputs and state."""
         if self._exact is not None:
-            found = self._exact.run(InitializeAutoDiff(at, np.eye(at.size)).ravel())
+            found = self._exact.run(InitializeAutoDiff(at, np.eye(at.size)).ravel(), time)
             return _whole_gradient(list(found), at.size)
         columns = []
         for place in range(at.size):
             step = np.zeros(at.size)
             step[place] = DIFFERENCE_STEP * max(1.0, abs(at[place]))
-            rise = self._plain.run(at + step) - self._plain.run(at - step)
+            rise = self._plain.run(at + step, time) - self._plain.run(at - step, time)
             columns.append(rise / (2.0 * step[place]))
         return np.column_stack(columns)
 
@@ -218,13 +222,13 @@ class _PeriodRun:
         found: np.ndarray = np.concatenate(parts)
         return found
 
-    def run(self, known: np.ndarray) -> np.ndarray:
-        """Return the wrench now, and the state a control period later."""
+    def run(self, known: np.ndarray, time: float) -> np.ndarray:
+        """Return the wrench at a time [s], and the state a control period later."""
         context, at = self.context, 0
         for port in self._ports:
             port.FixValue(context, known[at : at + port.size()])
             at += port.size()
-        context.SetTime(0.0)
+        context.SetTime(time)
         if self._continuous:
             context.SetContinuousState(known[at : at + self._continuous])
             at += self._continuous
@@ -233,8 +237,12 @@ class _PeriodRun:
             at += size
         wrench = self._wrench.Eval(context).copy()
         if at > sum(port.size() for port in self._ports):
+            # multiples of its period and of ours are not equal to the bit: an update that is due
+            # now is in this period, and the one at its end in the next
+            start = time - UPDATE_TIME_SHARE * self._dt
+            context.SetTime(start)
             self._simulator.Initialize(self._begin)
-            self._simulator.AdvanceTo(self._dt)
+            self._simulator.AdvanceTo(start + self._dt)
         return np.concatenate([wrench, self.state()])
 
 

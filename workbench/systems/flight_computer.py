@@ -17,7 +17,6 @@ from workbench.common.errors import FlightBrokenError
 from workbench.common.own_file import user_code_errors
 from workbench.control.controller import Controller
 from workbench.control.flight_law import (
-    ALL_PARTS,
     UNFILTERED_COMPUTER,
     ComputerSettings,
     flight_law,
@@ -98,7 +97,6 @@ class FlightComputer(DiscreteSystem):
         self._run = make_control_update(controller)
         self._vehicle = vehicle
         self.period = period
-        self._divides = bool(controller.dividers)
         self._estimate = sampled_estimate(period)
         constants = law_constants(vehicle, payload)
         numbers = controller.gains(gains, known_vehicle(constants), period)
@@ -155,7 +153,10 @@ class FlightComputer(DiscreteSystem):
 
     @property
     def ended(self) -> str:
-        """Why the program that runs the law has ended in flight, and what to do; else ""."""
+        """Why the program that runs the law has ended in flight, and what to do; else "".
+
+        That it has ended is state; the sentence is as much outside the Context as the program.
+        """
         return self._ended
 
     def start_program(self, context: Context) -> None:
@@ -243,8 +244,8 @@ class FlightComputer(DiscreteSystem):
         gains.SetFromVector([*own, *designed])
 
     def _update(self, context: Context, discrete_state: DiscreteValues) -> None:
-        if self._ended:  # the commands stay zero
-            return
+        if self._ended_index is not None and context.get_discrete_state(self._ended_index)[0]:
+            return  # the commands stay zero
         arguments = self._arguments(context, discrete_state)
         try:
             total = self._run(arguments)
@@ -293,7 +294,7 @@ class FlightComputer(DiscreteSystem):
             state.value(self._filtered).tolist(),
             state.value(self.memory_index).tolist() if controller.memory else [],
             state.value(self._commands_state).tolist(),
-            float(round(context.get_time() / self.period)) if self._divides else ALL_PARTS,
+            float(round(context.get_time() / self.period)),
         )
 
     def _calc_held(self, context: Context) -> HeldArguments:
