@@ -573,7 +573,11 @@ class GainEditor(QObject):
             if not self._flown.is_ordered(name) and self.proposed[name] == before[name]
         }
         if shown:
-            self._tell_proposed(self._put(shown, EXTERNAL_CHANGE, flown=True))
+            # what scripts, clients and joysticks do to wind, servos or faults is not to be undone
+            gains = {name: value for name, value in shown.items() if name in self.kept}
+            names = self._put(gains, EXTERNAL_CHANGE, flown=True)
+            names += self._set({n: value for n, value in shown.items() if n not in gains})
+            self._tell_proposed(names)
         if loop_gains(shown) and self._is_undecided:
             self.apply()  # the evaluation and the warning have changed with it
         self.flown_changed.emit(changed)
