@@ -472,6 +472,17 @@ def test_a_slot_and_the_present_change_places_by_one_key(rig):
     assert rig.editor.flown[NAME] == 4.0
 
 
+def test_from_slot_to_slot_the_gains_before_the_first_come_back(rig):
+    rig.know()
+    for slot, value in (("A", 4.0), ("B", 4.5)):
+        rig.editor.propose(NAME, value)
+        rig.editor.store(slot)
+    rig.editor.propose(NAME, 5.0)  # stored nowhere
+    for slot, flies in (("A", 4.0), ("B", 4.5), ("A", 4.0), ("A", 5.0)):
+        rig.editor.compare(slot)
+        assert rig.editor.flown[NAME] == flies
+
+
 def test_revert_lets_go_of_what_was_refused(rig, qtbot):
     rig.editor.propose(NAME, 99.0)
     with qtbot.waitSignal(rig.editor.value_refused) as refusal:

@@ -478,15 +478,25 @@ class GainEditor(QObject):
         """Fly the values of a slot; if they are already proposed, return to the ones before.
 
         So one key compares the slot with the present. An empty slot takes the proposed values.
+        From slot to slot, the values before the first of them are those to return to.
         """
         present = self.proposed_gains
+        is_own = present not in self.slots.values()
         if slot not in self.slots:
             self.store(slot)
         elif present != self.slots[slot]:
-            self._compared = present
+            self._compared = present if is_own or not self._compared else self._compared
             self.adopt(self.slots[slot], f"slot {slot}")
         elif self._compared:
             self.adopt(self._compared, f"back from slot {slot}")
+
+    def slot_differences(self, slot: str) -> tuple[str, ...]:
+        """Return which values of a stored slot differ from the proposed ones, in words."""
+        return tuple(
+            f"{self.words(name)} {gain_text(value)} (now {gain_text(self.proposed[name])})"
+            for name, value in self.slots[slot].items()
+            if value != self.proposed[name]
+        )
 
     def set_linked(self, linked: bool) -> None:
         """Link or unlink gains of x and y for later changes; no value changes now."""
