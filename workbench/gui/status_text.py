@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+from workbench.common.plain_text import plain_name
 from workbench.gui.icons import MODE_ICONS
 from workbench.gui.units import LENGTH_UNIT, SHARE_UNIT, simulated_text
 from workbench.link.messages import ControlOwner, LinkLossStage
@@ -136,6 +137,8 @@ def _order_text(action: Action) -> str:
     """Return what an action of a script does, in few words."""
     if action.request is not None:
         return action.request.replace("_", " ")
+    if len(action.set) == 1:
+        return f"set {plain_name(*action.set)}"
     return next((text for name, text in _ORDER_TEXTS if getattr(action, name)), "no order")
 
 
