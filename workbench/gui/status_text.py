@@ -138,7 +138,7 @@ def _order_text(action: Action) -> str:
     if action.request is not None:
         return action.request.replace("_", " ")
     if len(action.set) == 1:
-        return f"set {plain_name(*action.set)}"
+        return f"set {plain_name(next(iter(action.set)))}"
     return next((text for name, text in _ORDER_TEXTS if getattr(action, name)), "no order")
 
 

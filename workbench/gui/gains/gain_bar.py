@@ -30,6 +30,7 @@ from workbench.gui.layout import (
     vbox,
 )
 from workbench.gui.style import set_class, with_class
+from workbench.gui.units import gain_text
 from workbench.gui.workspace import Workspace
 
 MAX_FILE_NAME_CHARACTERS = 20
@@ -152,7 +153,12 @@ class GainBar(QWidget):
         """Return what the button of a slot does."""
         if slot not in self._editor.slots:
             return f"Store the gains in slot {slot}"
-        differences = self._editor.slot_differences(slot)
+        editor = self._editor
+        differences = [
+            f"{editor.words(name)} {gain_text(value)} (now {gain_text(editor.proposed[name])})"
+            for name, value in editor.slots[slot].items()
+            if value != editor.proposed[name]
+        ]
         if not differences:
             return f"Slot {slot} has the present gains; return to those before it"
         more = len(differences) - MAX_SLOT_DIFFERENCES

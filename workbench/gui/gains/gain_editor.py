@@ -17,6 +17,7 @@ from workbench.gui.gains.flown_gains import FlownGains, GainValues
 from workbench.gui.gains.gain_rows import (
     GainLabel,
     flight_rows,
+    gain_count_text,
     gain_label,
     in_gain_file,
     linked_gain,
@@ -279,9 +280,9 @@ class GainEditor(QObject):
     def summary(self) -> str:
         """Return whether the gains are kept, and the number of those that do not fly, in words."""
         proposed, tried = len(self.unflown), len(self.tried)
-        parts = [f"{_gain_count_text(tried)} not kept" if tried else "kept"]
+        parts = [f"{gain_count_text(tried)} not kept" if tried else "kept"]
         if proposed:
-            parts.append(f"{_gain_count_text(proposed)} proposed, not flown")
+            parts.append(f"{gain_count_text(proposed)} proposed, not flown")
         return " · ".join(parts)
 
     def begin(self, view: LiveView) -> None:
@@ -477,8 +478,7 @@ class GainEditor(QObject):
     def compare(self, slot: str) -> None:
         """Fly the values of a slot; if they are already proposed, return to the ones before.
 
-        So one key compares the slot with the present. An empty slot takes the proposed values.
-        From slot to slot, the values before the first of them are those to return to.
+        From slot to slot, those before the first one stay. An empty slot takes the proposed ones.
         """
         present = self.proposed_gains
         is_own = present not in self.slots.values()
@@ -489,14 +489,6 @@ class GainEditor(QObject):
             self.adopt(self.slots[slot], f"slot {slot}")
         elif self._compared:
             self.adopt(self._compared, f"back from slot {slot}")
-
-    def slot_differences(self, slot: str) -> tuple[str, ...]:
-        """Return which values of a stored slot differ from the proposed ones, in words."""
-        return tuple(
-            f"{self.words(name)} {gain_text(value)} (now {gain_text(self.proposed[name])})"
-            for name, value in self.slots[slot].items()
-            if value != self.proposed[name]
-        )
 
     def set_linked(self, linked: bool) -> None:
         """Link or unlink gains of x and y for later changes; no value changes now."""
@@ -585,9 +577,7 @@ class GainEditor(QObject):
         if shown:
             # what scripts, clients and joysticks do to wind, servos or faults is not to be undone
             gains = {name: value for name, value in shown.items() if name in self.kept}
-            names = self._put(gains, EXTERNAL_CHANGE, flown=True)
-            names += self._set({n: value for n, value in shown.items() if n not in gains})
-            self._tell_proposed(names)
+            self._tell_proposed(self._put(gains, EXTERNAL_CHANGE, flown=True) + self._set(shown))
         if loop_gains(shown) and self._is_undecided:
             self.apply()  # the evaluation and the warning have changed with it
         self.flown_changed.emit(changed)
@@ -595,7 +585,3 @@ class GainEditor(QObject):
             self.find_ranges()
             self.ranges_changed.emit()
         self.state_changed.emit()
-
-
-def _gain_count_text(number: int) -> str:
-    return "1 gain" if number == 1 else f"{number} gains"
