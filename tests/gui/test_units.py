@@ -5,7 +5,7 @@ import math
 import pytest
 
 from workbench.common.quantity import DisplayUnit
-from workbench.gui.units import age_text, simulated_text, unit_for
+from workbench.gui.units import age_text, entered_number_text, simulated_text, unit_for
 
 
 @pytest.mark.parametrize(
@@ -26,6 +26,24 @@ from workbench.gui.units import age_text, simulated_text, unit_for
 def test_a_number_is_shown_in_its_unit(workspace, si, preference, value, text):
     workspace.preferences.set(*preference)
     assert unit_for(si, workspace.preferences).text(value) == text
+
+
+@pytest.mark.parametrize(
+    ("si", "value", "text"),
+    [
+        ("rad/s", 0.4, "22.9"),  # round in SI: three digits are right
+        ("rad/s", 0.01, "0.57296"),  # 0.6 would be 5 % more
+        ("rad/s", math.radians(22.918), "22.918"),  # as it was typed
+        ("rad/s", math.radians(90.0), "90.0"),
+        ("m/s", 8.0, "8.00"),
+        ("m/s", 4.449, "4.449"),
+        ("m/s", -0.0, "0.00"),
+    ],
+)
+def test_a_value_that_can_be_entered_has_more_decimals_only_where_they_count(
+    workspace, si, value, text
+):
+    assert entered_number_text(value, unit_for(si, workspace.preferences)) == text
 
 
 def test_what_is_shown_is_read_back():

@@ -106,6 +106,24 @@ def test_orders_take_effect_at_the_present_step_and_are_answered_with_its_time()
     assert bench.execute(GetParameter("kp_roll")).value == 77.0
 
 
+def test_a_script_that_the_operator_ends_is_not_flown_on_and_repeats_to_the_bit():
+    bench = Bench(scripted())
+    bench.fly(0.2)
+    assert bench.session.next_action.velocity == [0.0, 0.5, 0.0]
+    bench.execute(Action(request="hold", end_script=True))
+    bench.fly(0.3)
+    assert bench.session.asked[:2] == (0.0, 0.0)
+    assert bench.session.get("kp_velocity_x") == 3.3
+    flown = bench.flown()
+    assert all(
+        not action.end_script and action.velocity is None for action in flown.scenario.script
+    )
+    assert_equal_to_the_bit(flown.recording, in_one_run(flown.scenario))
+    bench.execute(FlightOrder.RESET)
+    bench.fly(0.3)
+    assert bench.session.asked[1] == 0.5  # another flight has the whole script
+
+
 def test_a_gain_of_the_operator_forgets_no_stick_of_a_client():
     """A stick that leaves neutral ends a landing; one that is held since before does not."""
     bench = Bench()

@@ -46,6 +46,19 @@ def test_each_action_is_handed_out_once_in_the_order_of_time():
     assert plan.next_step == math.inf
 
 
+def test_a_script_that_was_ended_returns_no_more_until_it_starts_again():
+    plan = script(0.25, 0.5)
+    assert times(plan, 300) == [0.25]
+    assert plan.next_action.at == 0.5
+    plan.end()
+    assert plan.next_step == math.inf and plan.next_action is None
+    assert times(plan, 10_000) == []
+    assert plan.done == 2  # a flight that continues from here does not return them either
+    assert [action.at for action in plan.actions_done] == [0.25]
+    plan.rewind()
+    assert times(plan, 10_000) == [0.25, 0.5]
+
+
 def test_actions_of_one_time_keep_their_order():
     actions = [Action(at=0.5, request="arm"), Action(at=0.5, request="take_off")]
     plan = Script(actions, Rates())

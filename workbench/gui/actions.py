@@ -151,7 +151,7 @@ ACTION_TABLE: tuple[ActionRow, ...] = (
         "hold",
         FLIGHT_MENU,
         "&Hold",
-        "Brake and hold the position; ends any manoeuvre.",
+        "Brake and hold the position; ends any manoeuvre, and the scenario's script.",
         "F7",
         "hold",
     ),

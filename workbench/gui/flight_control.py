@@ -23,6 +23,8 @@ ON_GROUND_TEXT = "On the ground: take off first."
 LANDING_TEXT = "Landing: fly it after the next take-off."
 FIGURE_EIGHT_TEXT = "The scenario flies its figure of eight: nobody else can command."
 
+ENDS_SCRIPT = ("hold", "land", "stop")
+"""Requests after which the script of the scenario gives no more orders."""
 _GROUND_MODES = (FlightMode.OFF, FlightMode.ARMED)
 
 
@@ -79,13 +81,14 @@ class FlightControl(QObject):
         self.fly(replace(self._flight.what, world=path))
 
     def request(self, what: str) -> None:
-        """Ask the flight mode to arm, take_off, land, or stop."""
-        self._flight.do(Action(request=what))
+        """Ask the flight mode for something; `ENDS_SCRIPT` has what ends the script, too."""
+        ends = what in ENDS_SCRIPT and self._flight.view.next_action is not None
+        self._flight.do(Action(request=what, end_script=ends))
 
     def hold(self) -> None:
-        """Brake and stay: a command of zero ends a path, and the request ends a take-off."""
+        """Brake and stay: a command of zero ends a path, the request a take-off and the script."""
         self._flight.do(Action(velocity=[0.0, 0.0, 0.0], yaw_rate=0.0))
-        self._flight.do(Action(request="hold"))
+        self.request("hold")
 
     def pause(self) -> None:
         """Pause or resume simulated time."""

@@ -14,6 +14,7 @@ from workbench.common.errors import MAX_ECHO_CHARS, WorkbenchError
 from workbench.common.quantity import DisplayUnit
 from workbench.gui.labels import set_tip, tip_text
 from workbench.gui.style import set_class
+from workbench.gui.units import TEXT_VALUE_TOLERANCE, entered_number_text
 from workbench.gui.wheel import zoom_notches
 
 _PLAIN_NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?", re.ASCII)
@@ -61,10 +62,6 @@ def read_whole_number(text: str) -> int:
 
 SPIN_BOX_DECIMALS = 12
 """Number of decimals that the spin box keeps; fewer are shown."""
-TEXT_VALUE_TOLERANCE = 1e-4
-"""Relative tolerance within which a text stands for the exact value."""
-UNUSUAL_VALUE_DIGITS = 5
-"""Significant digits of a value that the usual decimals do not show."""
 REFUSED_FIELD_CLASS = "bad"
 """Class of a field with a refused text."""
 
@@ -189,10 +186,7 @@ class NumberField(QDoubleSpinBox):
 
     def number_text(self, value: float) -> str:
         """Return a number as shown, without its unit."""
-        text = f"{value:.{self._shown_decimals}f}"
-        if not math.isclose(float(text), value, rel_tol=TEXT_VALUE_TOLERANCE, abs_tol=1e-12):
-            text = f"{value:.{UNUSUAL_VALUE_DIGITS}g}"
-        return "0" + text[2:] if text.startswith("-0") and float(text) == 0.0 else text
+        return entered_number_text(self._unit.read(value), self._unit, self._shown_decimals)
 
     def validate(self, text: str | None, place: int) -> tuple[QValidator.State, str, int]:
         fault = self._fault_of(text or "")

@@ -14,6 +14,7 @@ from workbench.gui.status_text import (
     battery_status_text,
     link_status,
     real_time_status,
+    script_status,
     time_status,
     warnings_status,
 )
@@ -91,8 +92,10 @@ class StatusStrip(QFrame):
         super().__init__()
         self.time = Chip("Simulated time", look, 7)
         self.battery = Chip("Battery", look, 5)
-        self.reached = Chip("Speed", look, 14)
+        self.reached = Chip("Speed", look, 20)
         self.link = Chip("Link", look)
+        self.script = Chip("Script", look)
+        self.script.hide()
         self.autopilot = Chip("Autopilot", look)
         self.autopilot.hide()
         self.recording = Chip("Recording", look)
@@ -105,6 +108,7 @@ class StatusStrip(QFrame):
             self.battery,
             self.reached,
             self.link,
+            self.script,
             self.autopilot,
             self.recording,
             self.opening,
@@ -129,10 +133,11 @@ class StatusStrip(QFrame):
         self.battery.show_said(battery_status_text(view))
         self.reached.show_said(real_time_status(view))
         self.link.show_said(link_status(view))
-        exchange = autopilot_status(view)
-        self.autopilot.setVisible(exchange is not None)
-        if exchange is not None:
-            self.autopilot.show_said(exchange)
+        passing = ((self.script, script_status(view)), (self.autopilot, autopilot_status(view)))
+        for chip, state in passing:
+            chip.setVisible(state is not None)
+            if state is not None:
+                chip.show_said(state)
         said = warnings_status(view)
         for at, chip in enumerate(self.warnings):
             chip.setVisible(at < len(said))

@@ -2,12 +2,14 @@
 
 from dataclasses import dataclass
 
+from workbench.common.plain_text import plain_name
 from workbench.gui.icons import MODE_ICONS
 from workbench.gui.units import LENGTH_UNIT, SHARE_UNIT, simulated_text
 from workbench.link.messages import ControlOwner, LinkLossStage
 from workbench.live.announcer import LOW_CHARGE_MARGIN, RESERVE_PARAMETER
 from workbench.live.messages import Phase
 from workbench.live.view import LiveView
+from workbench.scenario.scenario import Action
 
 PLAIN_TONE, GOOD_TONE, WARNING_TONE, BAD_TONE, MUTED_TONE = "", "good", "warning", "bad", "muted"
 LOST_EXCHANGE_SHARE = 0.01
@@ -31,6 +33,18 @@ class StatusText:
     full: str = ""
 
 
+_ORDER_TEXTS = (
+    ("go_to", "go to a place"),
+    ("velocity", "velocity"),
+    ("yaw_rate", "yaw rate"),
+    ("setpoint", "attitude"),
+    ("gust", "gust"),
+    ("push", "push"),
+    ("injection", "injection"),
+    ("controller", "controller"),
+    ("set", "parameters"),
+)
+"""Fields of a script's action, the most important first, and what they order."""
 _PHASE_STATUS = {
     Phase.STARTING: StatusText("starting", "pace", MUTED_TONE),
     Phase.BROKEN: StatusText("broken", "failure", BAD_TONE),
@@ -107,6 +121,25 @@ def link_status(view: LiveView) -> StatusText:
         text = f"{control.name or 'client'} silent: {control.stage.value}"
         return StatusText(text, "warning", WARNING_TONE, f"{full}: {control.reason}")
     return StatusText(f"{count}, {who}", "link", PLAIN_TONE, f"{full}; {control.reason}")
+
+
+def script_status(view: LiveView) -> StatusText | None:
+    """Return when the scenario's script gives its next order, None if it gives no more."""
+    if view.next_action is None or view.phase not in (Phase.FLYING, Phase.PAUSED):
+        return None
+    at = simulated_text(view.next_action.at)
+    order = _order_text(view.next_action)
+    full = f"next order of the scenario's script: {order} at {at}; Hold, Land and STOP end it"
+    return StatusText(f"script: {order} at {at}", "clock", PLAIN_TONE, full)
+
+
+def _order_text(action: Action) -> str:
+    """Return what an action of a script does, in few words."""
+    if action.request is not None:
+        return action.request.replace("_", " ")
+    if len(action.set) == 1:
+        return f"set {plain_name(next(iter(action.set)))}"
+    return next((text for name, text in _ORDER_TEXTS if getattr(action, name)), "no order")
 
 
 def autopilot_status(view: LiveView) -> StatusText | None:

@@ -198,6 +198,7 @@ class FlightLoop:
             self._measurer.share,
             AutopilotView(self._session.exchange, self._ended) if runs_program else None,
             (*self._alarms.lasting, *self._network.lasting),
+            self._session.next_action,
         )
         self._send_queue.show(report)
         if not self._broken:

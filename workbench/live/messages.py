@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from workbench.live.choice import Choice
     from workbench.plant.formats.xacro import XacroArgument
     from workbench.scenario.excitation import ActiveExcitation
-    from workbench.scenario.scenario import Scenario
+    from workbench.scenario.scenario import Action, Scenario
     from workbench.session.recording import Recording
     from workbench.session.snapshot import Snapshot
     from workbench.systems.sensors.samples import RecordedSamples
@@ -211,6 +211,7 @@ class FlightReport:
         measuring: flown share of a measurement, 0 .. 1, None without one.
         autopilot: state of the program that runs the law, None without one.
         lasting: what those warnings of the flight say whose cause lasts.
+        next_action: next action of the scenario's script, None without one.
     """
 
     phase: Phase = Phase.STARTING
@@ -225,6 +226,7 @@ class FlightReport:
     measuring: float | None = None
     autopilot: AutopilotView | None = None
     lasting: tuple[str, ...] = ()
+    next_action: Action | None = None
 
 
 @dataclass(frozen=True)

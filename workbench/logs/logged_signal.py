@@ -22,11 +22,21 @@ out; the gaps of the signal show where.
 """
 
 import re
+import unicodedata
 import warnings
 from collections.abc import Iterable
 from typing import Any
 
 from workbench.common.series import make_series
+
+SIGNAL_NAME = re.compile(r"[^\W\d_A-Z][^\WA-Z]*(\.[^\W\d_A-Z][^\WA-Z]*|\.\d+)+")
+"""Matches a signal's name, TOPIC.FIELD: letters of any script, dots before parts and indices."""
+
+
+def signal_name_part(text: str) -> str:
+    """Return a text as a part of a signal's name: lower case, and composed as in expressions."""
+    plain = re.sub(r"\W+", "_", unicodedata.normalize("NFKC", text.lower())).strip("_")
+    return plain if re.match(r"[^\W\d_]", plain) else f"n_{plain}"
 
 
 def component_names(beginning: str, each: Iterable[str] = "xyz") -> tuple[str, ...]:

@@ -131,7 +131,7 @@ class Action:
     A velocity in W [m/s], a yaw rate [rad/s], a point to go to [m], a request (arm, take_off, hold,
     land, stop, abort_landing) with its height [m], setpoints of attitude or rates, a gust, a push,
     an injection into the law, new values of live parameters, or a controller to take over (the name
-    of a shipped one, or a file).
+    of a shipped one, or a file). After `end_script` the scenario's script orders no more.
     `interpreted` has no effect: files of earlier versions have it.
     """
 
@@ -147,6 +147,7 @@ class Action:
     setpoint: AttitudeSetpoint | None = None
     set: dict[str, float] = field(default_factory=dict)
     controller: str | None = None
+    end_script: bool = False
     interpreted: bool = False
 
     @property

@@ -30,13 +30,18 @@ class Script:
         self._actions = sorted(actions, key=lambda action: action.at)
         self._rates = rates
         self._done = 0
+        self._end = len(self._actions)
 
     @property
     def next_step(self) -> int | float:
         """The step of the next action, infinite without one."""
-        if self._done == len(self._actions):
-            return math.inf
-        return acting_step(self._actions[self._done].at, self._rates)
+        action = self.next_action
+        return math.inf if action is None else acting_step(action.at, self._rates)
+
+    @property
+    def next_action(self) -> Action | None:
+        """The next action, None without one."""
+        return self._actions[self._done] if self._done < self._end else None
 
     def due(self, step: int) -> Iterator[Action]:
         """Yield the actions that are due at a step, each once."""
@@ -56,8 +61,8 @@ class Script:
 
     @property
     def done(self) -> int:
-        """Number of returned actions."""
-        return self._done
+        """Number of actions that it returns no more."""
+        return len(self._actions) if self._done == self._end else self._done
 
     @property
     def actions_done(self) -> list[Action]:
@@ -66,13 +71,19 @@ class Script:
 
     def rewind(self, done: int = 0) -> None:
         """Start again, at the beginning or after this number of actions."""
-        self._done = done
+        self._done, self._end = done, len(self._actions)
+
+    def end(self) -> None:
+        """Return no more actions until the script starts again."""
+        self._end = self._done
 
 
 def repeat_scenario(
     scenario: Scenario, settings: Mapping[str, float], done: Sequence[Action], duration: float
 ) -> Scenario:
     """Return the scenario of a flight, with the pilot's live actions in its script.
+
+    It has no action of the script after one that ended the script.
 
     At one control update the pilot's actions precede the script's, because a script acts when the
     flight goes on. So actions of the script move to the update at which they act, and stand after
@@ -89,8 +100,11 @@ def repeat_scenario(
         dataclasses.replace(action, at=acting_step(action.at, rates) * rates.physics_step)
         for action in scenario.script
     ]
+    ended = min((action.at for action in done if action.end_script), default=math.inf)
+    scripted = [action for action in scripted if action.at < ended]
+    live = [dataclasses.replace(action, end_script=False) for action in done]
     first = [Action(0.0, set=dict(settings))] if settings else []
-    script = sorted([*first, *done, *scripted], key=lambda action: action.at)
+    script = sorted([*first, *live, *scripted], key=lambda action: action.at)
     return dataclasses.replace(
         scenario,
         duration=duration or scenario.duration,

@@ -188,6 +188,8 @@ class Session(ObservedFlight, PilotOrders[None]):
             live.set_attitude(action.setpoint)
         if action.injection is not None:
             self._begin_injection(action.injection)
+        if action.end_script:
+            self._script.end()
 
     act = do
     """The name of `do` in earlier versions."""
@@ -234,6 +236,11 @@ class Session(ObservedFlight, PilotOrders[None]):
     def script(self) -> Sequence[Action]:
         """Executed actions of the scenario's script, in order of time."""
         return self._script.actions_done
+
+    @property
+    def next_action(self) -> Action | None:
+        """The next action of the scenario's script; None if it has no more, or was ended."""
+        return self._script.next_action
 
     @contextmanager
     def programs(self) -> Iterator[None]:

@@ -128,6 +128,19 @@ def test_undo_says_what_it_would_take_back(rig, window):
     assert window.bar.buttons["undo"].accessibleName() == "Undo Velocity x Kp"
 
 
+def test_a_slot_says_how_it_differs_and_that_it_would_be_replaced(rig, window):
+    rig.know()
+    button, store = window.bar.buttons["compare_A"], window.bar.actions_by_name["store_A"]
+    assert store.text() == "Store in slot &A"
+    rig.editor.propose(NAME, 4.0)
+    QTest.mouseClick(button, LEFT)
+    assert store.text() == "Replace slot &A"
+    assert "has the present gains" in button.toolTip()
+    rig.editor.propose(NAME, 5.25)
+    assert "Velocity x Kp 4 (now 5.25)" in button.toolTip()
+    assert button.actions() == [store]  # the menu of a right click
+
+
 def test_a_slot_is_filled_and_compared_by_one_key(rig, window):
     rig.know()
     rig.editor.propose(NAME, 4.0)

@@ -194,6 +194,19 @@ def test_a_change_by_a_client_lets_doubted_gains_be_judged_anew(rig):
     assert rig.analysis.asked[-1].gains[NAME] == 4.0
 
 
+def test_wind_that_a_script_sets_is_shown_and_is_no_step_of_undo(rig):
+    rig.editor.propose(NAME, 3.1)
+    done = rig.editor.next_undo
+    rig.flight.publish(2.0, wind_x=4.0)
+    assert rig.editor.proposed["wind_x"] == 4.0
+    assert rig.editor.next_undo == done
+    rig.editor.undo()
+    assert not rig.editor.next_undo
+    assert rig.editor.proposed["wind_x"] == 4.0
+    rig.flight.publish(3.0, kp_roll=140.0)
+    assert rig.editor.next_undo  # a gain that a client sets can be undone
+
+
 def test_before_any_flight_a_value_is_refused_in_a_sentence(rig, workspace, qtbot):
     editor = GainEditor(rig.flight, rig.analysis, workspace.preferences, workspace.notices)
     with qtbot.waitSignal(editor.value_refused) as refusal:
@@ -457,6 +470,17 @@ def test_a_slot_and_the_present_change_places_by_one_key(rig):
     assert rig.editor.flown[NAME] == 5.0
     rig.editor.undo()
     assert rig.editor.flown[NAME] == 4.0
+
+
+def test_from_slot_to_slot_the_gains_before_the_first_come_back(rig):
+    rig.know()
+    for slot, value in (("A", 4.0), ("B", 4.5)):
+        rig.editor.propose(NAME, value)
+        rig.editor.store(slot)
+    rig.editor.propose(NAME, 5.0)  # stored nowhere
+    for slot, flies in (("A", 4.0), ("B", 4.5), ("A", 4.0), ("A", 5.0)):
+        rig.editor.compare(slot)
+        assert rig.editor.flown[NAME] == flies
 
 
 def test_revert_lets_go_of_what_was_refused(rig, qtbot):

@@ -5,10 +5,12 @@ from dataclasses import replace
 
 import pytest
 from PyQt6.QtCore import Qt
-from PyQt6.QtWidgets import QAbstractSpinBox, QComboBox, QLineEdit, QWidget
+from PyQt6.QtWidgets import QAbstractSpinBox, QComboBox, QLabel, QLineEdit, QWidget
 
 from workbench.control.controller_file import load_controller
 from workbench.gui.first_flight import last_setup
+from workbench.gui.joystick.handling_panel import HandlingPanel
+from workbench.gui.number_field import NumberField
 from workbench.gui.preferences import PREFERENCES
 from workbench.gui.settings.limit_row import LIMIT_SETTINGS
 from workbench.gui.settings.setting_row import PreferenceRow
@@ -50,6 +52,21 @@ def screen(workspace, qtbot):
 
 def row_of(screen, name):
     return next(row for row in screen.findChildren(PreferenceRow) if row.preference.name == name)
+
+
+@pytest.mark.parametrize("typed", [None, "21.75", "30"])
+def test_a_turning_rate_reads_as_on_the_joystick_screen(screen, workspace, qtbot, typed):
+    sticks = HandlingPanel(workspace.preferences, workspace.look)
+    qtbot.addWidget(sticks)
+    field = row_of(screen, "stick_yaw_rate").findChild(NumberField)
+    if typed is not None:
+        field.setFocus()
+        field.selectAll()
+        qtbot.keyClicks(field, typed)
+        qtbot.keyClick(field, Qt.Key.Key_Return)
+    shown = [each.text() for each in sticks.findChildren(QLabel)]
+    assert field.text() in shown
+    assert field.text().startswith(typed or "22.9\N{NO-BREAK SPACE}")
 
 
 def test_every_preference_has_a_row_with_a_name_for_readers(screen):

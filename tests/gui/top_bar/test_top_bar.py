@@ -288,6 +288,22 @@ def test_a_button_orders_what_it_says(bar, qtbot, name):
     assert bar.orders == [Action(request=name)]
 
 
+@pytest.mark.parametrize("name", ["land", "stop", "hold"])
+def test_a_script_is_shown_until_hold_land_or_stop_end_it(
+    bar, qtbot, view, workspace, monkeypatch, name
+):
+    """Otherwise its next order would start the rotors again, or leave the place."""
+    waiting = dataclasses.replace(view, next_action=Action(at=65.5, request="take_off"))
+    monkeypatch.setattr(workspace.flight, "_view", waiting)
+    bar.show_view(waiting)
+    assert bar.strip.script.text == "script: take off at 1:05.5"
+    assert bar.strip.script.isVisibleTo(bar)
+    qtbot.mouseClick(bar.button(name), Qt.MouseButton.LeftButton)
+    assert bar.orders[-1] == Action(request=name, end_script=True)
+    bar.show_view(view)
+    assert not bar.strip.script.isVisibleTo(bar)
+
+
 def test_hold_brakes_whatever_is_flown(bar, qtbot):
     qtbot.mouseClick(bar.button("hold"), Qt.MouseButton.LeftButton)
     assert bar.orders == [Action(velocity=[0.0] * 3, yaw_rate=0.0), Action(request="hold")]

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from workbench.gui.charts.curve import CurveStyle
 from workbench.gui.signals import Signals
 from workbench.gui.visualization.derived_signals import WithDerived
 from workbench.gui.visualization.layouts import LAYOUT_PRESETS
@@ -34,3 +35,11 @@ def test_the_bounds_are_two_deviations_away(source):
     assert len(known) > 100 and sigma.min() > 0.0
     for name, sign in (("bound.z_low", -2.0), ("bound.z_high", 2.0)):
         assert np.array_equal(source.series(name)[1], known + sign * sigma)
+
+
+def test_the_legend_tells_truth_estimate_and_bounds_apart(begun, source):
+    begun.charts.board.show_board(LAYOUT_PRESETS["Estimate"], source)
+    curves = begun.charts.board.panes[0].chart.curves
+    assert [curve.label for curve in curves] == ["x", "x estimate", "x \N{MINUS SIGN} 2σ", "x + 2σ"]
+    assert [curve.style for curve in curves[2:]] == [CurveStyle.FAINT] * 2
+    assert curves[2].colour == curves[3].colour == curves[1].colour != curves[0].colour

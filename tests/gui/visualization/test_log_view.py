@@ -304,9 +304,13 @@ def test_a_log_is_drawn_over_the_live_flight_with_its_time_shifted(
     for some in canned.published:
         workspace.signals.add(some)
     begun.show_view(canned.views[-1])
-    begun.open_overlay(log)
     page = begun.charts
+    top = page.board.panes[0].mapTo(page, QPoint()).y()
+    begun.open_overlay(log)
     qtbot.waitUntil(lambda: len(page.overlays.overlays) == 1, timeout=LIMIT)
+    qtbot.waitUntil(lambda: page.overlays.y() > 0)
+    assert page.board.panes[0].mapTo(page, QPoint()).y() == top
+    assert page.overlays.y() > top
     assert not begun.shows_log
     (overlay,) = page.overlays.overlays
     chart = page.board.panes[0].chart

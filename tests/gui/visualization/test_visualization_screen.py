@@ -1,6 +1,7 @@
 """The Visualization screen over a canned flight, by mouse and keyboard."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ from workbench.gui.visualization.layouts import MAX_BOARD_CHARTS, ChartSpec, rea
 from workbench.gui.visualization.signal_tree import SIGNAL_MIME_TYPE
 from workbench.gui.visualization.visualization_screen import VisualizationScreen
 from workbench.link.backplane import Published
+from workbench.systems.sensors.readings import DepthImage
 
 
 @pytest.fixture
@@ -221,10 +223,39 @@ def test_the_cloud_turns_by_keys_and_mouse(screen):
     view.grab()
 
 
-def test_no_camera_says_how_to_get_one(screen, canned):
+def test_a_camera_that_is_off_is_switched_on_by_a_button(screen, canned, workspace, monkeypatch):
+    view, started = canned.views[-1], []
+    monkeypatch.setattr(workspace.flight, "_view", view)
+    monkeypatch.setattr(workspace.flight, "fly", lambda what, draw: started.append(what))
     screen.tabs.setCurrentWidget(screen.camera)
-    screen.show_view(canned.views[-1])
-    assert "all-sensors" in screen.camera.depth_view.hint
+    assert "depth camera is off" in screen.camera.depth_view.hint
+    QTest.mouseClick(screen.camera.offer.button, Qt.MouseButton.LeftButton)
+    assert started[0].sensors.use == [*view.scenario.sensors.use, "depth_camera"]
+    assert "depth_camera" not in view.scenario.sensors.use
+    assert started[0].script == view.scenario.script
+
+
+def test_a_drone_without_a_camera_says_so_and_offers_none(screen, canned):
+    vehicle = canned.views[-1].vehicle
+    others = tuple(each for each in vehicle.sensors if each.kind != "depth_camera")
+    bare = replace(canned.views[-1], vehicle=replace(vehicle, sensors=others))
+    screen.tabs.setCurrentWidget(screen.camera)
+    screen.begin(bare)
+    assert screen.camera.depth_view.hint == "dh_drone has no depth camera in its description."
+    assert not screen.camera.offer.isVisible()
+    screen.tabs.setCurrentWidget(screen.cloud)
+    assert not screen.cloud.offer.isVisible()  # the lidar measures
+
+
+def test_a_colour_of_the_depth_image_keeps_its_meaning(screen):
+    """Near ones come after far ones, and pictures without any change nothing."""
+    shown = []
+    for stamp, depths in enumerate(([2.0, 8.0], [2.0, 3.0], [np.inf, np.inf], [0.4, 9.0])):
+        depth = np.array([depths], dtype=np.float32)
+        reading = DepthImage(float(stamp), "camera", np.zeros(3), np.eye(3), None, depth, None)
+        screen.camera.show_reading(reading)
+        shown.append(screen.camera.depth_view.scale.levels())
+    assert shown == [(2.0, 8.0), (2.0, 8.0), (2.0, 8.0), (0.0, 10.0)]
 
 
 def test_frames_show_where_the_drone_is(screen, canned):

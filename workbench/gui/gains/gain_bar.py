@@ -30,6 +30,7 @@ from workbench.gui.layout import (
     vbox,
 )
 from workbench.gui.style import set_class, with_class
+from workbench.gui.units import gain_text
 from workbench.gui.workspace import Workspace
 
 MAX_FILE_NAME_CHARACTERS = 20
@@ -39,6 +40,8 @@ GAIN_BAR_STYLE = """
 GainBar > QToolButton { min-height: 18px; padding: 3px 5px; }
 GainBar > QToolButton:focus, GainBar > QToolButton:checked { padding: 2px 4px; }
 """
+MAX_SLOT_DIFFERENCES = 4
+"""Largest number of gains that the tip of a slot lists."""
 GAIN_STATE_LINES = 2
 """Height of the state of the gains, in lines: it moves nothing, whatever it says."""
 BUTTON_PADDING_PX = 12
@@ -141,9 +144,26 @@ class GainBar(QWidget):
             button = self.buttons[f"compare_{slot}"]
             button.setCheckable(stored is not None)
             button.setChecked(stored is not None and stored == editor.proposed_gains)
-            does = "Store the gains in" if stored is None else "Compare with"
             button.setText(slot if stored is None else f"{slot}•")
-            self._say(f"compare_{slot}", f"{does} slot {slot}")
+            self._say(f"compare_{slot}", self._slot_text(slot))
+            verb = "Store in" if stored is None else "Replace"
+            self.actions_by_name[f"store_{slot}"].setText(f"{verb} slot &{slot}")
+
+    def _slot_text(self, slot: str) -> str:
+        """Return what the button of a slot does."""
+        if slot not in self._editor.slots:
+            return f"Store the gains in slot {slot}"
+        editor = self._editor
+        differences = [
+            f"{editor.words(name)} {gain_text(value)} (now {gain_text(editor.proposed[name])})"
+            for name, value in editor.slots[slot].items()
+            if value != editor.proposed[name]
+        ]
+        if not differences:
+            return f"Slot {slot} has the present gains; return to those before it"
+        more = len(differences) - MAX_SLOT_DIFFERENCES
+        shown = ", ".join(differences[:MAX_SLOT_DIFFERENCES])
+        return f"Fly slot {slot}: {shown}{f', and {more} more' if more > 0 else ''}"
 
     def _state(self) -> tuple[str, str]:
         """Return the state of the gains in words, and its tone: what hinders them comes first."""
@@ -246,6 +266,9 @@ class GainBar(QWidget):
         width = self.fontMetrics().horizontalAdvance(f"{text.replace('&', '')}i")
         made.setFixedWidth(width + BUTTON_PADDING_PX)
         action.changed.connect(lambda: made.setEnabled(action.isEnabled()))
+        if name.startswith("compare"):  # a right click stores
+            made.addAction(self.actions_by_name[name.replace("compare", "store")])
+            made.setContextMenuPolicy(Qt.ContextMenuPolicy.ActionsContextMenu)
         self.buttons[name] = made
         return made
 

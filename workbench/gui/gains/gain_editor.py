@@ -17,6 +17,7 @@ from workbench.gui.gains.flown_gains import FlownGains, GainValues
 from workbench.gui.gains.gain_rows import (
     GainLabel,
     flight_rows,
+    gain_count_text,
     gain_label,
     in_gain_file,
     linked_gain,
@@ -279,9 +280,9 @@ class GainEditor(QObject):
     def summary(self) -> str:
         """Return whether the gains are kept, and the number of those that do not fly, in words."""
         proposed, tried = len(self.unflown), len(self.tried)
-        parts = [f"{_gain_count_text(tried)} not kept" if tried else "kept"]
+        parts = [f"{gain_count_text(tried)} not kept" if tried else "kept"]
         if proposed:
-            parts.append(f"{_gain_count_text(proposed)} proposed, not flown")
+            parts.append(f"{gain_count_text(proposed)} proposed, not flown")
         return " · ".join(parts)
 
     def begin(self, view: LiveView) -> None:
@@ -477,13 +478,14 @@ class GainEditor(QObject):
     def compare(self, slot: str) -> None:
         """Fly the values of a slot; if they are already proposed, return to the ones before.
 
-        So one key compares the slot with the present. An empty slot takes the proposed values.
+        From slot to slot, those before the first one stay. An empty slot takes the proposed ones.
         """
         present = self.proposed_gains
+        is_own = present not in self.slots.values()
         if slot not in self.slots:
             self.store(slot)
         elif present != self.slots[slot]:
-            self._compared = present
+            self._compared = present if is_own or not self._compared else self._compared
             self.adopt(self.slots[slot], f"slot {slot}")
         elif self._compared:
             self.adopt(self._compared, f"back from slot {slot}")
@@ -573,7 +575,9 @@ class GainEditor(QObject):
             if not self._flown.is_ordered(name) and self.proposed[name] == before[name]
         }
         if shown:
-            self._tell_proposed(self._put(shown, EXTERNAL_CHANGE, flown=True))
+            # what scripts, clients and joysticks do to wind, servos or faults is not to be undone
+            gains = {name: value for name, value in shown.items() if name in self.kept}
+            self._tell_proposed(self._put(gains, EXTERNAL_CHANGE, flown=True) + self._set(shown))
         if loop_gains(shown) and self._is_undecided:
             self.apply()  # the evaluation and the warning have changed with it
         self.flown_changed.emit(changed)
@@ -581,7 +585,3 @@ class GainEditor(QObject):
             self.find_ranges()
             self.ranges_changed.emit()
         self.state_changed.emit()
-
-
-def _gain_count_text(number: int) -> str:
-    return "1 gain" if number == 1 else f"{number} gains"

@@ -194,3 +194,8 @@ def flight_rows(names: Iterable[str], table: ParameterTable) -> tuple[Parameter,
     """Return the rows of these names in the table's order."""
     known = set(names)
     return tuple(row for row in table if row.name in known)
+
+
+def gain_count_text(number: int) -> str:
+    """Return a number of gains in words."""
+    return "1 gain" if number == 1 else f"{number} gains"

@@ -66,7 +66,7 @@ def sensor_state(view: LiveView, snapshot: Snapshot, kind: str) -> SensorState:
     """Return the state of the first sensor of a kind."""
     found = next((each for each in snapshot.sensors if each.kind == kind), None)
     if found is None:
-        return _silent_state(view, kind)
+        return silent_state(view, kind)
     if found.fault is not Fault.NONE:
         word = found.fault.name.lower()
         age = f", {age_text(found.age)} old" if math.isfinite(found.age) else ""
@@ -98,7 +98,7 @@ def _usual_age(view: LiveView, status: SensorStatus) -> float:
     return latency + MAX_AGE_PERIODS / max(rate, 1e-3) + READING_AGE_MARGIN_S
 
 
-def _silent_state(view: LiveView, kind: str) -> SensorState:
+def silent_state(view: LiveView, kind: str) -> SensorState:
     """Return the state of a kind that does not measure, with how to enable it."""
     name = _kind_name(kind)
     if view.vehicle is not None and all(each.kind != kind for each in view.vehicle.sensors):

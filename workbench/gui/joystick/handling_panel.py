@@ -12,7 +12,7 @@ from workbench.gui.labels import Label, set_tip
 from workbench.gui.layout import NO_MARGINS, buddy, button, grid, hbox, label, named, vbox
 from workbench.gui.preferences import Preferences, find_preference
 from workbench.gui.theme import Look
-from workbench.gui.units import quantity_unit
+from workbench.gui.units import entered_number_text, quantity_unit
 
 STICK_CURVE_POINTS = 81
 STICK_DOT_RADIUS_PX = 3.5
@@ -157,7 +157,8 @@ class HandlingPanel(QWidget):
         self._values[name].setText(self._text(name, value))
 
     def _text(self, name: str, value: float) -> str:
-        return quantity_unit(find_preference(name), self._preferences).text(value)
+        unit = quantity_unit(find_preference(name), self._preferences)
+        return f"{entered_number_text(value, unit)}{unit.suffix}"
 
     def _reset(self) -> None:
         for name in HANDLING_PREFERENCES:

@@ -31,8 +31,8 @@ from workbench.live.orders import NetworkOrder
 CLIENT_COLUMNS = (
     ("Client", "its own name"),
     ("Address", "its host and port"),
-    ("By", "tcp, tls, or websocket for a browser"),
-    ("May", "watch, or watch and fly"),
+    ("Transport", "tcp, tls, or websocket for a browser"),
+    ("Role", "watch, or watch and fly"),
     ("Control", "whether it flies"),
     ("Frames/s", "frames a second that it gets"),
     ("Age", "of the newest data that it has acknowledged"),

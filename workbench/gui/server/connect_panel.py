@@ -19,7 +19,7 @@ from workbench.link.qr import png_code
 from workbench.link.server.config import ServerConfig
 
 NOT_LISTENING_HINT = "When the server listens, its command line and its page are here to copy."
-NO_WEB_PAGE_HINT = "Tick the page for phones to watch and fly in a browser, too."
+NO_WEB_PAGE_HINT = "For a browser, too: stop the server, tick Page for phones, and start it again."
 FILE_HINT = "FILE: a copy of the tokens."
 PHONE_HINT = "A phone in the same network opens the page with this code."
 LOCAL_HINT = "Only this machine opens the page; for a phone, listen at 0.0.0.0 with tokens and TLS."

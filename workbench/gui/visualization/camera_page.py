@@ -15,6 +15,7 @@ from workbench.gui.instruments.plane_view import PlaneView
 from workbench.gui.layout import fill, hbox, label, vbox
 from workbench.gui.theme import Look
 from workbench.gui.units import LENGTH_UNIT, LOG_TIME_UNIT
+from workbench.gui.visualization.sensor_offer import SensorOffer
 from workbench.gui.workspace import Workspace
 from workbench.live.orders import GetReading
 from workbench.live.view import LiveView
@@ -24,10 +25,6 @@ TOO_NEAR_COLOUR = (0x00, 0x00, 0x00)
 OUT_OF_RANGE_COLOUR = (0x8A, 0x8F, 0x98)
 PICTURE_REQUEST_PERIOD_S = 0.1
 """Least period between requests for pictures [s]."""
-NO_CAMERA_TEXT = (
-    "No depth camera is on in this flight. Open the scenario “all-sensors”, or list "
-    "depth_camera under sensors in the scenario; it needs a model with a camera."
-)
 DEPTH_CAMERA_KIND = "depth_camera"
 DepthColourRange = tuple[float, float]
 """Depths of the first and the last colour [m]."""
@@ -124,18 +121,18 @@ class CameraPage(QWidget):
         self.said, self.under = label(kind="muted"), label(kind="muted")
         self.key = label("Grey: nothing within range. Black: nearer than it measures.", "muted")
         self._beside = QBoxLayout(QBoxLayout.Direction.LeftToRight)
+        self.offer = SensorOffer(workspace, DEPTH_CAMERA_KIND)
+        self._scale: DepthColourRange | None = None
         self._lay_out()
         self.depth_view.pointed.connect(self._point)
         self.colour_view.pointed.connect(self._point)
-        self.show_hint(NO_CAMERA_TEXT)
+        self.show_hint(self.offer.said)
 
     def begin(self, view: LiveView) -> None:
         """Clear the pictures: a flight begins."""
-        self._newest, self._waits, self._asked = None, False, -np.inf
-        has_camera = view.snapshot is not None and any(
-            each.kind == DEPTH_CAMERA_KIND for each in view.snapshot.sensors
-        )
-        self.show_hint("Waiting for the first picture" if has_camera else NO_CAMERA_TEXT)
+        self._newest, self._waits, self._asked, self._scale = None, False, -np.inf, None
+        self.offer.begin(view)
+        self.show_hint(self.offer.said or "Waiting for the first picture")
 
     def refresh(self, view: LiveView) -> None:
         """Request the next picture if one is due and a camera is active."""
@@ -157,7 +154,7 @@ class CameraPage(QWidget):
         ):
             return
         self._newest = reading
-        scale = depth_range(reading.depth)
+        scale = self._scale_for(reading.depth)
         self.depth_view.show_image(depth_colours(reading.depth, scale, self._table))
         self.depth_view.show_scale(self._table, *scale, "Depth m")
         if reading.colour is not None:
@@ -167,6 +164,16 @@ class CameraPage(QWidget):
         height, width = reading.depth.shape
         self.said.setText(f"{width} × {height} pixels, at {LOG_TIME_UNIT.text(reading.stamp)}")
         self._show_pixel()
+
+    def _scale_for(self, depth: np.ndarray) -> DepthColourRange:
+        """Return a scale that has all depths of this flight so far: a colour keeps its meaning."""
+        scale = depth_range(depth)
+        if not np.isfinite(depth).any():
+            return self._scale or scale
+        if self._scale is not None:
+            scale = (min(scale[0], self._scale[0]), max(scale[1], self._scale[1]))
+        self._scale = scale
+        return scale
 
     def show_hint(self, hint: str) -> None:
         """Show why there are no pictures."""
@@ -205,6 +212,7 @@ class CameraPage(QWidget):
         below = hbox(self.said, 1, self.under)
         vbox(
             (self._beside, 1),
+            self.offer,
             below,
             (self.key, Qt.AlignmentFlag.AlignLeft),
             of=self,

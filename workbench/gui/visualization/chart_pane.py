@@ -31,6 +31,8 @@ from workbench.gui.visualization.layouts import ChartSpec
 from workbench.gui.visualization.limit_lines import limits_of_step, lines_over_time
 from workbench.gui.visualization.overlays import Overlay
 from workbench.gui.visualization.signal_catalog import (
+    bound_label,
+    estimate_label,
     following_labels,
     setpoint_label,
     signal_label,
@@ -236,13 +238,18 @@ class ChartPane(QFrame):
 
     def _draw_signal(self, name: str, unit: str) -> None:
         label, colour, style = setpoint_label(name), None, CurveStyle.SOLID
+        shown = {curve.label: curve.colour for curve in self.chart.curves}
         if label:
             # in the dashed colour of its response, if that is here, too
             style = CurveStyle.DASHED
-            shown = {curve.label: curve.colour for curve in self.chart.curves}
             answers = (shown[each] for each in following_labels(name) if each in shown)
             colour = next(answers, COMMAND_COLOUR)
+        elif label := bound_label(name):
+            # in the paler colour of its estimate
+            style = CurveStyle.FAINT
+            colour = shown.get(f"{label.partition(' ')[0]} estimate")
         label = label or signal_label(name)
+        label = estimate_label(name) or label if label in shown else label
 
         series = partial(self._read, self._source, name)
         drawn = self.chart.add_curve(label, unit, series, colour=colour, style=style)

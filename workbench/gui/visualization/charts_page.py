@@ -391,5 +391,6 @@ class ChartsPage(QWidget):
         self._side = side
         hbox(self._limits_of, self.no_limits, 1, of=self.limits, margins=NO_MARGINS)
         self.limits.hide()
-        parts = (self.line, self.overlays, self.limits, (split, 1))
+        below = (self.overlays, self.limits)  # what comes and goes moves no chart above it
+        parts = (self.line, (split, 1), *below)
         vbox(*parts, of=self, margins=(0, 8, 0, 0), spacing=8)

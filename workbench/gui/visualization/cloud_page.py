@@ -16,13 +16,9 @@ from workbench.gui.visualization.cloud_view import (
     TOP_VIEWPOINT,
     CloudView,
 )
+from workbench.gui.visualization.sensor_offer import SensorOffer
 from workbench.gui.workspace import Workspace
-from workbench.link.topics import Topic
-
-NO_LIDAR_TEXT = (
-    "No lidar is on in this flight. Open a scenario with one, such as “network” or "
-    "“all-sensors”, or list lidar under sensors in the scenario."
-)
+from workbench.live.view import LiveView
 
 
 class CloudPage(QWidget):
@@ -42,19 +38,19 @@ class CloudPage(QWidget):
         self.frame = choice("Frame of the cloud", frames)
         self.colours = choice("Meaning of the colours", ("height", "range"))
         self.said = label(kind="muted")
+        self.offer = SensorOffer(workspace, "lidar")
         self._lay_out()
         self.frame.currentIndexChanged.connect(self._show_anew)
         self.colours.currentIndexChanged.connect(self._show_anew)
-        self.view.show_hint(NO_LIDAR_TEXT)
+        self.view.show_hint(self.offer.said)
 
-    def begin(self, topics: tuple[Topic, ...]) -> None:
+    def begin(self, view: LiveView) -> None:
         """Show the cloud of a new flight."""
-        self._rays = find_rays(topics)
+        self._rays = find_rays(view.topics)
+        self.offer.begin(view)
         self._stamp = None
         self.said.setText("")
-        self.view.show_hint(
-            "Waiting for the first scan" if self._rays is not None else NO_LIDAR_TEXT
-        )
+        self.view.show_hint(self.offer.said or "Waiting for the first scan")
 
     def refresh(self, now: float) -> None:
         """Show the newest cloud, if it has changed."""
@@ -99,7 +95,7 @@ class CloudPage(QWidget):
         views = (
             ("&Top", TOP_VIEWPOINT, "T"),
             ("Si&de", SIDE_VIEWPOINT, "S"),
-            ("Sla&nted", SLANTED_VIEWPOINT, "S"),
+            ("Sla&nted", SLANTED_VIEWPOINT, "P"),
         )
         row = hbox(
             *(
@@ -118,6 +114,7 @@ class CloudPage(QWidget):
         vbox(
             row,
             (self.view, 1),
+            self.offer,
             (self.said, Qt.AlignmentFlag.AlignLeft),
             of=self,
             margins=(0, 8, 0, 0),

@@ -1,6 +1,5 @@
 """The dialog that maps the columns of a table of an unknown kind to signals with units."""
 
-import re
 from collections.abc import Sequence
 
 from PyQt6.QtCore import Qt, pyqtSignal
@@ -17,7 +16,7 @@ from PyQt6.QtWidgets import (
 
 from workbench.common.plain_text import plain_name
 from workbench.gui.layout import buddy, choice, hbox, label, named, vbox
-from workbench.logs.logged_signal import component_names, standard_unit
+from workbench.logs.logged_signal import SIGNAL_NAME, component_names, standard_unit
 from workbench.logs.readers.table_head import ColumnChoice, TableHead, own_signal
 
 COLUMN_DIALOG_SIZE_PX = (760, 480)
@@ -50,7 +49,6 @@ OFFERED_SIGNALS = (
     *component_names("torque_setpoint."),
 )
 """Standard names of signals."""
-_SIGNAL = re.compile(r"[a-z][a-z0-9_]*(\.[a-z][a-z0-9_]*|\.\d+)+")
 
 
 class ColumnDialog(QDialog):
@@ -121,7 +119,7 @@ class ColumnDialog(QDialog):
         """What prevents the choice, as a sentence; "" if it is complete."""
         names = [each.signal for each in self.choices.values()]
         for name in names:
-            if not _SIGNAL.fullmatch(name):
+            if not SIGNAL_NAME.fullmatch(name):
                 return (
                     f"“{plain_name(name)}” is no name of a signal: write TOPIC.FIELD in lower case."
                 )

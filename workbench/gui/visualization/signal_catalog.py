@@ -18,6 +18,7 @@ OTHER_TOPIC_TITLES = {
 }
 """Titles of signals that are not published, and their order after those that are."""
 _ROTORS_TOPIC = "rotors"
+_BOUND_SIGNS = {"low": "\N{MINUS SIGN}", "high": "+"}
 
 
 def signal_label(name: str) -> str:
@@ -61,6 +62,21 @@ def setpoint_label(name: str) -> str:
     if topic not in SETPOINT_TOPICS:
         return ""
     return f"{plain_name(field)} {'command' if topic == SETPOINT_TOPICS[0] else 'setpoint'}"
+
+
+def bound_label(name: str) -> str:
+    """Return the label of a bound of the estimate, "" for any other signal."""
+    topic, _, field = name.partition(".")
+    of, _, side = field.rpartition("_")
+    if topic != "bound" or side not in _BOUND_SIGNS:
+        return ""
+    return f"{plain_name(of)} {_BOUND_SIGNS[side]} 2σ"
+
+
+def estimate_label(name: str) -> str:
+    """Return the label of an estimate beside what it estimates, "" for any other signal."""
+    topic, _, field = name.partition(".")
+    return f"{plain_name(field)} estimate" if topic == "estimate" else ""
 
 
 def following_labels(name: str) -> tuple[str, ...]:

@@ -164,7 +164,7 @@ class VisualizationScreen(Screen):
     def begin(self, view: LiveView) -> None:
         """Show a new flight."""
         self.charts.begin(view.topics)
-        self.cloud.begin(view.topics)
+        self.cloud.begin(view)
         self.camera.begin(view)
         self.frames.begin(view.topics)
         self.events.begin()

@@ -1,5 +1,6 @@
 """Read log files, also compressed with gzip, within limits of size."""
 
+import codecs
 import io
 import zlib
 from collections.abc import Iterator
@@ -17,8 +18,19 @@ MAX_UNPACKED_RATIO = 20
 byte of the file."""
 MAX_TABLE_LINE_CHARS = 1_000_000
 """Size limit of a line of a table [characters]."""
+TABLE_ENCODING = "utf-8-sig"
+WINDOWS_BYTES = "workbench-windows-1252"
+"""How bytes that are not UTF-8 are decoded: as spreadsheets write them on Windows."""
 GZIP_MAGIC = b"\x1f\x8b"
 _READ_BLOCK_BYTES = 1 << 18
+
+
+def _windows_characters(error: UnicodeError) -> tuple[str, int]:
+    assert isinstance(error, UnicodeDecodeError)
+    return error.object[error.start : error.end].decode("cp1252", "replace"), error.end
+
+
+codecs.register_error(WINDOWS_BYTES, _windows_characters)
 
 
 def max_unpacked_bytes(size: int) -> int:
@@ -65,7 +77,7 @@ class PackedFile:
             WorkbenchError: as for `blocks`, or if a line is longer than any table's.
         """
         stream = io.BufferedReader(_BlockStream(self.blocks()), _READ_BLOCK_BYTES)
-        with io.TextIOWrapper(stream, "utf-8-sig", "replace") as text:
+        with io.TextIOWrapper(stream, TABLE_ENCODING, WINDOWS_BYTES) as text:
             while line := text.readline(MAX_TABLE_LINE_CHARS):
                 if len(line) == MAX_TABLE_LINE_CHARS:
                     raise WorkbenchError(

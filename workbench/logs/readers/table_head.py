@@ -9,8 +9,9 @@ from typing import Any
 
 from workbench.common.errors import WorkbenchError
 from workbench.common.plain_files import write_atomically
+from workbench.logs.logged_signal import signal_name_part
 from workbench.logs.readers.log_reader import companion_file, reader_of
-from workbench.logs.readers.packed import read_head
+from workbench.logs.readers.packed import TABLE_ENCODING, WINDOWS_BYTES, read_head
 
 TABLE_HEAD_BYTES = 65_536
 MAX_HEAD_ROWS = 3
@@ -86,7 +87,7 @@ def undescribed_table(path: Path) -> TableHead | None:
     places = [companion_file(path, ending) for ending in reader.companions]
     if any(place.is_file() for place in places):
         return None
-    lines = head.decode("utf-8", errors="replace").splitlines()
+    lines = head.decode(TABLE_ENCODING, WINDOWS_BYTES).splitlines()
     if len(head) >= TABLE_HEAD_BYTES:
         lines = lines[:-1]  # the last one may be cut
     lines = [line for line in lines if line.strip()]
@@ -106,8 +107,7 @@ def undescribed_table(path: Path) -> TableHead | None:
 
 def own_signal(column: str) -> str:
     """Return the name of a signal for a column that has no standard name."""
-    plain = re.sub(r"[^a-z0-9_]+", "_", _bare(column).lower()).strip("_")
-    return f"{OWN_COLUMN_TOPIC}.{plain if re.match(r'[a-z]', plain) else f'n_{plain}'}"
+    return f"{OWN_COLUMN_TOPIC}.{signal_name_part(_bare(column))}"
 
 
 def write_mapping(

@@ -11,6 +11,7 @@ from PyQt6.QtWidgets import QDialogButtonBox
 from workbench.gui.charts.chart_kind import SPECTRUM_CHART
 from workbench.gui.charts.curve import CurveStyle
 from workbench.gui.visualization.column_dialog import NOT_READ, ColumnDialog
+from workbench.logs.expressions import parse_expression
 from workbench.logs.flight_reader import read_flight
 
 pytestmark = pytest.mark.usefixtures("unheld")
@@ -88,6 +89,24 @@ def test_a_table_of_an_unknown_kind_is_mapped_in_a_dialog(begun, table, qtbot):
     assert begun.charts.board.board != before
     begun.close_log()
     assert begun.charts.board.board == before
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "cp1252"])
+def test_letters_of_other_languages_stay_in_names(begun, tmp_path, qtbot, encoding):
+    """As a spreadsheet writes them: with a mark of the byte order, or in the code of Windows."""
+    table = tmp_path / "flug.csv"
+    rows = "".join(f"{0.1 * n:.1f};{n}\n" for n in range(20))
+    table.write_bytes(f"Höhe über Grund [cm];Änderung\n{rows}".encode(encoding))
+    begun.open_log(table)
+    dialog = asked(begun, qtbot)
+    assert dialog.signals[0].currentText() == "csv.höhe_über_grund"
+    dialog.time.setCurrentIndex(1)
+    assert dialog.fault == ""
+    press_open(dialog)
+    qtbot.waitUntil(lambda: begun.shows_log, timeout=LIMIT)
+    assert len(read_flight(table)["csv.höhe_über_grund"].values) == 20
+    assert parse_expression("csv.höhe_über_grund * 2").signals == ("csv.höhe_über_grund",)
+    begun.close_log()
 
 
 def test_a_choice_that_cannot_be_read_is_asked_again(begun, table, qtbot):

@@ -32,9 +32,8 @@ from workbench.common.flight import Flight, LogRemark
 from workbench.common.series import Series, make_series
 from workbench.common.yaml_files import read_yaml
 from workbench.extras.flightdata.readers.clock import read_clock, stamps_of
-from workbench.extras.flightdata.readers.topic_log import SIGNAL_NAME
 from workbench.extras.flightdata.readers.units import find_unit
-from workbench.logs.logged_signal import standard_unit
+from workbench.logs.logged_signal import SIGNAL_NAME, standard_unit
 from workbench.logs.readers.log_reader import LogFile, LogReader, companion_file
 from workbench.logs.readers.packed import PackedFile, log_stem
 from workbench.logs.readers.rotations import without_jumps

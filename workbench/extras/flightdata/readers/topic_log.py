@@ -13,6 +13,7 @@ from workbench.common.flight import Flight, LogRemark
 from workbench.common.series import Series, make_series
 from workbench.extras.flightdata.readers.axes import angles
 from workbench.extras.flightdata.readers.clock import read_clock, stamps_of
+from workbench.logs.logged_signal import signal_name_part
 from workbench.logs.readers.packed import log_stem
 from workbench.logs.readers.rotations import (
     EULER_ANGLE_NAMES,
@@ -20,8 +21,6 @@ from workbench.logs.readers.rotations import (
     without_jumps,
 )
 
-SIGNAL_NAME = re.compile(r"[a-z][a-z0-9_]*(\.[a-z][a-z0-9_]*|\.\d+)+")
-"""Pattern of the name of a signal: TOPIC.FIELD, with dots before parts of a field and indices."""
 _ARRAY_FIELD_PATTERN = re.compile(r"(.*)\[(\d+)\]")
 ONLY_TOPIC = "blackbox"
 """Name of the only table of a log without topics: it is no part of names."""
@@ -248,10 +247,4 @@ def name_of_unknown_signal(topic: str, field: str) -> str:
     """
     array = _ARRAY_FIELD_PATTERN.fullmatch(field)
     index = f".{int(array[2])}" if array else ""
-    return f"{_name_part(topic)}.{_name_part(array[1] if array else field)}{index}"
-
-
-def _name_part(text: str) -> str:
-    """Return a text as a part of a name."""
-    plain = re.sub(r"[^a-z0-9_]+", "_", text.lower()).strip("_")
-    return plain if re.match(r"[a-z]", plain) else f"n_{plain}"
+    return f"{signal_name_part(topic)}.{signal_name_part(array[1] if array else field)}{index}"
