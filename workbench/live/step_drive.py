@@ -6,6 +6,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Sequence
 
 from workbench.parameters.parameter_table import flight_table
+from workbench.plant.gravity import GRAVITY
 from workbench.scenario.attitude_axes import AttitudeAxis
 from workbench.scenario.axes import AXIS_NAMES, CommandAxis
 from workbench.scenario.excitation import Excitation
@@ -107,7 +108,8 @@ class AttitudeDrive(StepDrive):
     def unrest(self) -> float:
         now = self._session.snapshot()  # in wind a drone is at rest with a tilt
         turned = AT_REST_TIME_S * math.hypot(*now.w_WB)
-        return max(_speed(now, turns=False) / AT_REST_SPEED, turned / self._rest_size)
+        tilted = math.hypot(*now.vdot_WB[:2]) / GRAVITY  # from that of rest
+        return max(_speed(now, turns=False) / AT_REST_SPEED, max(turned, tilted) / self._rest_size)
 
     def action(self, value: float, duration: float) -> Action:
         setpoint = self._axis.action(value) if value else Action(setpoint=AttitudeSetpoint())
