@@ -34,7 +34,7 @@ from workbench.gui.banner import Banner, BeginnerGuide
 from workbench.gui.charts.chart_command import pressed_key
 from workbench.gui.charts.chart_keys import give_key_to_chart
 from workbench.gui.command_action import make_actions
-from workbench.gui.flight_control import FlightControl, possible_actions
+from workbench.gui.flight_control import FlightControl, are_hooks_open, possible_actions
 from workbench.gui.focus_guard import FocusGuard
 from workbench.gui.help import about_page
 from workbench.gui.interpreter import freeze_gc, shorten_switch_interval
@@ -68,6 +68,11 @@ INITIAL_SPLIT_WIDTHS_PX = (760, 430)
 """Initial shares of the width for the screens and the 3-D view."""
 GUIDE_SCREEN = "tuning"
 """Screen of the guide's first stage."""
+ENABLED_WITH_FLIGHT = (
+    *("arm", "take_off", "hold", "land", "open_hooks"),
+    *("pause", "step", "reset", "record"),
+)
+"""Actions that are enabled while they have an effect, see `possible_actions`."""
 MIN_SCREEN_WIDTH_PX = 619
 """Least width of all screens, so that none scrolls horizontally [px]."""
 
@@ -160,6 +165,7 @@ class MainWindow(QMainWindow):
             "take_off": partial(control.request, "take_off"),
             "hold": control.hold,
             "land": partial(control.request, "land"),
+            "open_hooks": self._toggle_hooks,
             "stop": partial(control.request, "stop"),
             "pause": self._pause,
             "step": control.step,
@@ -232,14 +238,18 @@ class MainWindow(QMainWindow):
 
     def _show_possible(self, view: LiveView) -> None:
         """Disable actions that have no effect now; stop is always enabled."""
-        paused = self.actions_by_name["pause"]
-        if paused.isChecked() != (view.phase is Phase.PAUSED):
-            paused.setChecked(view.phase is Phase.PAUSED)
+        for name, on in (
+            ("pause", view.phase is Phase.PAUSED),
+            ("open_hooks", are_hooks_open(view)),
+        ):
+            action = self.actions_by_name[name]
+            if action.isChecked() != on:
+                action.setChecked(on)
         able = possible_actions(view)
         if able == self._able:
             return
         self._able = able
-        for name in ("arm", "take_off", "hold", "land", "pause", "step", "reset", "record"):
+        for name in ENABLED_WITH_FLIGHT:
             self.actions_by_name[name].setEnabled(name in able)
         for factor in REAL_TIME_FACTORS:
             self.actions_by_name[f"speed_{factor:g}"].setEnabled("speed" in able)
@@ -260,6 +270,10 @@ class MainWindow(QMainWindow):
     def _pause(self) -> None:
         self._show_possible(self.workspace.flight.view)  # the mark follows the flight, not the key
         self.control.pause()
+
+    def _toggle_hooks(self) -> None:
+        self._show_possible(self.workspace.flight.view)  # the mark follows the flight, not the key
+        self.control.toggle_hooks()
 
     def _record(self) -> None:
         self._show_recording()

@@ -13,6 +13,7 @@ from workbench.gui.status_text import (
     autopilot_status,
     battery_status_text,
     link_status,
+    load_status,
     real_time_status,
     time_status,
     warnings_status,
@@ -22,6 +23,8 @@ from workbench.gui.theme import Look
 from workbench.live.view import LiveView
 
 CHIP_ICON_PX = 16
+LOAD_WIDTH_DIGITS = 14
+"""Width of the load's texts, in digits."""
 WARNING_CHIPS = 2
 """Number of places for warnings."""
 
@@ -95,6 +98,8 @@ class StatusStrip(QFrame):
         self.link = Chip("Link", look)
         self.autopilot = Chip("Autopilot", look)
         self.autopilot.hide()
+        self.load = Chip("Load", look, LOAD_WIDTH_DIGITS)
+        self.load.hide()
         self.recording = Chip("Recording", look)
         self.recording.hide()
         self.opening = Chip("Opening", look)
@@ -106,6 +111,7 @@ class StatusStrip(QFrame):
             self.reached,
             self.link,
             self.autopilot,
+            self.load,
             self.recording,
             self.opening,
             1,
@@ -133,6 +139,10 @@ class StatusStrip(QFrame):
         self.autopilot.setVisible(exchange is not None)
         if exchange is not None:
             self.autopilot.show_said(exchange)
+        load = load_status(view)
+        self.load.setVisible(load is not None)
+        if load is not None:
+            self.load.show_said(load)
         said = warnings_status(view)
         for at, chip in enumerate(self.warnings):
             chip.setVisible(at < len(said))
