@@ -34,7 +34,16 @@ class FlightControl(QObject):
         flight: the flight to control.
         preferences: whether flights are drawn.
         parent: the Qt parent.
+
+    Attributes:
+        actions: names of actions that are enabled while they have an effect, see
+            `possible_actions`.
     """
+
+    actions = (
+        *("arm", "take_off", "hold", "land", "open_hooks"),
+        *("pause", "step", "reset", "record"),
+    )
 
     def __init__(
         self, flight: FlightModel, preferences: Preferences, parent: QObject | None = None

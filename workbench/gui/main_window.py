@@ -68,11 +68,6 @@ INITIAL_SPLIT_WIDTHS_PX = (760, 430)
 """Initial shares of the width for the screens and the 3-D view."""
 GUIDE_SCREEN = "tuning"
 """Screen of the guide's first stage."""
-ENABLED_WITH_FLIGHT = (
-    *("arm", "take_off", "hold", "land", "open_hooks"),
-    *("pause", "step", "reset", "record"),
-)
-"""Actions that are enabled while they have an effect, see `possible_actions`."""
 MIN_SCREEN_WIDTH_PX = 619
 """Least width of all screens, so that none scrolls horizontally [px]."""
 
@@ -165,9 +160,9 @@ class MainWindow(QMainWindow):
             "take_off": partial(control.request, "take_off"),
             "hold": control.hold,
             "land": partial(control.request, "land"),
-            "open_hooks": self._toggle_hooks,
+            "open_hooks": partial(self._order, control.toggle_hooks),
             "stop": partial(control.request, "stop"),
-            "pause": self._pause,
+            "pause": partial(self._order, control.pause),
             "step": control.step,
             "reset": control.reset,
             "view_3d": self._toggle_beside,
@@ -238,18 +233,14 @@ class MainWindow(QMainWindow):
 
     def _show_possible(self, view: LiveView) -> None:
         """Disable actions that have no effect now; stop is always enabled."""
-        for name, on in (
-            ("pause", view.phase is Phase.PAUSED),
-            ("open_hooks", are_hooks_open(view)),
-        ):
-            action = self.actions_by_name[name]
-            if action.isChecked() != on:
-                action.setChecked(on)
+        marks = {"pause": view.phase is Phase.PAUSED, "open_hooks": are_hooks_open(view)}
+        for name, on in marks.items():
+            self.actions_by_name[name].setChecked(on)
         able = possible_actions(view)
         if able == self._able:
             return
         self._able = able
-        for name in ENABLED_WITH_FLIGHT:
+        for name in self.control.actions:
             self.actions_by_name[name].setEnabled(name in able)
         for factor in REAL_TIME_FACTORS:
             self.actions_by_name[f"speed_{factor:g}"].setEnabled("speed" in able)
@@ -267,13 +258,10 @@ class MainWindow(QMainWindow):
         if screen is None or not screen.play_or_pause():
             self.actions_by_name["pause"].trigger()
 
-    def _pause(self) -> None:
-        self._show_possible(self.workspace.flight.view)  # the mark follows the flight, not the key
-        self.control.pause()
-
-    def _toggle_hooks(self) -> None:
-        self._show_possible(self.workspace.flight.view)  # the mark follows the flight, not the key
-        self.control.toggle_hooks()
+    def _order(self, give: Callable[[], object]) -> None:
+        """Give an order by an action whose mark follows the flight, not the key."""
+        self._show_possible(self.workspace.flight.view)
+        give()
 
     def _record(self) -> None:
         self._show_recording()
