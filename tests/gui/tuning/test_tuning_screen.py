@@ -8,6 +8,7 @@ from PyQt6.QtWidgets import QAbstractButton, QAbstractSpinBox, QComboBox, QLineE
 
 from workbench.analysis.queries import Judge, Predict, RequestedStep
 from workbench.gui.gains.gain_file_diff_view import GainFileDiffView
+from workbench.gui.tuning.excitation_form import loop_excitation
 from workbench.gui.tuning.number_row import RowState
 from workbench.gui.tuning.response_card import (
     AHEAD_CURVE,
@@ -307,3 +308,26 @@ def test_what_the_drone_carries_and_how_its_joints_stand_is_judged_anew(
     qtbot.waitUntil(lambda: bool(begun))
     assert begun == [{**slung.values, "payload_mass": 0.5, "open_hooks": 1.0}]
     qtbot.waitUntil(lambda: len(offline.analysis.of(Judge)) > asked)
+
+
+def test_one_click_chooses_a_step_of_the_weakest_loop(screen, judge, make_loop, qtbot):
+    """Whatever tab is in front; a loop without a setpoint of its own has none."""
+    analysis, excite = screen.workspace.analysis, screen.margins.excite
+    qtbot.waitUntil(lambda: bool(analysis.of(Judge)))
+    flown = screen.trial.judged_flown
+    assert not excite.isEnabled()
+    analysis.tell(*judge(flown, make_loop("pitch", phase_margin=np.radians(30.0))))
+    screen.tabs.setCurrentWidget(screen.poles)
+    qtbot.mouseClick(excite, Qt.MouseButton.LeftButton)
+    choice = screen.excitation.choice
+    assert (choice.kind.name, choice.axis) == ("Attitude", "pitch")
+    assert screen.excitation.axis.currentText() == "pitch" and screen.excitation.isVisible()
+    assert screen.trial.setpoint_step.axis == "pitch"
+    screen.gains.propose("kp_velocity_z", 9.0)
+    qtbot.waitUntil(lambda: analysis.of(Judge)[-1].gains["kp_velocity_z"] == 9.0)
+    weak = make_loop("velocity_z", phase_margin=np.radians(20.0))
+    analysis.tell(*judge(screen.trial.judged, weak))
+    qtbot.mouseClick(excite, Qt.MouseButton.LeftButton)
+    assert (screen.excitation.choice.kind.name, screen.excitation.choice.axis) == ("Setpoint", "z")
+    assert loop_excitation("yaw_rate")[1] == "yaw"
+    assert loop_excitation("position_x") is None

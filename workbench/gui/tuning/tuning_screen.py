@@ -119,6 +119,7 @@ class TuningScreen(Screen):
             workspace, self.diff_judgement, self.limits, "Margins with these"
         )
         self.diff_margins.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Maximum)
+        self.diff_margins.excite.hide()
         self.diff_margins.hide()
         self.gain_files.diff_changed.connect(self._judge_diff)
         bar = GainBar(workspace, self.gains, self.gain_files)
@@ -270,6 +271,7 @@ class TuningScreen(Screen):
         self.ghost.foreseen.connect(self.workspace.scene.foreseen)
         self.margins.loop_chosen.connect(self.frequency.choose_loop)
         self.margins.loop_chosen.connect(self.poles.prefer_loop)
+        self.margins.excitation_wanted.connect(self._choose_excited_loop)
         self.poles.loop_wanted.connect(self._show_loop)
         self.tabs.currentChanged.connect(lambda _: self._set_seen())
         self.arrangement.windows_changed.connect(self._set_seen)
@@ -284,6 +286,11 @@ class TuningScreen(Screen):
         """Show the frequency response of a loop."""
         self.frequency.choose_loop(name)
         self.arrangement.show_card(self.frequency)
+
+    def _choose_excited_loop(self, name: str) -> None:
+        """Choose the setpoint of a loop for the next excitation, and show it."""
+        self.excitation.choose_loop(name)
+        self.arrangement.show_card(self.excitation)
 
     def _plan(self, choice: ExcitationChoice) -> None:
         self.response.plan(choice)
