@@ -1,5 +1,6 @@
 """Margins and poles against python-control's, of the model that `linearize` gives."""
 
+import dataclasses
 import math
 
 import control
@@ -11,6 +12,7 @@ from workbench.analysis.queries import (
     DrawFrequency,
     FindRanges,
     Judge,
+    OtherControllerQuery,
     PlanMeasurement,
     RequestedStep,
     Sensitivities,
@@ -22,11 +24,18 @@ from workbench.design.judge.loop_judgement import hover_margins
 from workbench.design.judge.loop_measurement import loop_injection
 from workbench.design.linear.linearize import linearize
 from workbench.design.linear.operating_point import HOLDING_POINT, HOVER_POINT
+from workbench.design.linear.study import LinearStudy
 from workbench.plant.variation import Variation
 from workbench.scenario.scenario import Rates, Scenario, VehicleConfig
+from workbench.setup import make_setup
 
 GAINS = {"kp_roll": 180.0, "kd_roll": 24.0, "kp_velocity_z": 6.0, "kp_position_xy": 1.4}
 HARD = {"kp_velocity_x": 12.0, "kp_roll": 300.0}
+
+
+def of_model(name):
+    """Return a scenario of a shipped drone."""
+    return Scenario(vehicle=VehicleConfig(model=name))
 
 
 def roll_margin(judged):
@@ -167,6 +176,40 @@ def test_a_set_of_scheduled_gains_is_judged_as_the_law_that_has_them_alone(answe
     assert "kp_roll" not in ranges
     step = RequestedStep("x", 1.0, 1.0)
     assert "kp_pitch_at_4" in answer(Sensitivities(asked, step), subject)["rise_time"]
+
+
+def test_a_drone_whose_hooks_are_open_is_judged_as_the_one_without_a_load(answer):
+    """`slung_load` is `dh_drone` with a load on a cable."""
+    loaded, dropped, bare = (
+        answer(Judge({}), AnalysedVehicle(of_model(model), settings))
+        for model, settings in (
+            ("slung_load", {}),
+            ("slung_load", {"open_hooks": 1.0}),
+            ("dh_drone", {}),
+        )
+    )
+    assert any(loaded.pole_joints) and not any(dropped.pole_joints)
+    assert len(dropped.poles) == len(bare.poles) < len(loaded.poles)
+    for with_load, one, other in zip(loaded.loops, dropped.loops, bare.loops, strict=True):
+        assert one.phase_margin == pytest.approx(other.phase_margin, rel=1e-6)
+        assert one.gain_margin == pytest.approx(other.gain_margin, rel=1e-6)
+        if one.name == "velocity_x":
+            assert with_load.phase_margin < 0.95 * one.phase_margin
+
+
+def test_a_drone_whose_servos_have_moved_is_judged_as_it_stands(answer):
+    """As the command line judges it, also with another controller."""
+    scenario = of_model("manipulator")
+    moved = {"servo_shoulder": 0.9, "servo_elbow": -1.8}
+    setup = make_setup(scenario)
+    study = LinearStudy(dataclasses.replace(setup, values={**setup.values, **moved}))
+    truth = hover_margins(study.sampled(HOLDING_POINT))
+    subject = AnalysedVehicle(scenario, {**setup.values, **moved})
+    before, now = (answer(Judge({}), each) for each in (AnalysedVehicle(scenario, {}), subject))
+    for loop in now.loops:
+        assert loop.phase_margin == pytest.approx(truth[loop.name].phase_margin, rel=1e-6)
+    assert roll_margin(before) > 1.2 * roll_margin(now)
+    assert len(answer(OtherControllerQuery("px4", Judge({})), subject).loops) > 3
 
 
 @pytest.fixture(scope="module")

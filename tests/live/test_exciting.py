@@ -288,18 +288,25 @@ def test_a_torque_about_the_vertical_begins_once_the_drone_no_longer_turns():
     assert abs(flown.w_WB[flown.time == bench.shown.exciting.began][0][2]) < 0.05
 
 
-def test_a_step_of_an_attitude_begins_level_after_the_flight_back():
-    """Within 2 % of the setpoint, which its numbers need, though the flight back has pitched it."""
+@pytest.mark.parametrize("kd_pitch", [27.0, 44.3])
+def test_steps_of_an_attitude_begin_level_after_the_flight_back(kd_pitch):
+    """Within 2 % of the setpoint, which its numbers need, though the flight back has pitched it.
+
+    With more damping the drone creeps back, slow and hardly turning, but still tilted.
+    """
     bench = Bench()
-    bench.excite(Excitation("pitch", Shape.STEP, 0.1, 0.5, repeats=True))
-    while bench.shown.exciting.round < 2 and bench.session.time < 20.0:
+    bench.execute(Action(set={"kd_pitch": kd_pitch}))
+    bench.excite(Excitation("pitch", Shape.STEP, 0.1, 1.0, repeats=True))
+    begun = set()
+    while bench.shown.exciting.round < 3 and bench.session.time < 20.0:
         bench.fly(0.25)
-    began = bench.shown.exciting.began
+        begun.add(bench.shown.exciting.began)
     flown = bench.session.recording()
     pitch = Rotation.from_quat(flown.q_WB, scalar_first=True).as_euler("ZYX")[:, 1]
-    assert np.abs(pitch).max() > 0.1
-    assert abs(pitch[flown.time == began][0]) < 0.02 * 0.1
-    assert began < 8.0
+    assert np.abs(pitch).max() > 0.09
+    assert len(begun) == 3
+    assert np.abs(pitch[np.isin(flown.time, [*begun])]).max() < 0.02 * 0.1
+    assert bench.session.time < 12.0
 
 
 def test_a_step_that_never_comes_to_rest_is_flown_nevertheless():

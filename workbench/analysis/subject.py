@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from workbench.common.errors import WorkbenchError
 from workbench.control.controller_file import load_controller
 from workbench.control.schedule import split_label
-from workbench.parameters.flight_parameters import SIGNAL_PATH
+from workbench.parameters.flight_parameters import SIGNAL_PATH, VEHICLE_SYSTEMS
 from workbench.scenario.flown_controller import flown_controller
 from workbench.scenario.scenario import Scenario
 
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from workbench.design.rollout.engine import RolloutEngine
     from workbench.setup import Setup
 
-STEP_SYSTEMS = ("controller", "air", "payload", "rotors", *SIGNAL_PATH)
+STEP_SYSTEMS = ("controller", "air", "rotors", *VEHICLE_SYSTEMS, *SIGNAL_PATH)
 """Systems with parameters that affect a step from hover."""
 WARM_UP_STEP_S = 0.1
 """Duration of the flight that loads the compiled code [s]."""
@@ -75,14 +75,20 @@ class AnalysedVehicle:
 
     @cached_property
     def setup(self) -> "Setup":
-        """What is judged, without the settings.
+        """What is judged, with those settings that change the vehicle; dropped loads are left out.
 
         Raises:
             WorkbenchError: if it cannot be read.
         """
         from workbench.setup import make_setup
 
-        return make_setup(self.judged, controller=self.controller)
+        setup = make_setup(self.judged, controller=self.controller)
+        carried = {
+            name: value
+            for name, value in self.settings.items()
+            if name in setup.values and setup.controller.table.find(name).system in VEHICLE_SYSTEMS
+        }
+        return replace(setup, values={**setup.values, **carried}).without_dropped_loads()
 
     @cached_property
     def study(self) -> "LinearStudy":
@@ -156,11 +162,11 @@ class AnalysedVehicle:
                 vehicle=replace(self.scenario.vehicle, gains=""),
                 script=[],
             )
-            present = self.flown.table
+            present = self.setup.controller.table  # also of servos
             around = {
                 name: value
                 for name, value in self.settings.items()
-                if present.find(name).system != "controller"
+                if name in present and present.find(name).system != "controller"
             }
             self._others[law.digest] = AnalysedVehicle(scenario, around)
         return self._others[law.digest]

@@ -157,6 +157,14 @@ ACTION_TABLE: tuple[ActionRow, ...] = (
     ),
     ActionRow("land", FLIGHT_MENU, "&Land", "Come down and switch the rotors off.", "F8", "land"),
     ActionRow(
+        "open_hooks",
+        FLIGHT_MENU,
+        "&Open hooks",
+        "Drop the loads on cables; again, take those that their cables reach.",
+        "Ctrl+G",
+        checkable=True,
+    ),
+    ActionRow(
         "stop",
         FLIGHT_MENU,
         "STOP",

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 from PyQt6.QtCore import QObject
 
+from workbench.common.parameter import HOOKS
 from workbench.control.installed_laws import installed_programs
 from workbench.control.mode import FlightMode
 from workbench.gui.flight_model import FlightModel, with_controller
@@ -35,7 +36,16 @@ class FlightControl(QObject):
         flight: the flight to control.
         preferences: whether flights are drawn.
         parent: the Qt parent.
+
+    Attributes:
+        actions: names of actions that are enabled while they have an effect, see
+            `possible_actions`.
     """
+
+    actions = (
+        *("arm", "take_off", "hold", "land", "open_hooks"),
+        *("pause", "step", "reset", "record"),
+    )
 
     def __init__(
         self, flight: FlightModel, preferences: Preferences, parent: QObject | None = None
@@ -90,6 +100,11 @@ class FlightControl(QObject):
         self._flight.do(Action(velocity=[0.0, 0.0, 0.0], yaw_rate=0.0))
         self.request("hold")
 
+    def toggle_hooks(self) -> None:
+        """Drop the loads on cables, or take those that the cables reach."""
+        opened = are_hooks_open(self._flight.view)
+        self._flight.do(Action(set={HOOKS: float(not opened)}))
+
     def pause(self) -> None:
         """Pause or resume simulated time."""
         paused = self._flight.view.phase is Phase.PAUSED
@@ -114,6 +129,18 @@ class FlightControl(QObject):
         self._flight.do(SetSpeed(factor))
 
 
+def has_hooks(view: LiveView) -> bool:
+    """Return whether the vehicle carries loads that it can drop."""
+    return view.vehicle is not None and view.vehicle.unloaded is not None
+
+
+def are_hooks_open(view: LiveView) -> bool:
+    """Return whether the hooks of a vehicle that has some are open."""
+    if view.vehicle is None or view.snapshot is None:
+        return False
+    return len(view.snapshot.cables) < len(view.vehicle.cables)
+
+
 def possible_actions(view: LiveView) -> frozenset[str]:
     """Return the names of the flight's actions that have an effect now."""
     if view.phase is Phase.ENDED:
@@ -123,6 +150,8 @@ def possible_actions(view: LiveView) -> frozenset[str]:
     if view.snapshot is None or view.phase is Phase.STARTING:
         return frozenset()
     able = {"stop", "pause", "reset", "speed", "record"}
+    if has_hooks(view):
+        able.add("open_hooks")
     if view.phase is Phase.PAUSED:
         able.add("step")
     if view.autopilot is not None and view.autopilot.ended:  # commands have no effect

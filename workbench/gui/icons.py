@@ -44,6 +44,7 @@ ICON_STROKES = {
     "close": '<path d="M6.5 6.5l11 11M17.5 6.5l-11 11"/>',
     "good": '<circle cx="12" cy="12" r="8.5"/><path d="M8 12.3l2.8 2.8L16 9.5"/>',
     "ground": '<path d="M4 18h16"/><path d="M12 5.5v8M9 11l3 3 3-3"/>',
+    "hook": '<circle cx="12" cy="4.5" r="1.8"/><path d="M12 6.3v6.2a4.2 4.2 0 1 1-4.2 4.2"/>',
     "link": '<path d="M4 9.5a11.5 11.5 0 0 1 16 0M7 13a7 7 0 0 1 10 0"/>'
     '<circle cx="12" cy="17" r="1.6" fill="{colour}"/>',
     "pace": '<path d="M4.5 17a8.5 8.5 0 1 1 15 0"/><path d="M12 14l4-5"/>',

@@ -34,7 +34,7 @@ from workbench.gui.banner import Banner, BeginnerGuide
 from workbench.gui.charts.chart_command import pressed_key
 from workbench.gui.charts.chart_keys import give_key_to_chart
 from workbench.gui.command_action import make_actions
-from workbench.gui.flight_control import FlightControl, possible_actions
+from workbench.gui.flight_control import FlightControl, are_hooks_open, possible_actions
 from workbench.gui.focus_guard import FocusGuard
 from workbench.gui.help import about_page
 from workbench.gui.interpreter import freeze_gc, shorten_switch_interval
@@ -160,8 +160,9 @@ class MainWindow(QMainWindow):
             "take_off": partial(control.request, "take_off"),
             "hold": control.hold,
             "land": partial(control.request, "land"),
+            "open_hooks": partial(self._order, control.toggle_hooks),
             "stop": partial(control.request, "stop"),
-            "pause": self._pause,
+            "pause": partial(self._order, control.pause),
             "step": control.step,
             "reset": control.reset,
             "view_3d": self._toggle_beside,
@@ -232,14 +233,14 @@ class MainWindow(QMainWindow):
 
     def _show_possible(self, view: LiveView) -> None:
         """Disable actions that have no effect now; stop is always enabled."""
-        paused = self.actions_by_name["pause"]
-        if paused.isChecked() != (view.phase is Phase.PAUSED):
-            paused.setChecked(view.phase is Phase.PAUSED)
+        marks = {"pause": view.phase is Phase.PAUSED, "open_hooks": are_hooks_open(view)}
+        for name, on in marks.items():
+            self.actions_by_name[name].setChecked(on)
         able = possible_actions(view)
         if able == self._able:
             return
         self._able = able
-        for name in ("arm", "take_off", "hold", "land", "pause", "step", "reset", "record"):
+        for name in self.control.actions:
             self.actions_by_name[name].setEnabled(name in able)
         for factor in REAL_TIME_FACTORS:
             self.actions_by_name[f"speed_{factor:g}"].setEnabled("speed" in able)
@@ -257,9 +258,10 @@ class MainWindow(QMainWindow):
         if screen is None or not screen.play_or_pause():
             self.actions_by_name["pause"].trigger()
 
-    def _pause(self) -> None:
-        self._show_possible(self.workspace.flight.view)  # the mark follows the flight, not the key
-        self.control.pause()
+    def _order(self, give: Callable[[], object]) -> None:
+        """Give an order by an action whose mark follows the flight, not the key."""
+        self._show_possible(self.workspace.flight.view)
+        give()
 
     def _record(self) -> None:
         self._show_recording()

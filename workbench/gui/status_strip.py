@@ -13,6 +13,7 @@ from workbench.gui.status_text import (
     autopilot_status,
     battery_status_text,
     link_status,
+    load_status,
     real_time_status,
     script_status,
     time_status,
@@ -23,6 +24,8 @@ from workbench.gui.theme import Look
 from workbench.live.view import LiveView
 
 CHIP_ICON_PX = 16
+LOAD_WIDTH_DIGITS = 14
+"""Width of the load's texts, in digits."""
 WARNING_CHIPS = 2
 """Number of places for warnings."""
 
@@ -98,6 +101,8 @@ class StatusStrip(QFrame):
         self.script.hide()
         self.autopilot = Chip("Autopilot", look)
         self.autopilot.hide()
+        self.load = Chip("Load", look, LOAD_WIDTH_DIGITS)
+        self.load.hide()
         self.recording = Chip("Recording", look)
         self.recording.hide()
         self.opening = Chip("Opening", look)
@@ -110,6 +115,7 @@ class StatusStrip(QFrame):
             self.link,
             self.script,
             self.autopilot,
+            self.load,
             self.recording,
             self.opening,
             1,
@@ -133,7 +139,11 @@ class StatusStrip(QFrame):
         self.battery.show_said(battery_status_text(view))
         self.reached.show_said(real_time_status(view))
         self.link.show_said(link_status(view))
-        passing = ((self.script, script_status(view)), (self.autopilot, autopilot_status(view)))
+        passing = (
+            (self.script, script_status(view)),
+            (self.autopilot, autopilot_status(view)),
+            (self.load, load_status(view)),
+        )
         for chip, state in passing:
             chip.setVisible(state is not None)
             if state is not None:

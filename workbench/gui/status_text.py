@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 from workbench.common.plain_text import plain_name
+from workbench.gui.flight_control import are_hooks_open
 from workbench.gui.icons import MODE_ICONS
 from workbench.gui.units import LENGTH_UNIT, SHARE_UNIT, simulated_text
 from workbench.link.messages import ControlOwner, LinkLossStage
@@ -157,6 +158,22 @@ def autopilot_status(view: LiveView) -> StatusText | None:
         WARNING_TONE if lost > LOST_EXCHANGE_SHARE * sent else PLAIN_TONE,
         full,
     )
+
+
+def load_status(view: LiveView) -> StatusText | None:
+    """Return whether the loads hang on their hooks, None for a vehicle without loads on cables."""
+    if view.vehicle is None or view.vehicle.unloaded is None or view.snapshot is None:
+        return None
+    if are_hooks_open(view):
+        return StatusText(
+            "hooks open", "hook", PLAIN_TONE, "the hooks are open: no load hangs on them"
+        )
+    kept = view.vehicle.unloaded.cables
+    if all(cable.slack for cable in view.snapshot.cables if cable.name not in kept):
+        return StatusText(
+            "load hooked, slack", "hook", MUTED_TONE, "hooked, and its cables are slack"
+        )
+    return StatusText("load hooked", "hook", PLAIN_TONE, "hooked, and a cable is taut")
 
 
 def warnings_status(view: LiveView) -> tuple[StatusText, ...]:

@@ -5,6 +5,7 @@ import math
 from collections.abc import Sequence
 
 from workbench.parameters.parameter_table import flight_table
+from workbench.plant.gravity import GRAVITY
 from workbench.scenario.attitude_axes import AttitudeAxis
 from workbench.scenario.axes import AXIS_NAMES, CommandAxis
 from workbench.scenario.excitation import Excitation
@@ -70,7 +71,9 @@ class StepDrive:
                 return _speed(now, turns=turns) / AT_REST_SPEED
             case AttitudeAxis():  # in wind a drone is at rest with a tilt
                 turned = AT_REST_TIME_S * math.hypot(*now.w_WB)
-                return max(_speed(now, turns=False) / AT_REST_SPEED, turned / self._rest_size)
+                tilted = math.hypot(*now.vdot_WB[:2]) / GRAVITY  # from that of rest
+                speed = _speed(now, turns=False) / AT_REST_SPEED
+                return max(speed, max(turned, tilted) / self._rest_size)
             case CommandAxis(turns=turns):
                 return _speed(now, turns=turns) / min(AT_REST_SPEED, self._rest_size)
 

@@ -6,6 +6,7 @@ from workbench.common.parameter import HOOKS, Parameter
 from workbench.dynamics.air.settings import AIR_PARAMETERS
 from workbench.estimation.settings import COMPLEMENTARY, EKF, ESTIMATOR_PARAMETERS, USER_ESTIMATOR
 from workbench.plant.sensors import CORE_SENSORS, added_sensors
+from workbench.plant.servo import SERVO_SYSTEM
 
 
 def _fault(kind: str) -> Parameter:
@@ -34,6 +35,8 @@ _PAYLOAD_SIZE_RANGE_M = (0.0, 10.0)
 _FREQUENCY_RANGE_HZ = (0.0, 4000.0)
 SIGNAL_PATH = ("gyro", "computer", COMPLEMENTARY, EKF, USER_ESTIMATOR)
 """Systems of filters and estimators; their parameters are not gains, but affect loops."""
+VEHICLE_SYSTEMS = ("payload", "cables", SERVO_SYSTEM)
+"""Systems whose parameters change the vehicle that linear models are made of."""
 MAX_WEAKENED_ROTORS = 12
 """Number of rotors that can be weakened; a vehicle may have fewer, or more."""
 _CORE_PARAMETERS: tuple[Parameter, ...] = (

@@ -190,9 +190,11 @@ def test_every_view_has_every_design_in_its_own_stroke(screen, settle, qtbot):
     assert len(set(strokes.values())) == len(names)
     card.view.setCurrentIndex(card.view.findText(STEP_VIEW))
     qtbot.waitUntil(lambda: set(card.plot.names) == {*names, "command"}, timeout=20000)
+    assert not card.loop.isVisible()  # a step is not of that loop
     card.view.setCurrentIndex(card.view.findText(FREQUENCY_VIEW))
     settle()
     qtbot.waitUntil(lambda: set(card.magnitude.names) == names, timeout=20000)
+    assert card.loop.isVisible()
     for plot in (card.plot, card.magnitude, card.phase):
         drawn = {each.label: (each.style, each.colour) for each in plot.curves}
         assert {name: drawn[name] for name in names} == strokes

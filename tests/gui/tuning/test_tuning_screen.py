@@ -8,6 +8,7 @@ from PyQt6.QtWidgets import QAbstractButton, QAbstractSpinBox, QComboBox, QLineE
 
 from workbench.analysis.queries import Judge, Predict, RequestedStep
 from workbench.gui.gains.gain_file_diff_view import GainFileDiffView
+from workbench.gui.tuning.excitation_form import loop_excitation
 from workbench.gui.tuning.number_row import RowState
 from workbench.gui.tuning.response_card import (
     AHEAD_CURVE,
@@ -16,10 +17,13 @@ from workbench.gui.tuning.response_card import (
     PREDICTED_CURVE,
 )
 from workbench.gui.tuning.tuning_screen import TuningScreen
+from workbench.link.backplane import Published
+from workbench.link.drone_topics import PARAMETERS_SIGNAL, fixed_topic
 from workbench.live.choice import Choice
 from workbench.scenario.excitation import ActiveExcitation, Excitation, Shape
 from workbench.scenario.scenario import Action
 
+PARAMETERS = fixed_topic(PARAMETERS_SIGNAL.id)
 WIDE, NARROW = (1190, 600), (760, 600)
 
 
@@ -275,3 +279,55 @@ def test_a_loaded_gain_file_has_room_in_a_low_window(screen, canned, qtbot):
     assert screen.diff_margins.is_folded and screen.diff_margins.geometry().bottom() <= WIDE[1]
     screen.gain_files.dismiss()
     assert screen.panel.isVisible()
+
+
+def test_what_the_drone_carries_and_how_its_joints_stand_is_judged_anew(
+    screen, offline, flying, qtbot, monkeypatch
+):
+    """Once it has not changed for a moment; a gain is part of each question."""
+    begun = []
+    monkeypatch.setattr(
+        offline.analysis, "begin", lambda scenario, settings, law: begun.append(settings)
+    )
+
+    def publish(*changes):
+        packed = [(PARAMETERS_SIGNAL.id, PARAMETERS.pack([*change])) for change in changes]
+        offline.flight.streamed.emit([Published(0, 0, tuple(packed))])
+
+    vehicle = dataclasses.replace(flying.vehicle, name="slung")
+    values = {**flying.values, "open_hooks": 0.0}
+    slung = dataclasses.replace(flying, vehicle=vehicle, values=values)
+    offline.flight.show(slung)
+    screen.begin(slung)
+    qtbot.waitUntil(lambda: bool(offline.analysis.of(Judge)))
+    asked = len(offline.analysis.of(Judge))
+    publish(("wind_x", 2.0), ("kp_roll", 200.0))
+    assert not screen._vehicle_rest.isActive()
+    publish(("payload_mass", 0.25), ("open_hooks", 1.0))
+    publish(("payload_mass", 0.5))
+    qtbot.waitUntil(lambda: bool(begun))
+    assert begun == [{**slung.values, "payload_mass": 0.5, "open_hooks": 1.0}]
+    qtbot.waitUntil(lambda: len(offline.analysis.of(Judge)) > asked)
+
+
+def test_one_click_chooses_a_step_of_the_weakest_loop(screen, judge, make_loop, qtbot):
+    """Whatever tab is in front; a loop without a setpoint of its own has none."""
+    analysis, excite = screen.workspace.analysis, screen.margins.excite
+    qtbot.waitUntil(lambda: bool(analysis.of(Judge)))
+    flown = screen.trial.judged_flown
+    assert not excite.isEnabled()
+    analysis.tell(*judge(flown, make_loop("pitch", phase_margin=np.radians(30.0))))
+    screen.tabs.setCurrentWidget(screen.poles)
+    qtbot.mouseClick(excite, Qt.MouseButton.LeftButton)
+    choice = screen.excitation.choice
+    assert (choice.kind.name, choice.axis) == ("Attitude", "pitch")
+    assert screen.excitation.axis.currentText() == "pitch" and screen.excitation.isVisible()
+    assert screen.trial.setpoint_step.axis == "pitch"
+    screen.gains.propose("kp_velocity_z", 9.0)
+    qtbot.waitUntil(lambda: analysis.of(Judge)[-1].gains["kp_velocity_z"] == 9.0)
+    weak = make_loop("velocity_z", phase_margin=np.radians(20.0))
+    analysis.tell(*judge(screen.trial.judged, weak))
+    qtbot.mouseClick(excite, Qt.MouseButton.LeftButton)
+    assert (screen.excitation.choice.kind.name, screen.excitation.choice.axis) == ("Setpoint", "z")
+    assert loop_excitation("yaw_rate")[1] == "yaw"
+    assert loop_excitation("position_x") is None

@@ -46,6 +46,7 @@ _SYSTEM_GROUPS = {
     "obstacles": "Obstacles",
     "air": "Air, gusts and pushes",
     "payload": _PAYLOAD_GROUP,
+    "cables": "Cables",
     "rotors": "Rotor faults",
     SERVO_SYSTEM: "Servos",
 }

@@ -5,10 +5,17 @@ import math
 from PyQt6.QtWidgets import QFrame
 
 from workbench.control.mode import FlightMode
-from workbench.gui.flight_control import ON_GROUND_TEXT
+from workbench.gui.actions import find_action
+from workbench.gui.flight_control import (
+    ON_GROUND_TEXT,
+    FlightControl,
+    are_hooks_open,
+    possible_actions,
+)
 from workbench.gui.help import set_card_help
 from workbench.gui.joystick.pilot import StickDevice, StickPilot
 from workbench.gui.joystick.piloting import FlightLimits, StickCommand
+from workbench.gui.labels import set_tip
 from workbench.gui.layout import button, hbox, label, named, vbox
 from workbench.gui.preferences import Preferences
 from workbench.gui.style import set_class
@@ -77,7 +84,7 @@ def is_operator(control: ControlState | None) -> bool:
 
 
 class StateBar(QFrame):
-    """Two lines of text and three buttons, each shown only when useful.
+    """Two lines of text and four buttons, each shown only when useful.
 
     Args:
         pilot: pilot of the sticks.
@@ -95,10 +102,14 @@ class StateBar(QFrame):
         self.take_off = button("Take off", lambda: flight.do(Action(request="take_off")), "primary")
         self.take_over = button("Take over", lambda: flight.do(NetworkOrder.TAKE_OVER), "primary")
         self.give_back = button("Give back", pilot.give_back)
+        self.hooks = button(
+            "Drop load", FlightControl(flight, workspace.preferences, self).toggle_hooks
+        )
         for each, help in (
             (self.take_off, "take off"),
             (self.take_over, "take control from the client that flies"),
             (self.give_back, "let clients request control again"),
+            (self.hooks, find_action("open_hooks").help),
         ):
             named(each, f"{each.text()}: {help}").hide()
         words = vbox(self.state, self.control, spacing=2)
@@ -107,6 +118,7 @@ class StateBar(QFrame):
             self.take_off,
             self.take_over,
             self.give_back,
+            self.hooks,
             of=self,
             margins=(16, 10, 16, 10),
             spacing=8,
@@ -123,3 +135,11 @@ class StateBar(QFrame):
         self.take_over.setVisible(is_client(control))
         has_server = view.network.server is not None
         self.give_back.setVisible(has_server and is_operator(control))
+        self._show_hooks(view)
+
+    def _show_hooks(self, view: LiveView) -> None:
+        """Show what the hooks' button does, if the vehicle carries loads on hooks."""
+        row = find_action("open_hooks")
+        self.hooks.setVisible(row.name in possible_actions(view))
+        self.hooks.setText("Take load" if are_hooks_open(view) else "Drop load")
+        set_tip(self.hooks, self._workspace.keys.with_key(row.name, row.help))

@@ -185,12 +185,15 @@ class Arrangement(QWidget):
         return tuple(self._windows)
 
     def show_card(self, card: TuningCard) -> None:
-        """Show a card that is in a tab, or in a window of its own."""
+        """Show a card that is a tab or in one, or in a window of its own."""
         if card in self._windows:
             self._windows[card].raise_()
             self._windows[card].activateWindow()
-        else:
-            self._tabs.setCurrentWidget(card)
+            return
+        tabs = filter(None, map(self._tabs.widget, range(self._tabs.count())))
+        tab = next((each for each in tabs if each is card or each.isAncestorOf(card)), None)
+        if tab is not None:
+            self._tabs.setCurrentWidget(tab)
 
     def fill_column(self, card: TuningCard) -> None:
         """Let a card have its column alone, or bring back what it has hidden."""

@@ -206,6 +206,7 @@ class CompareCard(TuningCard):
         designs = self._known()
         self._offer_loops(designs)
         self.stack.setCurrentIndex(self.view.currentIndex())
+        self.loop.setVisible(self.view.currentText() in (FREQUENCY_VIEW, TABLE_VIEW))
         self._compared = compared_rows(designs, self._loop, self._limits.value)
         views: dict[str, Callable[[Sequence[Design]], None]] = {
             STEP_VIEW: self._show_steps,

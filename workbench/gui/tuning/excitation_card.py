@@ -28,6 +28,7 @@ from workbench.gui.tuning.excitation_form import (
     ExcitationChoice,
     load_choice,
     load_kind,
+    loop_excitation,
     reach_text,
     save_choice,
 )
@@ -128,6 +129,16 @@ class ExcitationCard(TuningCard):
         elif self.button.isEnabled() and self.tabs.currentIndex() < len(EXCITATION_KINDS):
             excitation = self.choice.excitation
             self._flight.do(excitation)
+
+    def choose_loop(self, loop: str) -> None:
+        """Choose the setpoint of a loop, if it has one and nothing runs."""
+        found = loop_excitation(loop)
+        if found is None or self.is_running:
+            return
+        kind, axis = found
+        self._choices[kind.name] = replace(self._choices[kind.name], axis=axis)
+        self.tabs.setCurrentIndex(EXCITATION_KINDS.index(kind))
+        self._take(self._choices[kind.name])
 
     def _take_off(self) -> None:
         self._flight.do(Action(request="take_off"))

@@ -131,6 +131,15 @@ def find_kind(name: str) -> ExcitationKind:
     return find_named_row("kind of excitation", name, EXCITATION_KINDS)
 
 
+def loop_excitation(loop: str) -> tuple[ExcitationKind, str] | None:
+    """Return the kind and the axis that give the setpoint of a loop; None without one."""
+    axis = "yaw" if loop == "yaw_rate" else loop.removeprefix("velocity_")
+    for kind in EXCITATION_KINDS:
+        if axis in (row.name for row in kind.rows):
+            return kind, axis
+    return None
+
+
 @dataclass(frozen=True)
 class ExcitationChoice:
     """The selected excitation, with the last amplitude of each axis.

@@ -9,6 +9,7 @@ from workbench.analysis.replies import Judged, JudgedLoop
 from workbench.control.loop import loop_label
 from workbench.gui.layout import fill, named, tool_button
 from workbench.gui.tuning.card import TuningCard
+from workbench.gui.tuning.excitation_form import loop_excitation
 from workbench.gui.tuning.judgement import InputMargins, StabilityFollower
 from workbench.gui.tuning.limits import (
     MARGIN_LIMITS,
@@ -182,6 +183,8 @@ class MarginsCard(TuningCard):
 
     loop_chosen = pyqtSignal(str)
     """Name of the loop whose row was selected."""
+    excitation_wanted = pyqtSignal(str)
+    """Name of the weakest loop, whose setpoint shall be excited."""
 
     def __init__(
         self,
@@ -195,7 +198,9 @@ class MarginsCard(TuningCard):
         self._limits = limits
         self.form = LimitsForm(MARGIN_LIMITS, limits, columns=3)
         self.fold = tool_button("", lambda: self.set_folded(not self.is_folded), "quiet small")
-        fill(self.head, self.form.button, self.fold)
+        help = "Choose a step of the setpoint of the weakest loop"
+        self.excite = named(tool_button("Excite", self._excite, "quiet compact", help), help)
+        fill(self.head, self.excite, self.form.button, self.fold)
         head = [f"{row.short} {row.unit}".strip() for row in MARGIN_LIMITS]
         self.table = NumberTable(
             "Margins of every loop", head, workspace.look, paired=True, widest="yaw rate"
@@ -226,8 +231,16 @@ class MarginsCard(TuningCard):
         now = self._judgement.proposed
         return margin_rows(now, None, self._limits.value) if now is not None else ()
 
+    def _excite(self) -> None:
+        now = self._judgement.proposed
+        weakest = weakest_loop(now, self._limits.value) if now is not None else None
+        if weakest is not None:
+            self.excitation_wanted.emit(weakest.name)
+
     def _show(self) -> None:
         now, before = self._judgement.proposed, self._judgement.flown
+        weakest = weakest_loop(now, self._limits.value) if now is not None else None
+        self.excite.setEnabled(weakest is not None and loop_excitation(weakest.name) is not None)
         if now is None:
             self.said.say(self._judgement.said or "Not known yet: the analyst is computing it.")
             self.table.set_rows(())

@@ -1,7 +1,7 @@
 """The tuning screen: gains, excitation, response, margins, and further aids."""
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 
 from PyQt6.QtCore import Qt
 from PyQt6.QtGui import QHideEvent, QKeySequence, QResizeEvent, QShortcut, QShowEvent
@@ -46,6 +46,10 @@ from workbench.gui.tuning.trial import TuningTrial
 from workbench.gui.tuning.weights_card import WeightsCard
 from workbench.gui.workspace import Workspace
 from workbench.live.view import LiveView
+from workbench.parameters.flight_parameters import VEHICLE_SYSTEMS
+
+VEHICLE_REST_MS = 1000
+"""Time without a change of the vehicle after which it is judged anew [ms]."""
 
 
 class TuningScreen(Screen):
@@ -115,6 +119,7 @@ class TuningScreen(Screen):
             workspace, self.diff_judgement, self.limits, "Margins with these"
         )
         self.diff_margins.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Maximum)
+        self.diff_margins.excite.hide()
         self.diff_margins.hide()
         self.gain_files.diff_changed.connect(self._judge_diff)
         bar = GainBar(workspace, self.gains, self.gain_files)
@@ -132,6 +137,7 @@ class TuningScreen(Screen):
         self.panel.search_action.triggered.connect(lambda: self._show_gains(gains))
         # Linked gains, or a whole gain file, change one by one: ask once.
         self._soon = single_shot(self._ask, self)
+        self._vehicle_rest = single_shot(self._judge_vehicle, self, VEHICLE_REST_MS)
         self._connect()
         self._plan(self.excitation.choice)
 
@@ -255,6 +261,7 @@ class TuningScreen(Screen):
 
     def _connect(self) -> None:
         self.gains.set_changed.connect(self._judge_set)
+        self.gains.flown_changed.connect(self._follow_vehicle)
         self.trial.changed.connect(self._soon.start)
         self.excitation.chosen.connect(self._plan)
         self._predictor.answered.connect(self._show_predicted)
@@ -264,6 +271,7 @@ class TuningScreen(Screen):
         self.ghost.foreseen.connect(self.workspace.scene.foreseen)
         self.margins.loop_chosen.connect(self.frequency.choose_loop)
         self.margins.loop_chosen.connect(self.poles.prefer_loop)
+        self.margins.excitation_wanted.connect(self._choose_excited_loop)
         self.poles.loop_wanted.connect(self._show_loop)
         self.tabs.currentChanged.connect(lambda _: self._set_seen())
         self.arrangement.windows_changed.connect(self._set_seen)
@@ -278,6 +286,11 @@ class TuningScreen(Screen):
         """Show the frequency response of a loop."""
         self.frequency.choose_loop(name)
         self.arrangement.show_card(self.frequency)
+
+    def _choose_excited_loop(self, name: str) -> None:
+        """Choose the setpoint of a loop for the next excitation, and show it."""
+        self.excitation.choose_loop(name)
+        self.arrangement.show_card(self.excitation)
 
     def _plan(self, choice: ExcitationChoice) -> None:
         self.response.plan(choice)
@@ -312,6 +325,25 @@ class TuningScreen(Screen):
             return 0.0
         known = self.workspace.analysis.known(Predict(self.trial.judged_flown, step))
         return known.decay if known is not None else 0.0
+
+    def _follow_vehicle(self, names: Iterable[str]) -> None:
+        """Judge anew soon after a load is dropped or taken, or a servo moves."""
+        if not self._vehicle_names.isdisjoint(names):
+            self._vehicle_rest.start()
+
+    @property
+    def _vehicle_names(self) -> frozenset[str]:
+        """Names of the parameters that change the vehicle."""
+        return frozenset(row.name for row in self.gains.rows if row.system in VEHICLE_SYSTEMS)
+
+    def _judge_vehicle(self) -> None:
+        """Evaluate the vehicle with its present payload, hooks and setpoints of servos."""
+        view = self.workspace.flight.view
+        if view.scenario is not None:
+            now = {name: self.gains.flown[name] for name in self._vehicle_names}
+            settings = {**view.values, **now}
+            self.workspace.analysis.begin(view.scenario, settings, view.controller)
+            self.take_over(view)
 
     def _judge_set(self) -> None:
         """Evaluate another set of scheduled gains."""
