@@ -165,6 +165,7 @@ def test_the_law_that_flew_is_told_by_the_log_or_its_firmware(make, case):
         ("geometric", {"parameters": {"controller": "geometric"}, "firmware": "workbench 0.1.0"}),
         ("px4", {"firmware": "PX4 1.15.0, PX4_FMU_V6X"}),
         ("ardupilot", {"firmware": "ArduCopter V4.6.0"}),
+        ("ardupilot", {"firmware": "APM:Copter V3.5.7"}),
         ("mine.py", {"parameters": {"controller": "mine"}}),
         ("", {"parameters": {"controller": "?"}}),
         ("", {}),

@@ -60,6 +60,7 @@ LAW_BY_LOGGED_NAME = {"PID": "crazyflie", "Mellinger": "mellinger"}
 LAW_BY_FIRMWARE_PREFIX = {
     "PX4": "px4",
     "ArduCopter": "ardupilot",
+    "APM:Copter": "ardupilot",
     "Betaflight": "betaflight",
     "Crazyflie": "crazyflie",
 }
