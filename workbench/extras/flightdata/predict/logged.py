@@ -196,6 +196,7 @@ def motion_of(flight: Flight, vehicle: Vehicle) -> LoggedMotion:
         commands=columns(commands)
         / (1.0 if commands[0].startswith(MOTOR_COMMAND_PREFIX) else full),
         lag_shown=commands[0].startswith(ROTOR_SPEED_PREFIX),
+        speeds_shown=not commands[0].startswith(MOTOR_COMMAND_PREFIX),
         voltage=columns(["battery.voltage"])[:, 0] if "battery.voltage" in flight else nothing,
         measured=measured,
     )
