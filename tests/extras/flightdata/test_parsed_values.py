@@ -467,6 +467,22 @@ def test_an_old_copters_motors_are_the_first_channels(tmp_path):
             )
 
 
+def test_the_firmware_is_the_text_with_a_version(tmp_path, case):
+    """Not each text of ArduPilot about itself, whatever comes first."""
+    for texts, firmware in (
+        (["ArduPilot Ready", "ArduCopter V4.5.7 (2a3dc4b7)"], "ArduCopter V4.5.7 (2a3dc4b7)"),
+        (["Frame: QUAD", "APM:Copter V3.5.7 (b11c6af3)"], "APM:Copter V3.5.7 (b11c6af3)"),
+        (["ArduPilot Ready", "Arducam: none"], ""),
+    ):
+        with case(texts):
+            stamps, rows = STAMPS[: len(texts)].tolist(), [(text,) for text in texts]
+            told = ("MSG", "Z", ("Message",), stamps, rows)
+            flight, _ = ardupilot(
+                tmp_path / "a.bin", "IMU", numbers(["GyrX", "GyrY", "GyrZ"]), told
+            )
+            assert flight.firmware == firmware
+
+
 def test_of_ardupilots_parameters_the_last_value_counts(tmp_path):
     """As pymavlink keeps them; a value that is written again has not changed."""
     reader = pytest.importorskip("pymavlink.DFReader")

@@ -209,13 +209,17 @@ def _print_findings(rows: "list[RotorTrim]") -> None:
 
 def _print(report: "IdentificationReport", trims: "list[RotorTrim]") -> None:
     """Print the table, and remarks on it."""
-    from workbench.extras.flightdata.identify.identified_number import NOT_DETERMINED, ROUGHLY_KNOWN
+    from workbench.extras.flightdata.identify.identified_number import (
+        NOT_DETERMINED,
+        NOT_ENOUGH_MOTION,
+        ROUGHLY_KNOWN,
+    )
 
     print(f"{report.vehicle.name}, {report.seconds:.0f} s of free flight, intervals of 95 %")
     table = [["", "value", "from", "to", "described", "unit", ""]]
     for row in report.rows:
         numbers = (row.value, row.low, row.high, row.described)
-        narrowed = row.verdict in (ROUGHLY_KNOWN, NOT_DETERMINED)
+        narrowed = row.verdict in (ROUGHLY_KNOWN, NOT_DETERMINED, NOT_ENOUGH_MOTION)
         verdict = f"{row.verdict}: fly {row.flight}" if narrowed else row.verdict
         cells = ("-" if number is None else f"{number:.4g}" for number in numbers)
         table.append([row.name, *cells, row.unit, verdict])

@@ -116,6 +116,7 @@ def run(args: argparse.Namespace) -> int:
         vehicle = read_vehicle(args)
         records, motions = _motions(paths, args, vehicle)
         predictors = {law: predictor(vehicle, law, args) for law, _ in motions}
+        _print_doubts(vehicle, predictors, motions)
         predictions = _predicted(predictors, motions, args)
         from workbench.extras.flightdata.predict.prediction_summary import summarized
 
@@ -200,7 +201,6 @@ def _motions(
 ) -> tuple[list["Flight"], list[tuple[str, "LoggedMotion"]]]:
     """Return the flights, and the law and motion of each."""
     from workbench.extras.flightdata.predict.logged import flown_law_name, motion_of
-    from workbench.extras.flightdata.predict.past import thrust_doubt
     from workbench.logs.flight_reader import read_flight
 
     records: list[Flight] = []
@@ -221,10 +221,24 @@ def _motions(
         raise left_out[0]
     for each in left_out:
         print_message(f"left out: {each}")
-    doubts = list(filter(None, (thrust_doubt(motion, vehicle) for _, motion in found)))
-    for doubt in doubts[:1]:  # it is the same drone for all
-        print_message(f"{doubt} ({len(doubts)} of {len(found)} logs)")
     return records, found
+
+
+def _print_doubts(
+    vehicle: "Vehicle",
+    predictors: dict[str, "Predictor"],
+    motions: list[tuple[str, "LoggedMotion"]],
+) -> None:
+    """Print why predictions may be wrong: the first log of each reason, and how many there are."""
+    from workbench.extras.flightdata.predict.past import thrust_doubt, voltage_doubt
+
+    for texts in (
+        [thrust_doubt(motion, vehicle) for _, motion in motions],
+        [voltage_doubt(motion, predictors[law].gains) for law, motion in motions],
+    ):
+        doubts = list(filter(None, texts))
+        for doubt in doubts[:1]:  # it is the same drone for all
+            print_message(f"{doubt} ({len(doubts)} of {len(motions)} logs)")
 
 
 def _predicted(

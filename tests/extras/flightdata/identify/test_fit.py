@@ -344,6 +344,10 @@ def test_a_result_is_validated_on_what_it_has_not_seen(vehicle):
     )
     assert report.held_back is not None
     assert report.held_back.force == pytest.approx(2.0, rel=0.02)
+    # the speeds of either side are even between 0.8 and 1.2 of hover, so their squares deviate by
+    # 0.8 / sqrt(12) of it, and the mean of two sides by less
+    deviation = 9.81 * 0.8 / math.sqrt(12.0) / math.sqrt(2.0)
+    assert report.held_back.commanded_force == pytest.approx(deviation, rel=0.1)
 
 
 def test_free_flight_keeps_away_from_take_off_impacts_and_landing():

@@ -11,6 +11,7 @@ from workbench.extras.flightdata.identify.flight import PlanLimits, excitation, 
 from workbench.extras.flightdata.identify.held_back import HeldBackPrediction
 from workbench.extras.flightdata.identify.identified_number import (
     NOT_DETERMINED,
+    NOT_ENOUGH_MOTION,
     REFUTED,
     ROUGHLY_KNOWN,
     WELL_KNOWN,
@@ -129,14 +130,34 @@ def test_verdicts_go_by_the_validation(case) -> None:
         (better, damaged, better, [WELL_KNOWN, WELL_KNOWN, WELL_KNOWN, REFUTED, NOT_DETERMINED]),
     ):
         with case(force, level, turn):
-            found = validated_numbers(rows, HeldBackPrediction(*force, *level, *turn, 0.2))
+            found = validated_numbers(rows, HeldBackPrediction(*force, *level, *turn, 0.2, 2.0))
             assert [row.verdict for row in found] == expected
     assert [row.verdict for row in validated_numbers(rows, None)] == [
         *[ROUGHLY_KNOWN] * 4,
         NOT_DETERMINED,
     ]
     slow = [row for row in rows if not row.name.startswith("inertia")]  # turning is not judged
-    found = validated_numbers(slow, HeldBackPrediction(*better, *better, *worse, 0.2))
+    found = validated_numbers(slow, HeldBackPrediction(*better, *better, *worse, 0.2, 2.0))
     assert [row.verdict for row in found] == [WELL_KNOWN, WELL_KNOWN, WELL_KNOWN, NOT_DETERMINED]
-    found = validated_numbers(slow, HeldBackPrediction(*worse, *better, *worse, 0.2))
+    found = validated_numbers(slow, HeldBackPrediction(*worse, *better, *worse, 0.2, 2.0))
     assert [row.verdict for row in found] == [REFUTED, REFUTED, WELL_KNOWN, REFUTED]
+
+
+def test_thrust_is_refuted_only_by_a_flight_that_changes_it(case) -> None:
+    """By a tenth of the weight, as commanded or as measured; an error that is no number refutes."""
+    names = ("rotor_lag", "hover_command", "drag")
+    slow = [IdentifiedNumber(name, "1", 1.0, 0.9, 1.1, None, WELL_KNOWN, "") for name in names]
+    turning = [*slow, IdentifiedNumber("inertia_x", "1", 1.0, 0.9, 1.1, None, WELL_KNOWN, "")]
+    quiet, better, worse = NOT_ENOUGH_MOTION, (0.5, 1.0), (5.0, 1.0)
+    for rows, force, turn, commanded, expected in (
+        (slow, (0.4, 0.3), better, 0.6, [quiet, quiet, WELL_KNOWN]),
+        (slow, (0.2, 0.3), better, 0.6, [WELL_KNOWN, WELL_KNOWN, WELL_KNOWN]),
+        (slow, (0.4, 0.3), better, 1.1, [REFUTED, REFUTED, WELL_KNOWN]),
+        (slow, (1.2, 1.1), better, 0.6, [REFUTED, REFUTED, WELL_KNOWN]),
+        (slow, (float("nan"), 0.3), better, 0.6, [REFUTED, REFUTED, WELL_KNOWN]),
+        (turning, (0.4, 0.3), better, 0.6, [ROUGHLY_KNOWN, quiet, WELL_KNOWN, WELL_KNOWN]),
+        (turning, (0.4, 0.3), worse, 0.6, [REFUTED, quiet, WELL_KNOWN, REFUTED]),
+    ):
+        with case(force, turn, commanded):
+            held_back = HeldBackPrediction(*force, *better, *turn, 0.2, commanded)
+            assert [row.verdict for row in validated_numbers(rows, held_back)] == expected

@@ -100,12 +100,16 @@ def test_speeds_of_the_rotors_show_their_lag_and_commands_do_not(make, vehicle, 
             )
             made = steady_thrusts(motion, vehicle)
             assert np.array_equal(rotor_lagged(made, motion, vehicle), made) is lag_shown
+            assert motion.speeds_shown
             full = vehicle.rotors[0].max_rot_velocity
             assert motion.commands[-1, 0] == pytest.approx((300.0 + 100.0 * TIME[-1]) / full)
     both = {f"{head}{i}": 0.0 * TIME for head in ("rotors.speed.",) for i in range(4)} | speeds
     assert not motion_of(
         make((*LOGGED_ESTIMATE_SIGNALS, *RATES, *SETPOINT_SIGNALS), both), vehicle
     ).lag_shown
+    assert not motion_of(
+        make((*LOGGED_ESTIMATE_SIGNALS, *RATES, *SETPOINT_SIGNALS, *MOTORS)), vehicle
+    ).speeds_shown
 
 
 def test_the_csv_of_a_flight_to_places_tells_what_was_gone_to(vehicle, tmp_path):
@@ -165,6 +169,7 @@ def test_the_law_that_flew_is_told_by_the_log_or_its_firmware(make, case):
         ("geometric", {"parameters": {"controller": "geometric"}, "firmware": "workbench 0.1.0"}),
         ("px4", {"firmware": "PX4 1.15.0, PX4_FMU_V6X"}),
         ("ardupilot", {"firmware": "ArduCopter V4.6.0"}),
+        ("ardupilot", {"firmware": "APM:Copter V3.5.7"}),
         ("mine.py", {"parameters": {"controller": "mine"}}),
         ("", {"parameters": {"controller": "?"}}),
         ("", {}),

@@ -18,6 +18,7 @@ from workbench.extras.flightdata.predict.past import (
     mean_before,
     rotor_lagged,
     thrust_doubt,
+    voltage_doubt,
 )
 from workbench.extras.flightdata.predict.prediction import (
     CLOSED_LOOP_METHOD,
@@ -76,6 +77,24 @@ def test_a_drone_whose_thrust_does_not_fit_is_doubted(simulate):
     assert thrust_doubt(flown.motion, flown.vehicle) == ""
     heavier = dataclasses.replace(flown.vehicle, mass=1.5 * flown.vehicle.mass)
     assert "0.67 times its weight" in thrust_doubt(flown.motion, heavier)
+
+
+def test_a_law_that_compensates_the_battery_without_its_voltage_is_doubted(simulate, case):
+    """Where it is not known in the air; speeds need none, and other laws do not use it."""
+    motion = simulate(Scenario(), duration=1.0).motion._replace(speeds_shown=False)
+    nothing = np.full(len(motion.p), np.nan)
+    first, last = motion.airborne
+    known = np.where(np.arange(len(motion.p)) < last, 4.0, np.nan)
+    hole = np.where(np.arange(len(motion.p)) == (first + last) // 2, np.nan, 4.0)
+    for name, flown, gains, doubted in (
+        ("no voltage", motion._replace(voltage=nothing), {"vbat": 4.2}, True),
+        ("a hole", motion._replace(voltage=hole), {"vbat": 4.2}, True),
+        ("none after the landing", motion._replace(voltage=known), {"vbat": 4.2}, False),
+        ("another law", motion._replace(voltage=nothing), {"kp": 1.0}, False),
+        ("speeds", motion._replace(voltage=nothing, speeds_shown=True), {"vbat": 4.2}, False),
+    ):
+        with case(name):
+            assert ("full battery of 4.2 V" in voltage_doubt(flown, gains)) is doubted
 
 
 def test_integrals_of_another_firmware_are_those_of_the_log(simulate):

@@ -60,6 +60,9 @@ def test_a_part_without_a_long_gap_is_flown_again(simulate):
     assert "has gaps of more than 0.5 s" in part.doubt and "0.7 to 1.0 s" in part.doubt
     whole = Explained(flown.motion, flown.vehicle, own, NOTHING, 0)
     assert whole.doubt == ""
+    battery = dataclasses.replace(own, gains=own.gains | {"vbat": 4.2})
+    shares = flown.motion._replace(voltage=np.full(len(time), np.nan), speeds_shown=False)
+    assert "no battery voltage" in Explained(shares, flown.vehicle, battery, NOTHING, 0).doubt
 
 
 def test_sampled_vehicles_scatter_as_the_uncertainty_says(vehicle):

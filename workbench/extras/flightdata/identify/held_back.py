@@ -1,5 +1,6 @@
 """Predictions of the part of a flight that was held back from the search."""
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
@@ -9,11 +10,17 @@ from workbench.common.errors import WorkbenchError
 from workbench.extras.flightdata.identify.flight_piece import make_piece
 from workbench.extras.flightdata.identify.model_rows import model_rows
 from workbench.extras.flightdata.identify.search import IdentificationResult, identify
+from workbench.plant.gravity import GRAVITY
 
 RATE_HORIZON_S = 0.2
 """Horizon of predictions of the angular velocity [s]."""
 HELD_BACK_SHARE = 0.2
 """Last share of a flight, held back from a second search."""
+MIN_THRUST_CHANGE_M_S2 = 1.0
+"""RMS change of thrust over mass from which on it is judged [m/s²]: a tenth of the weight.
+
+Quiet flights have 0.2 to 0.8, as much as gusts and a sagging battery make; doublets have 1.5 and
+more."""
 
 
 @dataclass(frozen=True)
@@ -28,6 +35,7 @@ class HeldBackPrediction:
         turn: RMS error of angular velocity after `ahead` [rad/s].
         constant_turn: the same for a prediction by a constant rate.
         ahead: [s].
+        commanded_force: RMS change of thrust over mass that the commands ask for [m/s²].
     """
 
     force: float
@@ -37,17 +45,26 @@ class HeldBackPrediction:
     turn: float
     constant_turn: float
     ahead: float
+    commanded_force: float
+
+    @property
+    def quiet(self) -> frozenset[str]:
+        """What changes too little to be refuted: force, where neither commands nor flight move."""
+        still = max(self.commanded_force, self.constant_force) < MIN_THRUST_CHANGE_M_S2
+        missed = math.isfinite(self.force) and not self.force < self.constant_force
+        return frozenset({"force"}) if still and missed else frozenset()
 
     @property
     def refuted(self) -> frozenset[str]:
-        """What the model predicts no better than a constant does: force, level, turn."""
+        """What moves, and the model predicts no better than a constant: force, level, turn."""
         pairs = {
             "force": (self.force, self.constant_force),
             "level": (self.level, self.constant_level),
             "turn": (self.turn, self.constant_turn),
         }
         # Not less, rather than more: an error that is no number refutes, too.
-        return frozenset(name for name, (error, constant) in pairs.items() if not error < constant)
+        missed = {name for name, (error, constant) in pairs.items() if not error < constant}
+        return frozenset(missed - self.quiet)
 
 
 def prediction_errors(found: IdentificationResult) -> HeldBackPrediction:
@@ -56,7 +73,7 @@ def prediction_errors(found: IdentificationResult) -> HeldBackPrediction:
     Args:
         found: result from other flights, or another part of them.
     """
-    force, mean, level, means, turn, held = [], [], [], [], [], []
+    force, mean, level, means, turn, held, squares = [], [], [], [], [], [], []
     for flight in found.flights:
         for run in flight.pieces(RATE_HORIZON_S + 0.5):
             piece = make_piece(run, found.vehicle)
@@ -65,6 +82,7 @@ def prediction_errors(found: IdentificationResult) -> HeldBackPrediction:
             error, change = piece.force - rows[:, 3:], piece.force - piece.force.mean(axis=0)
             force.append(error[skip:, 2])
             mean.append(change[skip:, 2])
+            squares.append((piece.commands**2).sum(axis=1))
             level.append(error[skip:, :2])
             means.append(change[skip:, :2])
             many = max(1, round(RATE_HORIZON_S / piece.row))
@@ -77,8 +95,18 @@ def prediction_errors(found: IdentificationResult) -> HeldBackPrediction:
     def rms(parts: list[np.ndarray]) -> float:
         return float(np.sqrt(np.mean(np.concatenate([part.ravel() for part in parts]) ** 2)))
 
+    # of squares of speeds or shares: a thrust curve is no steeper
+    hover = float(np.mean(np.concatenate(squares)))
+    commanded = GRAVITY / max(hover, 1e-12) * rms([each - each.mean() for each in squares])
     return HeldBackPrediction(
-        rms(force), rms(mean), rms(level), rms(means), rms(turn), rms(held), RATE_HORIZON_S
+        force=rms(force),
+        constant_force=rms(mean),
+        level=rms(level),
+        constant_level=rms(means),
+        turn=rms(turn),
+        constant_turn=rms(held),
+        ahead=RATE_HORIZON_S,
+        commanded_force=commanded,
     )
 
 

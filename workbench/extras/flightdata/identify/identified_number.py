@@ -16,6 +16,8 @@ WELL_KNOWN, ROUGHLY_KNOWN, NOT_DETERMINED = "well", "roughly", "not determined"
 REFUTED = "refuted by the validation"
 """Verdict on a quantity of a model that predicts a part of the flight that it has not seen no
 better than no model does."""
+NOT_ENOUGH_MOTION = "not enough motion"
+"""In place of a verdict: the part of the flight that validates does not change thrust enough."""
 LONGER_FLIGHT_TEXT = "for longer, so that a part of the flight is left to validate with"
 """Flight that helps where no part could be held back."""
 ROUGHLY_KNOWN_FACTOR = 3.0
@@ -35,7 +37,7 @@ class IdentifiedNumber:
         low: lower end of its 95 % interval.
         high: its upper end.
         described: its value in the description, or None.
-        verdict: `WELL_KNOWN`, `ROUGHLY_KNOWN`, `NOT_DETERMINED` or `REFUTED`.
+        verdict: `WELL_KNOWN`, `ROUGHLY_KNOWN`, `NOT_DETERMINED`, `REFUTED` or `NOT_ENOUGH_MOTION`.
         flight: one that would narrow the interval.
     """
 
@@ -61,7 +63,7 @@ _VALIDATED_ROWS = {
     ),
 }
 """Rows that each part of the validation is about."""
-_THROTTLE_DOUBLETS = "throttle doublets of 0.2 to 1 s, ± a quarter of hover thrust"
+THROTTLE_DOUBLETS_TEXT = "throttle doublets of 0.2 to 1 s, ± a quarter of hover thrust"
 _TILT_DOUBLETS = "quick roll and pitch doublets of 0.1 to 0.5 s"
 _YAW_DOUBLETS = "yaw rate doublets of 0.5 to 2 s, as large as allowed"
 _FAST_LEVEL_FLIGHT = "level flight to and fro at 2 m/s and more, with velocity measured"
@@ -87,20 +89,20 @@ def identified_rows(found: IdentificationResult) -> list[IdentifiedNumber]:
     if found.fast:
         described_lag = vehicle.rotor_lag
         lag = _factor(found, "lag", described_lag)
-        add("rotor_lag", "s", lag, described_lag, 0.15 * lag[0], _THROTTLE_DOUBLETS)
-        add("delay", "s", _plain_value(found, "delay"), None, 0.003, _THROTTLE_DOUBLETS)
+        add("rotor_lag", "s", lag, described_lag, 0.15 * lag[0], THROTTLE_DOUBLETS_TEXT)
+        add("delay", "s", _plain_value(found, "delay"), None, 0.003, THROTTLE_DOUBLETS_TEXT)
         add(
             "lag_with_delay",
             "s",
             _total_delay(found, described_lag),
             None,
             0.15 * lag[0],
-            _THROTTLE_DOUBLETS,
+            THROTTLE_DOUBLETS_TEXT,
         )
     if "thrust" in names:
         known = float(np.mean([each.motor_constant for each in vehicle.rotors]))
         thrust = _factor(found, "thrust", known)
-        add("motor_constant", "N s^2", thrust, known, 0.03 * thrust[0], _THROTTLE_DOUBLETS)
+        add("motor_constant", "N s^2", thrust, known, 0.03 * thrust[0], THROTTLE_DOUBLETS_TEXT)
     else:
         ends = thrust_to_weight_at(found, 1.0)
         add(
@@ -109,10 +111,10 @@ def identified_rows(found: IdentificationResult) -> list[IdentifiedNumber]:
             ends,
             vehicle.thrust_to_weight,
             0.05 * ends[0],
-            _THROTTLE_DOUBLETS,
+            THROTTLE_DOUBLETS_TEXT,
         )
         ends = hover_command(found)
-        add("hover_command", "1", ends, None, 0.03, _THROTTLE_DOUBLETS)
+        add("hover_command", "1", ends, None, 0.03, THROTTLE_DOUBLETS_TEXT)
         if "voltage" in names:
             add(
                 "voltage_exponent", "1", _plain_value(found, "voltage"), 1.0, 0.2, "a whole battery"
@@ -161,13 +163,15 @@ def validated_numbers(
             for row in rows
         ]
     found = []
-    refuted, judged = refuted_parts(rows, held_back), judged_parts(rows)
+    refuted, judged, quiet = refuted_parts(rows, held_back), judged_parts(rows), held_back.quiet
     for row in rows:
         parts = {part for part in judged if row.name in _VALIDATED_ROWS[part]}
-        if parts and parts <= refuted:
+        if parts and parts <= quiet:
+            row = replace(row, verdict=NOT_ENOUGH_MOTION, flight=THROTTLE_DOUBLETS_TEXT)
+        elif parts and parts <= refuted | quiet:
             row = replace(row, verdict=REFUTED)
         elif (
-            parts & refuted and row.verdict == WELL_KNOWN
+            parts & (refuted | quiet) and row.verdict == WELL_KNOWN
         ):  # the lag, of which the other part is right
             row = replace(row, verdict=ROUGHLY_KNOWN)
         found.append(row)

@@ -14,8 +14,13 @@ import numpy as np
 from workbench.extras.flightdata.identify.fit import Fit
 from workbench.extras.flightdata.identify.flight import IdentificationFlight
 from workbench.extras.flightdata.identify.flight_piece import make_piece
-from workbench.extras.flightdata.identify.held_back import HeldBackPrediction, held_back_prediction
+from workbench.extras.flightdata.identify.held_back import (
+    MIN_THRUST_CHANGE_M_S2,
+    HeldBackPrediction,
+    held_back_prediction,
+)
 from workbench.extras.flightdata.identify.identified_number import (
+    THROTTLE_DOUBLETS_TEXT,
     IdentifiedNumber,
     identified_rows,
     is_lag_separable,
@@ -155,6 +160,12 @@ class IdentificationReport:
                     else ""
                 )
             )
+            if of.quiet:
+                said.append(
+                    f"the part held back changes thrust by {of.constant_force:.2g} m/s² RMS: less "
+                    f"than {MIN_THRUST_CHANGE_M_S2:g} m/s² is not enough motion to judge thrust "
+                    f"by; fly {THROTTLE_DOUBLETS_TEXT}, to the end of the log"
+                )
             if refuted := refuted_parts(self.rows, of):
                 names = {"force": "thrust", "level": "level force", "turn": "rotation"}
                 said.append(

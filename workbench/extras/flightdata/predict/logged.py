@@ -60,6 +60,7 @@ LAW_BY_LOGGED_NAME = {"PID": "crazyflie", "Mellinger": "mellinger"}
 LAW_BY_FIRMWARE_PREFIX = {
     "PX4": "px4",
     "ArduCopter": "ardupilot",
+    "APM:Copter": "ardupilot",
     "Betaflight": "betaflight",
     "Crazyflie": "crazyflie",
 }
@@ -195,6 +196,7 @@ def motion_of(flight: Flight, vehicle: Vehicle) -> LoggedMotion:
         commands=columns(commands)
         / (1.0 if commands[0].startswith(MOTOR_COMMAND_PREFIX) else full),
         lag_shown=commands[0].startswith(ROTOR_SPEED_PREFIX),
+        speeds_shown=not commands[0].startswith(MOTOR_COMMAND_PREFIX),
         voltage=columns(["battery.voltage"])[:, 0] if "battery.voltage" in flight else nothing,
         measured=measured,
     )

@@ -42,6 +42,7 @@ class LoggedMotion(NamedTuple):
         measured: whether all inputs of a prediction were measured at a sample (m); in gaps they are
             interpolated.
         lag_shown: whether `commands` are actual rotor speeds, after their lag.
+        speeds_shown: whether `commands` are speeds, commanded or actual, at any voltage.
     """
 
     name: str
@@ -60,6 +61,7 @@ class LoggedMotion(NamedTuple):
     voltage: np.ndarray
     measured: np.ndarray
     lag_shown: bool = False
+    speeds_shown: bool = False
 
     @property
     def time(self) -> np.ndarray:

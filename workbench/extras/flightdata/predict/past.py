@@ -11,7 +11,7 @@
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -127,6 +127,23 @@ def thrust_doubt(motion: LoggedMotion, vehicle: Vehicle) -> str:
     return (
         f"at the commands of {motion.name}, {vehicle.name} gives {share:.2g} times its weight as "
         "thrust: is it the drone that flew?"
+    )
+
+
+def voltage_doubt(motion: LoggedMotion, gains: Mapping[str, float]) -> str:
+    """Return that the voltage is not known to a law that compensates for it; "" else.
+
+    Args:
+        motion: the flight.
+        gains: of the law, by name.
+    """
+    flown = motion.voltage[slice(*motion.airborne)]
+    if "vbat" not in gains or motion.speeds_shown or np.isfinite(flown).all():
+        return ""
+    return (
+        f"{motion.name} has no battery voltage, and its motor commands are shares of it: thrust is "
+        f"that of a full battery of {gains['vbat']:g} V, so predictions in closed loop may "
+        "diverge; log the voltage (Crazyflie: pm.vbat)"
     )
 
 

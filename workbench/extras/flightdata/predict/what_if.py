@@ -33,7 +33,7 @@ from workbench.extras.flightdata.predict.motion import (
     resampled,
     rotation_matrices,
 )
-from workbench.extras.flightdata.predict.past import Past, thrust_doubt
+from workbench.extras.flightdata.predict.past import Past, thrust_doubt, voltage_doubt
 from workbench.plant.drag import drag_area
 from workbench.plant.vehicle import Vehicle
 
@@ -173,7 +173,8 @@ class Explained:
             f"{motion.name} has gaps of more than {MAX_EXPLAINED_GAP_S:g} s: flown again is the "
             f"longest part without one, {motion.period * first:.1f} to {motion.period * last:.1f} s"
         )
-        self.doubt = "; ".join(filter(None, (thrust_doubt(motion, vehicle), part if left else "")))
+        doubts = (thrust_doubt(motion, vehicle), voltage_doubt(motion, flown.gains))
+        self.doubt = "; ".join(filter(None, (*doubts, part if left else "")))
         if last - first < 2:
             raise WorkbenchError(f"{motion.name}: is never in the air, so there is nothing to fly")
         random = np.random.default_rng(seed)

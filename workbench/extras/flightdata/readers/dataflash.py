@@ -7,8 +7,9 @@ Copter has no such parameters, they are the first four channels.
 Source: ardupilot.org/copter/docs/logmessages.html.
 """
 
+import re
 from collections import defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import closing
 from pathlib import Path
 from typing import Any
@@ -55,6 +56,8 @@ DSHOT_OUTPUT_TYPES = (4.0, 5.0, 6.0, 7.0)
 """Values of MOT_PWM_TYPE for digital outputs."""
 OUTPUT_MESSAGES = ("RCOU", "RCO2", "RCO3")
 """Messages with the outputs of the channels."""
+ARDUPILOT_VERSION_TEXT = re.compile(r"(Ardu|APM:)\w+ V\d")
+"""Beginning of the text with name and version; versions 3.3 to 3.5 wrote "APM:Copter V3.5.7"."""
 _SKIPPED_MESSAGES = ("FMT", "FMTU", "UNIT", "MULT", "PARM", "MSG", "FILE", "VER", "ISBD", "ISBH")
 """Messages that describe the log, or are texts."""
 
@@ -72,7 +75,8 @@ def read_dataflash(path: Path) -> Flight:
     columns: dict[str, list[str]] = {}
     parameters: dict[str, float | str] = {}
     changed: dict[str, None] = {}
-    firmware, damage = "", ""
+    texts: list[str] = []
+    damage = ""
     try:
         with closing(DFReader_binary(str(path))) as log:
             for place in range(MAX_DATAFLASH_MESSAGES):
@@ -85,8 +89,8 @@ def read_dataflash(path: Path) -> Flight:
                     if parameters.get(name, value) != value:
                         changed[name] = None
                     parameters[name] = value
-                elif name == "MSG" and not firmware and str(message.Message).startswith("Ardu"):
-                    firmware = str(message.Message)
+                elif name == "MSG":
+                    texts.append(str(message.Message))
                 elif name not in _SKIPPED_MESSAGES and "TimeUS" in message.fmt.columns:
                     topic = _topic(message)
                     fields = list(message.fmt.columns)
@@ -112,6 +116,7 @@ def read_dataflash(path: Path) -> Flight:
         topic: MessageTable(table.pop("TimeUS"), table, np.array(places[topic]))
         for topic, table in found.items()
     }
+    firmware = ardupilot_version(texts)
     motors, remark = _dataflash_motor_rows(tables, parameters, firmware)
     battery, several = _dataflash_battery_rows(tables)
     return topic_record(
@@ -124,6 +129,14 @@ def read_dataflash(path: Path) -> Flight:
         parameters=parameters,
         remarks=(damage, several, remark, changed_parameters_remark(list(changed))),
     )
+
+
+def ardupilot_version(texts: Iterable[str]) -> str:
+    """Return the first text that is name and version of the firmware; "" if there is none.
+
+    Each start ends with "ArduPilot Ready", which is neither.
+    """
+    return next((text for text in texts if ARDUPILOT_VERSION_TEXT.match(text)), "")
 
 
 def _topic(message: Any) -> str:

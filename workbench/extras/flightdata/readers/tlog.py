@@ -7,7 +7,6 @@ number, and those of a second instance, as of a battery, with that of the instan
 Source: mavlink.io/en/messages/common.html.
 """
 
-import re
 from collections import defaultdict
 from collections.abc import Mapping
 from pathlib import Path
@@ -18,7 +17,11 @@ import numpy as np
 from workbench.common.errors import WorkbenchError
 from workbench.common.flight import Flight
 from workbench.common.plain_files import read_plain
-from workbench.extras.flightdata.readers.dataflash import motor_channels, output_range
+from workbench.extras.flightdata.readers.dataflash import (
+    ardupilot_version,
+    motor_channels,
+    output_range,
+)
 from workbench.extras.flightdata.readers.several_logs import one_of_logs
 from workbench.extras.flightdata.readers.tlog_clock import (
     BOOT_FIELD,
@@ -259,9 +262,8 @@ def _parameters(
 
 def _firmware(vehicle: _Vehicle, own: Mapping[str, Mapping[str, np.ndarray]]) -> str:
     """Return name and version of the firmware, from what it says of itself."""
-    texts = own.get("STATUSTEXT", {}).get("text", ())
-    banner = next((text for text in map(_text, texts) if re.match(r"Ardu\w+ V\d", text)), "")
-    if banner:  # not "ArduPilot Ready", which each start ends with
+    banner = ardupilot_version(map(_text, own.get("STATUSTEXT", {}).get("text", ())))
+    if banner:
         return banner
     version = int(own.get("AUTOPILOT_VERSION", {}).get("flight_sw_version", [0])[-1])
     if not version:
