@@ -263,6 +263,8 @@ def unconfined_xacro(monkeypatch):
             return json.loads(json.dumps(expand_here(json.loads(json.dumps(request)))))
 
     monkeypatch.setattr(expander, "run_limited", expand)
+    # what a confined process has not made is not for later tests, nor for the user's cache
+    monkeypatch.setattr(expander, "cache_expansion", lambda *expansion: None)
 
 
 def _restore(names, before):

@@ -108,4 +108,4 @@ def test_containers_have_what_they_run():
         assert [name for name in line.split() if not (ROOT / name).exists()] == []
     text = (ROOT / ".devcontainer" / "devcontainer.json").read_text(encoding="utf-8")
     container = json.loads(re.sub(r"^//.*$", "", text, flags=re.MULTILINE))
-    assert container["postCreateCommand"] == "make setup"
+    assert container["postCreateCommand"] == "make test-setup"

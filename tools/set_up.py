@@ -56,14 +56,20 @@ def main():
         if _standing(venv) != python.version:
             _make_venv(venv, python)
     wanted = _wanted()
-    stamp = venv / (STAMP + args.extras)
-    if stamp.exists() and stamp.read_text() == wanted:
+    stamps = {stamp.name[len(STAMP) :]: stamp for stamp in sorted(venv.glob(STAMP + "*"))}
+    # extras share packages: what was installed from other pins is installed anew with these
+    stale = [extras for extras, stamp in stamps.items() if stamp.read_text() != wanted]
+    if args.extras in stamps and not stale:
         return
-    print(f"Installing [{args.extras}] into {venv.name} as constraints.txt pins it ...", flush=True)
+    for extras in stale:
+        stamps[extras].unlink()
+    names = ",".join(dict.fromkeys(",".join([args.extras] + stale).split(",")))
+    print(f"Installing [{names}] into {venv.name} as constraints.txt pins it ...", flush=True)
     # The build back end comes first and pinned, so that pip need not fetch another for the build.
     _pip(venv, "hatchling")
-    _pip(venv, "--no-build-isolation", "-e", f".[{args.extras}]")
-    stamp.write_text(wanted)
+    _pip(venv, "--no-build-isolation", "-e", f".[{names}]")
+    for extras in [args.extras] + stale:
+        (venv / (STAMP + extras)).write_text(wanted)
 
 
 def _arguments():
@@ -168,6 +174,11 @@ def _probe(path):
 
 
 def _make_venv(venv, python):
+    if venv.is_symlink():  # venv would empty what it leads to, and then fail
+        leave(
+            f"{venv.name} is a link to {venv.resolve()}: remove the link, or name another "
+            "folder, as in `make VENV=.venv-mine setup`."
+        )
     if not python.makes_environments:
         install([f"python{python.version}-venv"], f"Python {python.version} lacks ensurepip")
     print(f"Making {venv.name} with Python {python.version}, {python.path} ...", flush=True)

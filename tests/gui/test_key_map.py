@@ -150,7 +150,7 @@ def test_the_key_of_stop_stops_while_a_key_is_being_chosen(window, orders, canne
     qtbot.waitExposed(page)
     index = edit_key(
         page.findChild(QTableView),
-        "Brake and hold the position; ends any manoeuvre.",
+        "Brake and hold the position; ends any manoeuvre, and the scenario's script.",
         Qt.Key.Key_F12,
     )
     assert orders == [Action(request="stop")]

@@ -373,7 +373,7 @@ def test_the_firmware_hovers_takes_gains_records_and_dies(real, tmp_path):
     assert recording.tilt.max() < math.radians(2.0)
     assert blackbox.startswith(b"H Product:Blackbox flight data recorder")
     assert b"H rollPID:" in blackbox
-    orangebox = pytest.importorskip("orangebox", reason="install the extra `dev` to try it")
+    orangebox = pytest.importorskip("orangebox", reason="install the extra `test` to try it")
     file = tmp_path / "flight.bfl"
     file.write_bytes(blackbox)
     frames = [frame.data for frame in orangebox.Parser.load(str(file)).frames()]
