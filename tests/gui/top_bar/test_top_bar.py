@@ -299,7 +299,7 @@ def test_a_script_is_shown_until_hold_land_or_stop_end_it(
     assert bar.strip.script.text == "script: take off at 1:05.5"
     assert bar.strip.script.isVisibleTo(bar)
     qtbot.mouseClick(bar.button(name), Qt.MouseButton.LeftButton)
-    assert bar.orders[-1] == Action(request=name, end_script=True)
+    assert bar.orders[-1] == Action(request=name)
     bar.show_view(view)
     assert not bar.strip.script.isVisibleTo(bar)
 
