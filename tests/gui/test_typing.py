@@ -10,6 +10,7 @@ from PyQt6.QtWidgets import QAbstractSpinBox, QApplication, QLineEdit, QScrollAr
 from workbench.common.errors import WorkbenchError
 from workbench.gui.number_field import NumberField, read_number
 from workbench.gui.screen_table import SCREEN_TABLE
+from workbench.gui.units import SHARE_UNIT
 from workbench.live.orders import FlightOrder, SetSpeed
 from workbench.scenario.scenario import Action
 
@@ -140,6 +141,36 @@ def test_what_flies_is_what_was_typed(window, qtbot, workspace, monkeypatch):
         enter(qtbot, window.top_bar.speed, text)
         assert window.top_bar.speed.cleanText() == text
     assert not ordered
+
+
+def test_a_typed_number_is_held_even_beside_what_is_shown(qtbot):
+    field = NumberField("Thrust left", 0, 5.0)
+    qtbot.addWidget(field)
+    field.set_range(SHARE_UNIT, 0.0, 1.0)
+    told = []
+    field.edited.connect(told.append)
+    field.show()
+    for typed in ("99.6", "100", "20.1", "20", "80.4", "80", "0.5", "33.3333", "33.333"):
+        enter(qtbot, field, typed)
+        assert field.si == pytest.approx(float(typed) / 100.0, rel=1e-12), typed
+        assert told.pop() == field.si and not told, typed
+        assert float(field.text().split()[0]) == pytest.approx(float(typed), rel=1e-4)
+
+
+def test_a_value_keeps_the_decimals_that_are_not_shown(qtbot):
+    """Also one that comes while a text is typed that shows alike."""
+    field = NumberField("Thrust left", 0, 5.0)
+    qtbot.addWidget(field)
+    field.set_range(SHARE_UNIT, 0.0, 1.0)
+    told = []
+    field.edited.connect(told.append)
+    field.show()
+    field.selectAll()
+    qtbot.keyClicks(field, "80")
+    field.show_si(0.800001)
+    field.interpretText()
+    qtbot.keyClick(field, Qt.Key.Key_Return)
+    assert (field.si, field.text(), told) == (0.800001, "80\N{NO-BREAK SPACE}%", [])
 
 
 def test_lines_with_a_number_in_them_follow_the_same_rule(window, qtbot):

@@ -5,7 +5,13 @@ import math
 import pytest
 
 from workbench.common.quantity import DisplayUnit
-from workbench.gui.units import age_text, entered_number_text, simulated_text, unit_for
+from workbench.gui.units import (
+    SHARE_UNIT,
+    age_text,
+    entered_number_text,
+    simulated_text,
+    unit_for,
+)
 
 
 @pytest.mark.parametrize(
@@ -31,8 +37,9 @@ def test_a_number_is_shown_in_its_unit(workspace, si, preference, value, text):
 @pytest.mark.parametrize(
     ("si", "value", "text"),
     [
-        ("rad/s", 0.4, "22.9"),  # round in SI: three digits are right
-        ("rad/s", 0.01, "0.57296"),  # 0.6 would be 5 % more
+        ("rad/s", 0.4, "22.918"),  # round in SI, and not in the shown unit
+        ("rad", 0.0175, "1.0027"),
+        ("rad/s", 0.01, "0.57296"),
         ("rad/s", math.radians(22.918), "22.918"),  # as it was typed
         ("rad/s", math.radians(90.0), "90.0"),
         ("m/s", 8.0, "8.00"),
@@ -44,6 +51,13 @@ def test_a_value_that_can_be_entered_has_more_decimals_only_where_they_count(
     workspace, si, value, text
 ):
     assert entered_number_text(value, unit_for(si, workspace.preferences)) == text
+
+
+@pytest.mark.parametrize(
+    ("value", "text"), [(1.0, "100"), (0.996, "99.6"), (0.201, "20.1"), (0.8, "80"), (0.005, "0.5")]
+)
+def test_a_percentage_shows_what_is_held(value, text):
+    assert entered_number_text(value, SHARE_UNIT) == text
 
 
 def test_what_is_shown_is_read_back():

@@ -188,6 +188,19 @@ def test_a_script_that_flies_comes_before_clients():
     assert station.asks(RequestControl(8, "two"), 2)["op"] == "request_control"
 
 
+@pytest.mark.parametrize("name", ["stop", "land", "hold"])
+def test_a_client_that_asks_to_hold_land_or_stop_ends_the_script(name):
+    """Otherwise its next order would start the rotors again beside whoever stopped them."""
+    script = [Action(at=0.25, request="take_off", height=1.0)]
+    station = Station(Scenario(start=ScenarioStart(mode="off"), script=script))
+    lease = station.lease()
+    assert station.session.next_action is not None  # the hold of a new pilot ends nothing
+    assert station.asks(FlightOperation(6, name, 1.0, lease))["op"] == "flight"
+    station.session.tick(0.5)
+    assert station.session.snapshot().mode is FlightMode.OFF
+    assert [action.end_script for action, _ in station.did] == [True]
+
+
 def test_a_flight_that_broke_answers_nothing_as_done(station):
     lease = station.lease()
     station.requests.broken = "the flight broke off after 0.1 s"

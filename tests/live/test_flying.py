@@ -110,7 +110,7 @@ def test_a_script_that_the_operator_ends_is_not_flown_on_and_repeats_to_the_bit(
     bench = Bench(scripted())
     bench.fly(0.2)
     assert bench.session.next_action.velocity == [0.0, 0.5, 0.0]
-    bench.execute(Action(request="hold", end_script=True))
+    bench.execute(Action(request="hold"))
     bench.fly(0.3)
     assert bench.session.asked[:2] == (0.0, 0.0)
     assert bench.session.get("kp_velocity_x") == 3.3
@@ -122,6 +122,24 @@ def test_a_script_that_the_operator_ends_is_not_flown_on_and_repeats_to_the_bit(
     bench.execute(FlightOrder.RESET)
     bench.fly(0.3)
     assert bench.session.asked[1] == 0.5  # another flight has the whole script
+
+
+@pytest.mark.parametrize("request_name", ["hold", "land", "stop"])
+def test_whoever_asks_to_hold_land_or_stop_ends_the_script(request_name):
+    """Of a game pad and of Python, too: otherwise the script starts the rotors again."""
+    bench = Bench(scripted())
+    bench.fly(0.2)
+    bench.execute(Action(request="take_off"))
+    assert bench.session.next_action is not None
+    bench.execute(Action(request=request_name))
+    assert bench.session.next_action is None
+
+
+def test_what_the_script_itself_asks_for_does_not_end_it():
+    script = [Action(at=0.1, request="land"), Action(at=0.2, request="stop"), Action(at=9.0)]
+    bench = Bench(Scenario(script=script))
+    bench.fly(0.3)
+    assert bench.session.next_action == script[-1]
 
 
 def test_a_gain_of_the_operator_forgets_no_stick_of_a_client():

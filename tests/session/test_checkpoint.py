@@ -171,6 +171,19 @@ def test_what_the_pilot_asks_for_is_in_the_instant():
     assert checkpoint.yaw_rate == 0.125
 
 
+def test_a_script_that_was_ended_stays_so_and_counts_what_it_ordered():
+    session = flown_to(Scenario(script=STEERED), 0.5)
+    session.do(Action(request="hold", end_script=True))
+    checkpoint = sent(session.checkpoint())
+    assert checkpoint.acted == 1
+    other = Session(Scenario(script=STEERED))
+    other.begin_from(checkpoint)
+    other.tick(AFTER)
+    assert list(other.script) == [STEERED[0]]
+    other.begin_from(dataclasses.replace(checkpoint, script_ended=False))
+    assert other.next_action == STEERED[1]
+
+
 def test_parameters_are_those_of_the_instant():
     flight, fork = Session(), Session()
     fork.set("kd_roll", 3.0)

@@ -53,8 +53,11 @@ def test_a_script_that_was_ended_returns_no_more_until_it_starts_again():
     plan.end()
     assert plan.next_step == math.inf and plan.next_action is None
     assert times(plan, 10_000) == []
-    assert plan.done == 2  # a flight that continues from here does not return them either
-    assert [action.at for action in plan.actions_done] == [0.25]
+    other = script(0.25, 0.5)  # of a flight that continues from here
+    for each in (plan, other):
+        each.rewind(plan.done, ended=plan.ended)
+        assert times(each, 10_000) == []
+        assert [action.at for action in each.actions_done] == [0.25]
     plan.rewind()
     assert times(plan, 10_000) == [0.25, 0.5]
 

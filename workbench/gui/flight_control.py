@@ -23,9 +23,6 @@ PAUSED_TEXT = "The flight is paused: resume it first."
 ON_GROUND_TEXT = "On the ground: take off first."
 LANDING_TEXT = "Landing: fly it after the next take-off."
 FIGURE_EIGHT_TEXT = "The scenario flies its figure of eight: nobody else can command."
-
-ENDS_SCRIPT = ("hold", "land", "stop")
-"""Requests after which the script of the scenario gives no more orders."""
 _GROUND_MODES = (FlightMode.OFF, FlightMode.ARMED)
 
 
@@ -91,9 +88,8 @@ class FlightControl(QObject):
         self.fly(replace(self._flight.what, world=path))
 
     def request(self, what: str) -> None:
-        """Ask the flight mode for something; `ENDS_SCRIPT` has what ends the script, too."""
-        ends = what in ENDS_SCRIPT and self._flight.view.next_action is not None
-        self._flight.do(Action(request=what, end_script=ends))
+        """Ask the flight mode for something; hold, land and stop end the script, too."""
+        self._flight.do(Action(request=what))
 
     def hold(self) -> None:
         """Brake and stay: a command of zero ends a path, the request a take-off and the script."""

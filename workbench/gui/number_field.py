@@ -107,6 +107,7 @@ class NumberField(QDoubleSpinBox):
         self._shown_decimals = decimals
         self.fault, self._tip, self._description = "", "", ""
         self._refused_text: str | None = None
+        self._is_edited = False  # Qt's own flag is cleared before Enter reads the text
         self.setLocale(QLocale.c())
         self.setDecimals(SPIN_BOX_DECIMALS)
         self.setSingleStep(step)
@@ -116,6 +117,7 @@ class NumberField(QDoubleSpinBox):
         line = self.lineEdit()
         assert line is not None
         line.textEdited.connect(self._look)
+        self.editingFinished.connect(self._finish)
 
     @property
     def si(self) -> float:
@@ -147,6 +149,7 @@ class NumberField(QDoubleSpinBox):
             self.setRange(low, high)
             self.setSuffix(unit.suffix)
             self.setValue(unit.shown(kept))
+        self._finish()
         name = f"{self._label}, {self._limits()}"
         if name != self.accessibleName():
             self.setAccessibleName(name)
@@ -165,6 +168,7 @@ class NumberField(QDoubleSpinBox):
         self._accept()
         with QSignalBlocker(self):
             self.setValue(shown)
+        self._finish()
 
     def setToolTip(self, text: str | None) -> None:
         """Set the tooltip, which is shown while the text is valid."""
@@ -175,6 +179,7 @@ class NumberField(QDoubleSpinBox):
     def restore(self) -> None:
         """Replace the typed text by the value."""
         self._accept()
+        self._finish()
         line = self.lineEdit()
         assert line is not None
         line.setText(f"{self.textFromValue(self.value())}{self.suffix()}")
@@ -194,10 +199,9 @@ class NumberField(QDoubleSpinBox):
         return state, text or "", place
 
     def valueFromText(self, text: str | None) -> float:
-        plain = self._without_unit(text or "")
-        if plain == self.number_text(self.value()):
+        if not self._is_edited:
             return self.value()  # showing a value must not lose its other decimals
-        return read_number(plain)
+        return read_number(self._without_unit(text or ""))
 
     def fixup(self, text: str | None) -> str:
         """Refuse the text when it is entered or the field loses the focus; Qt's name."""
@@ -238,14 +242,20 @@ class NumberField(QDoubleSpinBox):
 
     def _tell(self, value: float) -> None:
         self._accept()
+        self._finish()
         self._si = self.si
         self.edited.emit(self._si)
+
+    def _finish(self) -> None:
+        """Note that the text is that of the value, unless it is refused."""
+        self._is_edited = bool(self.fault)
 
     def _look(self, text: str) -> None:
         """Remove the mark as soon as the text is valid."""
         self._refused_text = None
         if self.fault and not self._fault_of(text):
             self._accept()
+        self._is_edited = True
 
     def _refuse(self, text: str) -> None:
         self._refused_text = self._without_unit(text)

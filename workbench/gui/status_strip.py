@@ -1,5 +1,6 @@
 """The line of short texts with icons that shows the state of the flight."""
 
+from PyQt6.QtCore import QSize
 from PyQt6.QtWidgets import QFrame, QSizePolicy, QWidget
 
 from workbench.common.plain_text import plain_name
@@ -24,8 +25,10 @@ from workbench.gui.theme import Look
 from workbench.live.view import LiveView
 
 CHIP_ICON_PX = 16
-LOAD_WIDTH_DIGITS = 14
+LOAD_WIDTH_DIGITS = 18
 """Width of the load's texts, in digits."""
+SCRIPT_WIDTH_DIGITS = 14
+"""Width of the script's shortest text, its time, in digits."""
 WARNING_CHIPS = 2
 """Number of places for warnings."""
 
@@ -37,11 +40,14 @@ class Chip(QWidget):
         name: name of the quantity, for screen readers.
         look: source of colours.
         characters: length of the longest usual text, so that neighbours do not move.
+        shrinks: whether it gives way to neighbours, down to this length, where room is short.
     """
 
-    def __init__(self, name: str, look: Look, characters: int = 0) -> None:
+    def __init__(
+        self, name: str, look: Look, characters: int = 0, *, shrinks: bool = False
+    ) -> None:
         super().__init__()
-        self._name, self._look = name, look
+        self._name, self._look, self._shrinks = name, look, shrinks
         self._said: StatusText | None = None
         self._shape = Label()
         self._text = Label()
@@ -49,7 +55,7 @@ class Chip(QWidget):
         layout = hbox(self._shape, (self._text, 1), of=self, margins=NO_MARGINS, spacing=5)
         beside = CHIP_ICON_PX + layout.spacing()
         self._reserved = beside + characters * self.fontMetrics().horizontalAdvance("0")
-        self.reserve(characters > 0)
+        self._reserves = True
         look.changed.connect(self._draw)
 
     @property
@@ -59,7 +65,17 @@ class Chip(QWidget):
 
     def reserve(self, reserves: bool) -> None:
         """Reserve room for the longest usual text, or only for the present one."""
-        self.setMinimumWidth(self._reserved if reserves else 0)
+        self._reserves = reserves
+        self.updateGeometry()
+
+    def sizeHint(self) -> QSize:
+        """Return the room for the present text, and for the longest usual one if reserved."""
+        return super().sizeHint().expandedTo(QSize(self._reserved if self._reserves else 0, 0))
+
+    def minimumSizeHint(self) -> QSize:
+        """Return the same, so that no text is cut, unless it shrinks."""
+        wanted = self.sizeHint()
+        return QSize(self._reserved, wanted.height()) if self._shrinks else wanted
 
     def show_said(self, said: StatusText) -> None:
         """Show another text."""
@@ -97,7 +113,7 @@ class StatusStrip(QFrame):
         self.battery = Chip("Battery", look, 5)
         self.reached = Chip("Speed", look, 20)
         self.link = Chip("Link", look)
-        self.script = Chip("Script", look)
+        self.script = Chip("Script", look, SCRIPT_WIDTH_DIGITS, shrinks=True)
         self.script.hide()
         self.autopilot = Chip("Autopilot", look)
         self.autopilot.hide()

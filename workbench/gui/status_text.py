@@ -43,9 +43,10 @@ _ORDER_TEXTS = (
     ("push", "push"),
     ("injection", "injection"),
     ("controller", "controller"),
-    ("set", "parameters"),
 )
 """Fields of a script's action, the most important first, and what they order."""
+MAX_SHOWN_PARAMETER_CHARS = 20
+"""Number of shown characters of a parameter's name."""
 _PHASE_STATUS = {
     Phase.STARTING: StatusText("starting", "pace", MUTED_TONE),
     Phase.BROKEN: StatusText("broken", "failure", BAD_TONE),
@@ -131,16 +132,21 @@ def script_status(view: LiveView) -> StatusText | None:
     at = simulated_text(view.next_action.at)
     order = _order_text(view.next_action)
     full = f"next order of the scenario's script: {order} at {at}; Hold, Land and STOP end it"
-    return StatusText(f"script: {order} at {at}", "clock", PLAIN_TONE, full)
+    return StatusText(f"script: {at} {order}", "clock", PLAIN_TONE, full)
 
 
 def _order_text(action: Action) -> str:
     """Return what an action of a script does, in few words."""
     if action.request is not None:
         return action.request.replace("_", " ")
+    for name, text in _ORDER_TEXTS:
+        if getattr(action, name) is not None:
+            return text
     if len(action.set) == 1:
-        return f"set {plain_name(next(iter(action.set)))}"
-    return next((text for name, text in _ORDER_TEXTS if getattr(action, name)), "no order")
+        return f"set {plain_name(next(iter(action.set)), MAX_SHOWN_PARAMETER_CHARS)}"
+    if action.set:
+        return "set parameters"
+    return "end of the script" if action.end_script else "no order"
 
 
 def autopilot_status(view: LiveView) -> StatusText | None:

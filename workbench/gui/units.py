@@ -32,10 +32,6 @@ FREQUENCY_DIGITS = 3
 GAIN_DIGITS = 4
 TEXT_VALUE_TOLERANCE = 1e-4
 """Relative tolerance within which a text stands for the exact value."""
-ROUND_VALUE_DIGITS = 3
-"""Largest number of significant digits of a value that is round."""
-ROUND_VALUE_TOLERANCE = 5e-3
-"""Relative tolerance of the text of a value that is round in SI: three digits are right."""
 UNUSUAL_VALUE_DIGITS = 5
 """Significant digits of a value that the usual decimals do not show."""
 _POWER_DENSITY_UNIT = re.compile(r"(?:\((.+)\)|(\w+))\^2/Hz")
@@ -61,8 +57,7 @@ def unit_for(si: str, preferences: Preferences) -> DisplayUnit:
 def entered_number_text(value: float, unit: DisplayUnit, decimals: int | None = None) -> str:
     """Return a value that a user can enter as text without its unit.
 
-    It has the usual decimals, more if these would change the value. A value that is round in SI
-    needs none more if three digits are right: 0.4 rad/s is 22.9 °/s, and not 22.918.
+    It has the usual decimals, more if these would change the value.
 
     Args:
         value: in SI.
@@ -71,11 +66,7 @@ def entered_number_text(value: float, unit: DisplayUnit, decimals: int | None = 
     """
     shown = unit.shown(value)
     text = f"{shown:.{unit.decimals if decimals is None else decimals}f}"
-    is_round = unit.factor != 1.0 and math.isclose(
-        float(f"{value:.{ROUND_VALUE_DIGITS}g}"), value, rel_tol=1e-9
-    )
-    tolerance = ROUND_VALUE_TOLERANCE if is_round else TEXT_VALUE_TOLERANCE
-    if not math.isclose(float(text), shown, rel_tol=tolerance, abs_tol=1e-12):
+    if not math.isclose(float(text), shown, rel_tol=TEXT_VALUE_TOLERANCE, abs_tol=1e-12):
         text = f"{shown:.{UNUSUAL_VALUE_DIGITS}g}"
     return "0" + text[2:] if text.startswith("-0") and float(text) == 0.0 else text
 

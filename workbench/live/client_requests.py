@@ -30,6 +30,9 @@ from workbench.session.session import Session
 from workbench.systems.bridge import Bridge
 from workbench.systems.pilot import urgency
 
+SCRIPT_ENDING_REQUESTS = ("hold", "land", "stop")
+"""Requests of a pilot after which the script of the scenario gives no more orders."""
+
 
 class ClientRequests:
     """Executes the requests of clients.
@@ -104,7 +107,7 @@ class ClientRequests:
                 action = Action(request=what, height=height)
                 if what == "hold":
                     action = effect_action(SilenceEffect.HOLD)
-                action = landing_action(action, self._session, self._bridge)
+                action = pilot_action(action, self._session, self._bridge)
                 self._listens(what, action)
                 self._do(action, authority.state(now).name)
                 authority.renew(now)
@@ -187,12 +190,17 @@ class ClientRequests:
         return {name: self._values[name] for name in names}
 
 
-def landing_action(action: Action, session: Session, bridge: Bridge) -> Action:
-    """Return the form of a pilot's action during a landing, in the air: some actions end it.
+def pilot_action(action: Action, session: Session, bridge: Bridge) -> Action:
+    """Return the form in which the action of a pilot, operator or client, takes effect.
 
-    A take-off climbs again, if the drone is below its height. A hold, a stick that leaves neutral,
-    and a place to go to become a hold. Any other action is returned unchanged.
+    A hold, a landing and a stop end the script of the scenario, which would otherwise start the
+    rotors again, or leave the place.
+
+    During a landing, in the air, some actions end it. A take-off climbs again, if the drone is
+    below its height. A hold, a stick that leaves neutral, and a place to go to become a hold.
     """
+    if action.request in SCRIPT_ENDING_REQUESTS and session.next_action is not None:
+        action = replace(action, end_script=True)
     steered = (*(action.velocity or ()), action.yaw_rate or 0.0)
     is_command = action.velocity is not None or action.yaw_rate is not None
     moved = (is_command and bridge.moves(*steered)) or action.go_to is not None

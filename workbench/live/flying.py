@@ -259,7 +259,7 @@ class FlightLoop:
                 if action.set and self._measurer.end():
                     self._measurer.ended = "a parameter was changed: it hovers where it is"
             case Action():
-                action = self._network.in_landing(checked_action(order))
+                action = self._network.operator_action(checked_action(order))
                 session.do(action)  # a refused order takes control from nobody
                 if self._network.operate() or self._exciter.end() or self._measurer.end():
                     session.do(action)  # again, after the hold

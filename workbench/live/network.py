@@ -31,7 +31,7 @@ from workbench.live.announcer import (
     Announcer,
     disturbance_texts,
 )
-from workbench.live.client_requests import ClientRequests, effect_action, landing_action
+from workbench.live.client_requests import ClientRequests, effect_action, pilot_action
 from workbench.live.log_keeper import LogKeeper
 from workbench.live.messages import NetworkView
 from workbench.live.orders import KeepLog, NetworkOrder
@@ -139,11 +139,11 @@ class FlightNetwork:
         """Whether the operator has control."""
         return self._bridge.authority.state(self._session.time).hand is ControlOwner.OPERATOR
 
-    def in_landing(self, action: Action) -> Action:
-        """Return the form of an operator's action during a landing, which some actions end."""
+    def operator_action(self, action: Action) -> Action:
+        """Return the form in which an operator's action takes effect, see `pilot_action`."""
         if not self.operates:
             self._bridge.moves()  # another pilot's sticks say nothing about the operator's
-        return landing_action(action, self._session, self._bridge)
+        return pilot_action(action, self._session, self._bridge)
 
     def act(self, action: Action, by: str = OPERATOR_NAME) -> None:
         """Let an action take effect now, and record it."""

@@ -40,6 +40,7 @@ class Checkpoint:
         source: SHA-256 of its file.
         parameters: names of its parameters.
         memory: names of its states.
+        script_ended: whether the script orders no more.
     """
 
     time: float
@@ -53,3 +54,4 @@ class Checkpoint:
     source: str = ""
     parameters: tuple[str, ...] = ()
     memory: tuple[str, ...] = ()
+    script_ended: bool = False

@@ -24,13 +24,17 @@ def disturbance_settings(action: Action, start: float) -> dict[str, float]:
 
 
 class Script:
-    """Returns each action at the first control update at or after its time."""
+    """Returns each action at the first control update at or after its time.
+
+    Attributes:
+        done: number of returned actions.
+        ended: whether it returns no more until it starts again.
+    """
 
     def __init__(self, actions: Iterable[Action], rates: Rates) -> None:
         self._actions = sorted(actions, key=lambda action: action.at)
         self._rates = rates
-        self._done = 0
-        self._end = len(self._actions)
+        self.done, self.ended = 0, False
 
     @property
     def next_step(self) -> int | float:
@@ -41,13 +45,14 @@ class Script:
     @property
     def next_action(self) -> Action | None:
         """The next action, None without one."""
-        return self._actions[self._done] if self._done < self._end else None
+        left = self.done < len(self._actions) and not self.ended
+        return self._actions[self.done] if left else None
 
     def due(self, step: int) -> Iterator[Action]:
         """Yield the actions that are due at a step, each once."""
         while self.next_step <= step:
-            self._done += 1
-            yield self._actions[self._done - 1]
+            self.done += 1
+            yield self._actions[self.done - 1]
 
     @property
     def first_values(self) -> dict[str, float]:
@@ -60,22 +65,17 @@ class Script:
         return found
 
     @property
-    def done(self) -> int:
-        """Number of actions that it returns no more."""
-        return len(self._actions) if self._done == self._end else self._done
-
-    @property
     def actions_done(self) -> list[Action]:
         """The returned actions."""
-        return self._actions[: self._done]
+        return self._actions[: self.done]
 
-    def rewind(self, done: int = 0) -> None:
-        """Start again, at the beginning or after this number of actions."""
-        self._done, self._end = done, len(self._actions)
+    def rewind(self, done: int = 0, *, ended: bool = False) -> None:
+        """Start again, at the beginning or after this number of actions, or stay ended."""
+        self.done, self.ended = done, ended
 
     def end(self) -> None:
         """Return no more actions until the script starts again."""
-        self._end = self._done
+        self.ended = True
 
 
 def repeat_scenario(

@@ -126,6 +126,7 @@ class Session(ObservedFlight, PilotOrders[None]):
             steps=self._steps,
             due=self._due,
             acted=self._script.done,
+            script_ended=self._script.ended,
             velocity=self.asked[:3],
             yaw_rate=self.asked[3],
             systems=self._live.states(),
@@ -347,7 +348,10 @@ class Session(ObservedFlight, PilotOrders[None]):
         self._injecting = None
         self._earlier = None
         self._steps, self._due = (checkpoint.steps, checkpoint.due) if checkpoint else (0, 0.0)
-        self._script.rewind(checkpoint.acted if checkpoint else 0)
+        if checkpoint:
+            self._script.rewind(checkpoint.acted, ended=checkpoint.script_ended)
+        else:
+            self._script.rewind()
         self._tell_limits()
 
     def _take_over(self, name_or_path: str) -> None:

@@ -66,7 +66,7 @@ def test_a_turning_rate_reads_as_on_the_joystick_screen(screen, workspace, qtbot
         qtbot.keyClick(field, Qt.Key.Key_Return)
     shown = [each.text() for each in sticks.findChildren(QLabel)]
     assert field.text() in shown
-    assert field.text().startswith(typed or "22.9\N{NO-BREAK SPACE}")
+    assert field.text().startswith(typed or "22.918\N{NO-BREAK SPACE}")
 
 
 def test_every_preference_has_a_row_with_a_name_for_readers(screen):

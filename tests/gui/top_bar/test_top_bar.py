@@ -7,7 +7,7 @@ from types import SimpleNamespace
 
 import pytest
 from PyQt6.QtCore import Qt
-from PyQt6.QtWidgets import QMainWindow
+from PyQt6.QtWidgets import QApplication, QMainWindow
 
 from workbench.control.mode import FlightMode
 from workbench.gui.actions import ACTION_TABLE
@@ -32,6 +32,7 @@ from workbench.gui.status_text import (
     link_status,
     mode_status,
     real_time_status,
+    script_status,
     time_status,
     warnings_status,
 )
@@ -296,12 +297,51 @@ def test_a_script_is_shown_until_hold_land_or_stop_end_it(
     waiting = dataclasses.replace(view, next_action=Action(at=65.5, request="take_off"))
     monkeypatch.setattr(workspace.flight, "_view", waiting)
     bar.show_view(waiting)
-    assert bar.strip.script.text == "script: take off at 1:05.5"
+    assert bar.strip.script.text == "script: 1:05.5 take off"
     assert bar.strip.script.isVisibleTo(bar)
     qtbot.mouseClick(bar.button(name), Qt.MouseButton.LeftButton)
-    assert bar.orders[-1] == Action(request=name, end_script=True)
+    assert bar.orders[-1] == Action(request=name)
     bar.show_view(view)
     assert not bar.strip.script.isVisibleTo(bar)
+
+
+@pytest.mark.parametrize(
+    ("order", "text"),
+    [
+        (Action(yaw_rate=0.0), "yaw rate"),
+        (Action(go_to=[0.0, 0.0, 1.0], set={"wind_x": 1.0}), "go to a place"),
+        (Action(set={"wind_x": 1.0}), "set wind_x"),
+        (Action(set={"wind_x": 1.0, "wind_y": 1.0}), "set parameters"),
+        (Action(set={"k" * 200: 1.0}), "set kkkkkkkkkkkkkkkkkkkk"),
+        (Action(controller="px4"), "controller"),
+        (Action(end_script=True), "end of the script"),
+        (Action(), "no order"),
+    ],
+)
+def test_the_chip_of_the_script_says_when_and_what(view, order, text):
+    waiting = dataclasses.replace(view, next_action=dataclasses.replace(order, at=5.0))
+    shown = script_status(waiting).text
+    assert shown.startswith(f"script: 0:05.0 {text}") and len(shown) < 70
+
+
+@pytest.mark.parametrize("order", [Action(at=5.0, request="take_off"), Action(set={"k" * 99: 1.0})])
+def test_the_chip_of_the_script_cuts_no_other_text(bar, view, order, qtbot):
+    bar.setFixedWidth(928)  # in a window of 1024 px
+    load = StatusText("load hooked, slack", "hook")
+    bar.show_view(dataclasses.replace(view, next_action=order))
+    bar.strip.load.show_said(load)
+    bar.strip.load.show()
+    bar.show()
+    QApplication.processEvents()
+    chips = [chip for chip in bar.strip.findChildren(Chip) if chip.isVisible()]
+    assert bar.strip.script in chips and bar.strip.load in chips
+    for chip in chips:
+        if chip is not bar.strip.script:
+            assert chip.width() >= chip.sizeHint().width(), chip.text
+    assert chips[-1].geometry().right() < bar.strip.width()
+    assert bar.strip.script.width() >= bar.strip.script.minimumSizeHint().width()
+    if order.request:
+        assert bar.strip.script.width() >= bar.strip.script.sizeHint().width()
 
 
 def test_hold_brakes_whatever_is_flown(bar, qtbot):
