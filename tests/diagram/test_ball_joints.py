@@ -104,3 +104,20 @@ def test_one_that_turns_too_fast_ends_the_flight_with_a_sentence(tmp_path):
     throw(flight, (0.0, 0.0, 0.0), (90.0, 110.0, 0.0))
     with pytest.raises(FlightBrokenError, match=r"ball joint 'string' turns by more than 60° in"):
         flight.fly(0.25)
+
+
+@pytest.mark.parametrize("kind", ["ball", "floating"])
+@pytest.mark.parametrize("word", ["frame", "turned"])
+def test_a_link_may_have_any_name_beside_a_loose_joint(tmp_path, kind, word):
+    """The plant's own frames have other names than a body, and than a link that is none."""
+    parts = link("load", LOAD, (0.0, 0.0, -LENGTH), (MOMENT,) * 3)
+    parts += joint("string", kind, "base", "load")
+    parts += link(f"string_{word}", 0.01) + joint("arm", "continuous", "base", f"string_{word}")
+    parts += f'<link name="string_{word}_2"/>'
+    parts += joint("fixed", "fixed", "load", f"string_{word}_2")
+    if kind == "floating":
+        ends = '<parent link="base"/><child link="load"/>'
+        parts += f'<cable name="rope" length="{LENGTH}">{ends}</cable>'
+    session = Session(Scenario(vehicle=VehicleConfig(model=drone(tmp_path, parts))))
+    session.tick(0.05)
+    assert session.time == pytest.approx(0.05, abs=0.01)

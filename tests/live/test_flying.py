@@ -142,6 +142,16 @@ def test_what_the_script_itself_asks_for_does_not_end_it():
     assert bench.session.next_action == script[-1]
 
 
+def test_a_flight_whose_script_was_ended_at_once_repeats_with_what_it_began_with():
+    script = [Action(set={"wind_x": 2.0, "kp_roll": 55.0}), Action(velocity=[1.0, 0.0, 0.0])]
+    bench = Bench(Scenario(script=script), SETTINGS)
+    bench.execute(Action(request="hold", set={"kp_roll": 66.0}, end_script=True))
+    bench.fly(0.3)
+    assert (bench.session.get("wind_x"), bench.session.get("kp_roll")) == (2.0, 66.0)
+    flown = bench.flown()
+    assert_equal_to_the_bit(flown.recording, in_one_run(flown.scenario))
+
+
 def test_a_gain_of_the_operator_forgets_no_stick_of_a_client():
     """A stick that leaves neutral ends a landing; one that is held since before does not."""
     bench = Bench()

@@ -331,6 +331,42 @@ def test_a_cable_that_begins_far_too_short_is_said(tmp_path, length, said):
     assert texts == ["0.8 m between its ends: it is too short, and pulls at once"] * said
 
 
+def test_whether_a_cable_is_too_short_is_said_of_where_joints_begin(tmp_path, case):
+    """An arm of 1 m that begins 60° down, then slid out by 0.5 m, below a mimic of the latter."""
+    turned = '<limit lower="1.0471975511965976" upper="2" effort="1" velocity="1"/>'
+    slid = '<limit lower="0.5" upper="0.9" effort="1" velocity="1"/>'
+    parts = link("arm", 0.1, (0.5, 0.0, 0.0)) + joint(
+        "elbow", "revolute", "base", "arm", axis=(0, 1, 0), more=turned
+    )
+    parts += link("hand", 0.1) + joint(
+        "slide", "prismatic", "arm", "hand", (1, 0, 0), (1, 0, 0), slid
+    )
+    follows = '<limit lower="-1" upper="1" effort="1" velocity="1"/><mimic joint="slide"/>'
+    parts += link("tip", 0.1) + joint(
+        "more", "prismatic", "hand", "tip", axis=(0, 0, 1), more=follows
+    )
+    parts += link("crate", 0.2) + joint("free", "floating", "base", "crate", (0.0, 0.0, -2.0))
+    down, half = math.sqrt(0.75), 0.5
+    for end, place in (
+        ("base", (0.0, 0.0)),
+        ("arm", (0.0, 0.0)),
+        ("hand", (1.5 * half, -1.5 * down)),
+        ("tip", (1.5 * half + 0.5 * down, -1.5 * down + 0.5 * half)),
+    ):
+        apart = math.hypot(place[0], place[1] + 2.0)
+        for length, said in ((apart / 1.04, False), (apart / 1.06, True)):
+            with case(end, length):
+                ends = f'<parent link="{end}"/><child link="crate"/>'
+                cable = f'<cable name="sling" length="{length}">{ends}</cable>'
+                remarks = read_description(drone(tmp_path, parts + cable)).remarks
+                texts = [each.text for each in remarks if each.element == "cable 'sling'"]
+                assert (
+                    texts
+                    == [f"{apart:.3g} m between its ends: it is too short, and pulls at once"]
+                    * said
+                )
+
+
 def test_a_stored_load_hangs_on_the_same_cable(tmp_path):
     hung = (
         link("ball", 0.2)

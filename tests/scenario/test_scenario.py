@@ -201,6 +201,7 @@ def test_what_cannot_be_flown_is_named_with_its_line(case, write):
         ("[0.1, 0, 0]", "[0, 0, 0], duration: 0.0001", 20, ("push_duration is 0.0001",)),
         ("[0, 4, 0]", "[0, .inf, 0]", 20, ("script.1.push.force",)),
         ("[0.1, 0, 0]", "[.nan, 0, 0]", 20, ("script.1.push.point",)),
+        ("height: 2", "end_script: true", 14, ("script.0.end_script", "who flies")),
         ("height: 2", "height: -1", 14, ("script.0.height",)),
         ("height: 2", "height: .nan", 14, ("script.0.height",)),
         ("height: 2", "height: .inf", 14, ("script.0.height",)),

@@ -43,6 +43,7 @@ from workbench.plant.formats.urdf_writer import write_urdf
 from workbench.plant.gathered import merged_model
 from workbench.plant.gravity import GRAVITY
 from workbench.plant.model import Freedom, Joint, Model
+from workbench.plant.sensors import free_name
 from workbench.plant.shapes import box_corners, prism_corners
 from workbench.plant.worlds.geometry import add_ground
 from workbench.plant.worlds.world import EMPTY_WORLD, World
@@ -169,11 +170,15 @@ def _add_loose_joint(plant: MultibodyPlant, model: Model, joint: Joint) -> None:
     above = model.link(joint.parent)
     assert above
     X_PJ = above.X_ML.InvertAndCompose(joint.X_MJ)
-    frame = plant.AddFrame(FixedOffsetFrame(f"{joint.name}_frame", parent.body_frame(), X_PJ))
+    instance = child.model_instance()
+    taken = {plant.get_frame(each).name() for each in plant.GetFrameIndices(instance)}
+    name = free_name(taken, f"{joint.name}_frame")
+    frame = plant.AddFrame(FixedOffsetFrame(name, parent.body_frame(), X_PJ))
     if joint.kind == "free":
         plant.AddJoint(QuaternionFloatingJoint(joint.name, frame, child.body_frame()))
         return
-    turned = FixedOffsetFrame(f"{joint.name}_turned", child.body_frame(), RigidTransform())
+    name = free_name(taken, f"{joint.name}_turned")
+    turned = FixedOffsetFrame(name, child.body_frame(), RigidTransform())
     damping = joint.freedoms[0].damping
     plant.AddJoint(BallRpyJoint(joint.name, frame, plant.AddFrame(turned), damping))
 

@@ -4,6 +4,8 @@ import dataclasses
 from collections.abc import Mapping
 
 import numpy as np
+from pydrake.common.eigen_geometry import AngleAxis
+from pydrake.math import RotationMatrix
 
 from workbench.common.errors import WorkbenchError
 from workbench.plant.formats.values import listed_names, shortened_text
@@ -141,7 +143,7 @@ def flying_tree(model: Model, base_link: str, rotor_joints: set[str], remarks: R
         moves = not why and joint.name not in rotor_joints
         found.append(_started(tree, joint, remarks) if moves else joint.held())
     tree = dataclasses.replace(tree, joints=tuple(found))
-    return _with_leaders(_with_cables(tree, base_link, remarks), remarks)
+    return _with_cables(_with_leaders(tree, remarks), base_link, remarks)
 
 
 def _directed(model: Model, base_link: str, remarks: Remarks) -> Model:
@@ -189,11 +191,33 @@ def _with_cables(model: Model, base_link: str, remarks: Remarks) -> Model:
 
 
 def _distance(model: Model, cable: Cable) -> float:
-    """Return the distance between the ends of a cable with all joints at zero [m]."""
-    first, second = model.link(cable.parent), model.link(cable.child)
-    assert first and second
-    end = second.X_ML.multiply(np.array(cable.p_child))
-    return float(np.linalg.norm(end - first.X_ML.multiply(np.array(cable.p_parent))))
+    """Return the distance between the ends of a cable where all joints begin [m]."""
+    above = {joint.child: joint for joint in model.joints}
+    ends = []
+    for name, place in ((cable.parent, cable.p_parent), (cable.child, cable.p_child)):
+        link, joint = model.link(name), above.get(name)
+        assert link
+        p_M = link.X_ML.multiply(np.array(place))
+        for _ in above:
+            if joint is None:
+                break
+            p_M = _at_start(joint, p_M)
+            joint = above.get(joint.parent)
+        ends.append(p_M)
+    return float(np.linalg.norm(ends[1] - ends[0]))
+
+
+def _at_start(joint: Joint, p_M: np.ndarray) -> np.ndarray:
+    """Return where a joint that begins away from zero takes a point on its child (3) [m]."""
+    p_J = joint.X_MJ.inverse().multiply(p_M)
+    for each in reversed(joint.freedoms):
+        axis, at = np.array(each.axis_J), np.array(each.p_J)
+        if each.kind == "revolute":
+            p_J = at + RotationMatrix(AngleAxis(each.start, axis)).multiply(p_J - at)
+        else:
+            p_J = p_J + each.start * axis
+    moved: np.ndarray = joint.X_MJ.multiply(p_J)
+    return moved
 
 
 def _loop(model: Model, joint: Joint, first: Joint) -> WorkbenchError:

@@ -131,8 +131,8 @@ class Action:
     A velocity in W [m/s], a yaw rate [rad/s], a point to go to [m], a request (arm, take_off, hold,
     land, stop, abort_landing) with its height [m], setpoints of attitude or rates, a gust, a push,
     an injection into the law, new values of live parameters, or a controller to take over (the name
-    of a shipped one, or a file). After `end_script` the scenario's script orders no more.
-    `interpreted` has no effect: files of earlier versions have it.
+    of a shipped one, or a file). After `end_script`, which is no part of a script, the scenario's
+    script orders no more. `interpreted` has no effect: files of earlier versions have it.
     """
 
     at: float = 0.0

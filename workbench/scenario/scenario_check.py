@@ -106,6 +106,11 @@ def check_scenario(
             raise refuse(
                 (*keys, "at"), f"is after the flight's {scenario.duration:g} s: fly longer"
             )
+        if action.end_script:
+            raise refuse(
+                (*keys, "end_script"),
+                "is an order of somebody who flies, not of a script: remove it",
+            )
         if not 0.0 <= action.at < math.inf:
             raise refuse((*keys, "at"), "must be a time in seconds, 0 or later")
         if action.yaw_rate is not None and not math.isfinite(action.yaw_rate):

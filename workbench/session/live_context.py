@@ -107,6 +107,7 @@ class LiveContext:
             bench.computer.close_loops(self._of(bench.computer))
             bench.computer.design(self._of(bench.computer))
             root.SetTime(checkpoint.time)
+            bench.computer.continue_ended(self._of(bench.computer))
             if checkpoint.source != setup.controller.digest:  # before anything is published
                 bench.computer.try_update(self._of(bench.computer))
             # events of the start are done; those due at the present time are still to come
@@ -134,6 +135,10 @@ class LiveContext:
     def start_program(self) -> None:
         """Start the program that runs the law, see `FlightComputer.start_program`."""
         self._bench.computer.start_program(self._of(self._bench.computer))
+
+    def clear_ended(self) -> None:
+        """Let a law whose program has ended run again, see `FlightComputer.clear_ended`."""
+        self._bench.computer.clear_ended(self._of(self._bench.computer))
 
     def states(self) -> dict[str, SystemState]:
         """Return the states that determine the rest of the flight, by path of the system."""

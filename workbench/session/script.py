@@ -103,7 +103,9 @@ def repeat_scenario(
     ended = min((action.at for action in done if action.end_script), default=math.inf)
     scripted = [action for action in scripted if action.at < ended]
     live = [dataclasses.replace(action, end_script=False) for action in done]
-    first = [Action(0.0, set=dict(settings))] if settings else []
+    # a flight begins with what its script sets at 0, although that was ended then
+    values = Script(scenario.script, rates).first_values if ended <= 0.0 else {}
+    first = [Action(0.0, set=dict(each)) for each in (settings, values) if each]
     script = sorted([*first, *live, *scripted], key=lambda action: action.at)
     return dataclasses.replace(
         scenario,

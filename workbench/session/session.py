@@ -376,6 +376,7 @@ class Session(ObservedFlight, PilotOrders[None]):
         bench = self._build(setup)
         with drake_error_sentences(f"the controller {law.name} cannot take over"):
             live = LiveContext(bench, self.checkpoint())
+        live.clear_ended()
         self._earlier = self._flown()
         self._injecting = None
         self._use(bench)

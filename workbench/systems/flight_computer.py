@@ -39,6 +39,9 @@ from workbench.systems.cached import cached
 from workbench.systems.discrete_system import DiscreteSystem
 
 _STRAIGHT = (0.0, 0.0, 0.0)
+_AFTER_END = (
+    "; the rotors stop, and the flight mode is held: reset, or fly again, to start it again"
+)
 
 
 class FlightComputer(DiscreteSystem):
@@ -160,13 +163,13 @@ class FlightComputer(DiscreteSystem):
         return self._ended
 
     def start_program(self, context: Context) -> None:
-        """Start the program that runs the law, if there is one and it does not run yet.
+        """Start the program that runs the law, if there is one that neither runs nor has ended.
 
         Raises:
             WorkbenchError: if it cannot be started.
         """
         law = self.controller
-        if law.program is None or self._program:
+        if law.program is None or self._program or self._has_ended(context):
             return
         known = known_vehicle(self._known(context))
         with user_code_errors(law.file, "program"):
@@ -180,6 +183,20 @@ class FlightComputer(DiscreteSystem):
             self._program.close()
             self._run = make_control_update(self.controller)
         self._program = None
+
+    def continue_ended(self, context: Context) -> None:
+        """Continue a flight in whose Context the program of the law may have ended."""
+        if self._has_ended(context) and not self._ended:
+            self._ended = (
+                f"the program that runs {self.controller.name} ended before t = "
+                f"{context.get_time():.3f} s, where this flight continues{_AFTER_END}"
+            )
+
+    def clear_ended(self, context: Context) -> None:
+        """Let the law, whose program may have ended, run again from the next update on."""
+        self._ended = ""
+        if self._ended_index is not None:
+            context.SetDiscreteState(self._ended_index, [0.0])
 
     def try_update(self, context: Context) -> None:
         """Run the next update on the present inputs without storing the result.
@@ -244,7 +261,7 @@ class FlightComputer(DiscreteSystem):
         gains.SetFromVector([*own, *designed])
 
     def _update(self, context: Context, discrete_state: DiscreteValues) -> None:
-        if self._ended_index is not None and context.get_discrete_state(self._ended_index)[0]:
+        if self._has_ended(context):
             return  # the commands stay zero
         arguments = self._arguments(context, discrete_state)
         try:
@@ -252,10 +269,7 @@ class FlightComputer(DiscreteSystem):
         except FlightBrokenError as error:
             if self._ended_index is None:
                 raise
-            self._ended = (
-                f"{error} at t = {context.get_time():.3f} s; the rotors stop, and the flight mode "
-                "is held: reset, or fly again, to start it again"
-            )
+            self._ended = f"{error} at t = {context.get_time():.3f} s{_AFTER_END}"
             discrete_state.set_value(self._ended_index, [1.0])
             discrete_state.get_mutable_value(self._commands_state)[:] = 0.0
         except Exception as error:
@@ -268,6 +282,10 @@ class FlightComputer(DiscreteSystem):
             if arguments.memory:
                 discrete_state.set_value(self.memory_index, arguments.memory)
             discrete_state.set_value(self._commands_state, arguments.speeds)
+
+    def _has_ended(self, context: Context) -> bool:
+        index = self._ended_index
+        return index is not None and bool(context.get_discrete_state(index)[0])
 
     def _old(self, context: Context) -> DiscreteValues:
         """Return a copy of the state before an update."""
