@@ -6,7 +6,8 @@ time. Each gap has a message of NaN only, so that no curve is drawn across it.
 
 import json
 import re
-from collections.abc import Mapping
+import unicodedata
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import replace
 from typing import Any, NamedTuple
 
@@ -26,19 +27,29 @@ from workbench.logs.readers.rotations import (
     without_jumps,
 )
 from workbench.logs.record import LogRecord
+from workbench.plant.sensors import free_name
 
 _IMPORTED_PACKAGE = "imported_msgs"
-_INDEX_PATTERN = re.compile(r"\d+")
+_ROS_NAME_PATTERN = re.compile(r"[a-z][a-z0-9_]*")
+_INDEX_PATTERN = re.compile(r"0|[1-9][0-9]*")
 _MAX_INDEX_DIGITS = 3
 """Of the largest index of an element: no log has a thousand motors or debugged values."""
 
 
 class SignalTopic(NamedTuple):
-    """A topic of signals, with the definition of its messages and their numbers (n, k)."""
+    """A topic of signals, with the definition of its messages and their numbers (n, k).
+
+    Attributes:
+        topic: with the names of the signals.
+        ros_name: of the topic, which ROS 2 allows.
+        signals: names of signals by those in the messages, where the two differ.
+    """
 
     topic: LoggedTopic
     schema: str
     table: np.ndarray
+    ros_name: str
+    signals: Mapping[str, str]
 
 
 def imported_flight(record: LogRecord) -> Flight:
@@ -54,7 +65,10 @@ def imported_flight(record: LogRecord) -> Flight:
                 good = np.isfinite(each.values)
                 samples[each.name] = each.time[good], each.values[good]
     try:
-        flight = Flight.from_description(json.loads(record.imported), record.path, samples)
+        said = json.loads(record.imported)
+        names = said.get("ros_names", {})
+        samples = {names.get(name, name): each for name, each in samples.items()}
+        flight = Flight.from_description(said, record.path, samples)
     except (
         KeyError,
         TypeError,
@@ -69,9 +83,10 @@ def imported_flight(record: LogRecord) -> Flight:
     return replace(flight, signals=without_jumps(flight.signals))  # earlier versions left jumps
 
 
-def record_metadata(flight: Flight) -> str:
-    """Return the data that are not in the messages."""
-    return json.dumps(flight.described(), indent=1)
+def record_metadata(flight: Flight, topics: Iterable[SignalTopic]) -> str:
+    """Return the data that are not in the messages of the topics."""
+    names = {ros: name for topic in topics for ros, name in topic.signals.items()}
+    return json.dumps(flight.described() | ({"ros_names": names} if names else {}), indent=1)
 
 
 def signal_topics(flight: Flight) -> list[SignalTopic]:
@@ -91,11 +106,25 @@ def signal_topics(flight: Flight) -> list[SignalTopic]:
             )
         if len(signal.time):
             grouped.setdefault(signal.name.partition(".")[0], []).append(signal)
-    return [_signal_topic(name, signals) for name, signals in grouped.items()]
+    ros_names = _ros_names(grouped)
+    return [_signal_topic(name, ros_names[name], signals) for name, signals in grouped.items()]
 
 
-def _signal_topic(name: str, signals: list[Series]) -> SignalTopic:
-    kind = f"{_IMPORTED_PACKAGE}/msg/{name.title().replace('_', '')}"
+def _ros_names(names: Collection[str]) -> dict[str, str]:
+    """Return different names that ROS 2 allows, by name: the same if it allows them."""
+    found = {name: name for name in names if _ROS_NAME_PATTERN.fullmatch(name)}
+    for name in names:
+        if name not in found:
+            signs = unicodedata.normalize("NFKD", name).lower()
+            letters = "".join(each for each in signs if not unicodedata.combining(each))
+            plain = re.sub(r"[^a-z0-9_]+", "_", letters).strip("_")
+            allowed = plain if _ROS_NAME_PATTERN.fullmatch(plain) else f"n_{plain}".rstrip("_")
+            found[name] = free_name(found.values(), allowed)
+    return found
+
+
+def _signal_topic(name: str, ros_name: str, signals: list[Series]) -> SignalTopic:
+    kind = f"{_IMPORTED_PACKAGE}/msg/{ros_name.title().replace('_', '')}"
     tree: dict[str, Any] = {}
     for signal in signals:
         *way, last = signal.name.split(".")[1:]
@@ -111,10 +140,15 @@ def _signal_topic(name: str, signals: list[Series]) -> SignalTopic:
         f"{SCHEMA_SEPARATOR}\nMSG: {each.replace('/msg/', '/')}\n{text}" for each, text in rest
     )
     t_ns, table = _topic_table([signal for _, signal in placed.values()])
-    columns = zip(placed.items(), table.T, strict=True)
-    fields = {path: MessageColumn(unit, values) for (path, (unit, _)), values in columns}
+    fields, names = {}, {}
+    for (path, (unit, signal)), values in zip(placed.items(), table.T, strict=True):
+        written = f"{ros_name}.{path}"
+        known = signal.name if signal else written
+        fields[known.partition(".")[2]] = MessageColumn(unit, values)
+        if known != written:
+            names[written] = known
     topic = LoggedTopic(f"{PREFIX}{name}", kind, t_ns, fields)
-    return SignalTopic(topic, schema, table)
+    return SignalTopic(topic, schema, table, ros_name, names)
 
 
 def _define(
@@ -130,18 +164,23 @@ def _define(
         kind: type of the message.
         tree: its fields by name: signals, or trees.
         texts: gets the definitions by type.
-        placed: gets unit and signal by the path of the field, in the order of the message; the
-            signal is None for an element of an array that has none.
+        placed: gets unit and signal by path in the message, in its order; the signal is None for an
+            element of an array that has none.
         before: beginning of the paths.
     """
     lines: list[str] = []
     texts[kind] = ""  # the outermost comes first
-    for name, value in tree.items():
+    ros_names = _ros_names(tree)
+    for key, value in tree.items():
+        name = ros_names[key]
         path = f"{before}{name}"
         if isinstance(value, Series):
             lines.append(f"float64 {name} # [{value.unit}]")
             placed[path] = (value.unit, value)
-        elif all(_INDEX_PATTERN.fullmatch(part) for part in value):
+        elif all(
+            _INDEX_PATTERN.fullmatch(part) and isinstance(each, Series)
+            for part, each in value.items()
+        ):
             count = 1 + max(map(int, value))
             unit = next(iter(value.values())).unit
             lines.append(f"float64[{count}] {name} # [{unit}]")

@@ -35,7 +35,8 @@ SIGNAL_NAME = re.compile(r"[^\W\d_A-Z][^\WA-Z]*(\.[^\W\d_A-Z][^\WA-Z]*|\.\d+)+")
 
 def signal_name_part(text: str) -> str:
     """Return a text as a part of a signal's name: lower case, and composed as in expressions."""
-    plain = re.sub(r"\W+", "_", unicodedata.normalize("NFKC", text.lower())).strip("_")
+    composed = unicodedata.normalize("NFKC", text).lower()  # the capital of a sign such as ℃, too
+    plain = re.sub(r"\W+", "_", unicodedata.normalize("NFKC", composed)).strip("_")
     return plain if re.match(r"[^\W\d_]", plain) else f"n_{plain}"
 
 

@@ -6,6 +6,7 @@ from mcap.well_known import MessageEncoding, SchemaEncoding
 
 from workbench.common.flight import Flight
 from workbench.link.ros_messages.cdr import CDR_ENCAPSULATION
+from workbench.link.topics import PREFIX
 from workbench.logs.contents import IMPORTED_ATTACHMENT, VERSIONS_METADATA, software_versions
 from workbench.logs.imported import record_metadata, signal_topics
 from workbench.logs.mcap_writer import McapWriter
@@ -23,16 +24,18 @@ def write_flight(flight: Flight, path: Path) -> None:
     try:
         writer.add_metadata(VERSIONS_METADATA, found)
         writer.add_attachment(
-            0, 0, IMPORTED_ATTACHMENT, "application/json", record_metadata(flight).encode()
+            0, 0, IMPORTED_ATTACHMENT, "application/json", record_metadata(flight, streams).encode()
         )
         channels = []
-        for topic, schema, _ in streams:
-            number = writer.register_schema(topic.type, SchemaEncoding.ROS2, schema.encode())
-            channels.append(writer.register_channel(topic.name, MessageEncoding.CDR, number))
+        for each in streams:
+            schema = each.schema.encode()
+            number = writer.register_schema(each.topic.type, SchemaEncoding.ROS2, schema)
+            name = f"{PREFIX}{each.ros_name}"
+            channels.append(writer.register_channel(name, MessageEncoding.CDR, number))
         rows = [
             (t_ns, channel, row)
-            for channel, (topic, _, table) in zip(channels, streams, strict=True)
-            for t_ns, row in zip(topic.t_ns.tolist(), table, strict=True)
+            for channel, each in zip(channels, streams, strict=True)
+            for t_ns, row in zip(each.topic.t_ns.tolist(), each.table, strict=True)
         ]
         for t_ns, channel, row in sorted(rows, key=lambda row: row[:2]):
             writer.message(channel, t_ns, t_ns, CDR_ENCAPSULATION + row.tobytes())

@@ -1,7 +1,5 @@
 """The dialog that maps the columns of a table of an unknown kind to signals with units."""
 
-from collections.abc import Sequence
-
 from PyQt6.QtCore import Qt, pyqtSignal
 from PyQt6.QtWidgets import (
     QComboBox,
@@ -18,6 +16,7 @@ from workbench.common.plain_text import plain_name
 from workbench.gui.layout import buddy, choice, hbox, label, named, vbox
 from workbench.logs.logged_signal import SIGNAL_NAME, component_names, standard_unit
 from workbench.logs.readers.table_head import ColumnChoice, TableHead, own_signal
+from workbench.plant.sensors import free_name
 
 COLUMN_DIALOG_SIZE_PX = (760, 480)
 TABLE_ROW_PX = 38
@@ -155,7 +154,7 @@ class ColumnDialog(QDialog):
                 item.setFlags(Qt.ItemFlag.ItemIsEnabled)
                 self.table.setItem(row, place, item)
             before = earlier.get(column)
-            name = before.signal if before else _unused(own_signal(column), taken)
+            name = before.signal if before else free_name(taken, own_signal(column))
             taken.append(name)
             box = choice(f"Signal of {plain_name(column)}", (NOT_READ, *OFFERED_SIGNALS))
             box.setEditable(True)
@@ -187,12 +186,3 @@ class ColumnDialog(QDialog):
         )
         time = hbox(buddy("&Time", self.time, kind=""), self.time, self.time_unit, 1)
         vbox(intro, time, (self.table, 1), self.said, self.buttons, of=self)
-
-
-def _unused(name: str, taken: Sequence[str]) -> str:
-    """Return a name, with a number if it is taken."""
-    number = 2
-    found = name
-    while found in taken:
-        found, number = f"{name}_{number}", number + 1
-    return found
