@@ -207,19 +207,24 @@ class WhatIfCard(AddedCard):
                 f"The log is of {answer.logged_vehicle}, the model of {answer.vehicle}.",
                 "warning",
             )
-        if answer.doubt:
-            return f"{answer.doubt[:1].upper()}{answer.doubt[1:]}", "warning"
+        doubt = f"{answer.doubt[:1].upper()}{answer.doubt[1:]}"
+        ground = (
+            f"{answer.grounded} of {answer.drawn} would reach the ground" if answer.grounded else ""
+        )
         if not answer.stays:
-            return "With it the drone would have been lost.", "bad"
+            said = ("With it the drone would have been lost", ground, doubt)
+            return f"{'. '.join(filter(None, said))}.", "bad"
         if same:
             what = gain_differences_text(asked.gains, answer.flown_gains, same="as it flew")
         else:
             law = controller_label(asked.controller) or self._law_name()
             what = f"{law} in place of {answer.flown}"
-        said = f"{answer.vehicle} flies {asked.log.name}: {what}"
         if answer.lost:
-            said = f"{answer.lost} of {answer.drawn} uncertain drones would be lost: {what}"
-        return said, "warning" if answer.lost else "muted"
+            lost = f"{answer.lost} of {answer.drawn} uncertain drones would be lost: {what}"
+            return ". ".join(filter(None, (lost, ground, doubt))), "warning"
+        if doubt:
+            return doubt, "warning"
+        return f"{answer.vehicle} flies {asked.log.name}: {what}", "muted"
 
     def _law_name(self) -> str:
         """Return the name of the controller whose gains are shown on the left."""

@@ -88,7 +88,6 @@ def _other_law(subject: AnalysedVehicle, question: FlyAgain) -> Law:
 
 def _flown_again(flight: Flight, explained: Explained, found: WhatIf) -> FlownAgain:
     law, other = explained.flown, found.other[:, POSITION_VELOCITY_ROWS]
-    other[found.stays :] = np.nan
     period = float(found.time[1] - found.time[0])
     kept = slice(None, None, max(1, round(REPLAY_SAMPLE_TIME_S / period)))
     return FlownAgain(
@@ -105,8 +104,9 @@ def _flown_again(flight: Flight, explained: Explained, found: WhatIf) -> FlownAg
         high=found.high[kept],
         off_setpoint=found.off_setpoint,
         difference=np.sqrt(np.mean(found.difference**2, axis=0)),
-        band=0.5 * np.mean(found.high - found.low, axis=0),
+        band=0.5 * np.nanmean(found.high - found.low, axis=0),
         stays=found.stays == len(found.time),
         lost=found.lost,
+        grounded=found.grounded,
         drawn=found.drawn,
     )

@@ -51,12 +51,14 @@ class FlownAgain:
         other: motion with other gains (k, 6); NaN once the drone is lost.
         low: lower edges of its band (k, 6).
         high: upper edges of its band (k, 6).
-        off_setpoint: RMS distance of log and other flight from the setpoint (2, 3) [m].
+        off_setpoint: RMS distance of log and other flight from the setpoint (2, 3) [m]; like the
+            next, as long as the drone is not lost.
         difference: RMS difference between the two (6).
         band: half of the band's width, mean over time (6).
         stays: whether the nominal vehicle survives.
         lost: number of lost vehicles.
         drawn: number of flown vehicles: the nominal one, and uncertain ones.
+        grounded: number of the lost ones that reach the ground of the log.
         has_band: whether uncertain vehicles are flown; a recording of the workbench has none, and
             its setpoint is NaN.
     """
@@ -78,4 +80,5 @@ class FlownAgain:
     stays: bool
     lost: int
     drawn: int
+    grounded: int = 0
     has_band: bool = True

@@ -121,6 +121,13 @@ def run_what_if(args: argparse.Namespace) -> int:
         print_message(
             f"{found.lost} of {found.drawn} sampled vehicles do not stay in the air with it"
         )
+    if found.grounded:
+        print_message(f"{found.grounded} of {found.drawn} vehicles would reach the ground")
+    if found.stays < len(found.time):
+        print_message(
+            f"the described vehicle is lost at {found.time[found.stays]:.1f} s of the log: its "
+            "numbers and curves end there"
+        )
     rows = _rows(found)
     result = {
         "log": args.log,
@@ -128,7 +135,7 @@ def run_what_if(args: argparse.Namespace) -> int:
         "other": other.controller.name,
         "gains": {k: v for k, v in other.gains.items() if flown.gains.get(k) != v},
         "seconds": found.time[-1] - found.time[0],
-        **pick(found, "lost drawn"),
+        **pick(found, "lost grounded drawn"),
         "difference": rows,
         "remarks": remark_rows([flight]),
     }
@@ -176,7 +183,7 @@ def _rows(found: "WhatIf") -> list[dict[str, float | str]]:
             "unit": "m" if index < 3 else "m/s",
             "rms": float(np.sqrt(np.mean(found.difference[:, index] ** 2))),
             "largest": float(np.abs(found.difference[:, index]).max()),
-            "band": float(np.mean(found.high[:, index] - found.low[:, index])),
+            "band": float(np.nanmean(found.high[:, index] - found.low[:, index])),
         }
         for index, name in enumerate(names)
     ]

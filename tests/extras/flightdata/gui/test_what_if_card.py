@@ -111,6 +111,25 @@ def test_it_warns_of_another_drone_and_of_lost_ones(card, offline, fly_again, ca
             assert card.said.text() == said
 
 
+def test_it_says_how_many_reach_the_ground_whatever_else_is_in_doubt(
+    card, offline, fly_again, case
+):
+    for said, other in (
+        (
+            "With it the drone would have been lost. 2 of 25 would reach the ground. Doubtful.",
+            {"stays": False, "lost": 3, "grounded": 2, "drawn": 25, "doubt": "doubtful"},
+        ),
+        (
+            "3 of 25 uncertain drones would be lost: as it flew. 2 of 25 would reach the ground",
+            {"lost": 3, "grounded": 2, "drawn": 25},
+        ),
+    ):
+        with case(said):
+            asked = offline.analysis.of(FlyAgain)[-1]
+            offline.analysis.tell(*fly_again(asked, **other))
+            assert card.said.text() == said
+
+
 def test_preparations_are_told(card, offline):
     offline.analysis.preparing.emit("reading flight.csv")
     assert card.said.text() == "reading flight.csv …"

@@ -47,6 +47,41 @@ def test_the_band_holds_nineteen_of_twenty_flights(simulate):
     np.testing.assert_allclose(found.high[:, 1:] - found.low[:, 1:], 2e-3, atol=1e-9)
 
 
+def test_what_goes_below_the_ground_is_lost_there(simulate):
+    """A log from the air has its ground at 0; 4 cm below it may be rounding, 6 cm are not."""
+    flown = simulate(Scenario(), duration=0.5)
+    own, _ = laws(flown.vehicle, {})
+    explained = Explained(flown.motion, flown.vehicle, own, NOTHING, draws=0)
+    (again,) = explained.flights(own)
+    at = len(again) // 2
+
+    def sunk(height):
+        states = again.copy()
+        states[at:, 6] = height
+        return states
+
+    away = again.copy()
+    away[at:, 4] += 100.0
+    found = explained.compare([sunk(-0.04), sunk(-0.06), away])
+    assert (found.lost, found.grounded, found.drawn) == (2, 1, 3)
+    assert found.stays == len(again) and np.isfinite(found.other).all()
+    assert found.low[:, 2].min() >= -0.042
+    found = explained.compare([sunk(-0.06), again])
+    assert (found.lost, found.grounded, found.stays) == (1, 1, at)
+    assert np.isnan(found.other[at:]).all() and np.isfinite(found.other[:at]).all()
+    assert np.abs(found.difference).max() < 1e-3 and found.off_setpoint.max() < 1.0
+
+
+def test_the_ground_is_the_lowest_height_of_a_log_that_shows_it(simulate):
+    motion = simulate(Scenario(), duration=0.5).motion
+    lifted = motion.p + [0.0, 0.0, 20.0]
+    assert motion.ground == motion._replace(p=lifted).ground == 0.0
+    assert motion._replace(p=motion.p - [0.0, 0.0, 7.0]).ground == motion.p[:, 2].min() - 7.0
+    commands = motion.commands.copy()
+    commands[0] = 0.0
+    assert motion._replace(p=lifted, commands=commands).ground == lifted[:, 2].min()
+
+
 def test_a_part_without_a_long_gap_is_flown_again(simulate):
     """Of 0.5 s in the air all but the first 0.1 s and 3 ms are without a gap of 0.5 s."""
     flown = simulate(Scenario(), duration=1.0)

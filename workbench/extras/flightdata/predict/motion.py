@@ -69,6 +69,23 @@ class LoggedMotion(NamedTuple):
         return self.period * np.arange(len(self.p))
 
     @property
+    def _carried(self) -> np.ndarray:
+        """Whether the rotors carry the drone at a sample (m)."""
+        mean = self.commands.mean(axis=1)
+        turning = mean > MIN_TURNING_COMMAND
+        return mean > MIN_FLYING_SHARE * np.median(mean[turning]) if turning.any() else turning
+
+    @property
+    def ground(self) -> float:
+        """Height of the ground [m]: the lowest one logged, or 0 if the drone is never on it.
+
+        A log from the air that goes below 0 does not say where the ground is; no lower height than
+        its own is known to be free.
+        """
+        lowest, carried = float(self.p[:, 2].min()), self._carried
+        return min(lowest, 0.0) if carried[0] and carried[-1] else lowest
+
+    @property
     def airborne(self) -> tuple[int, int]:
         """Slice of the samples in flight; empty if it never flies.
 
@@ -77,7 +94,7 @@ class LoggedMotion(NamedTuple):
         """
         mean = self.commands.mean(axis=1)
         turning = mean > MIN_TURNING_COMMAND
-        carried = mean > MIN_FLYING_SHARE * np.median(mean[turning]) if turning.any() else turning
+        carried = self._carried
         if carried[0] and carried[-1]:
             return 0, len(self.p) - 1
         above = self.p[:, 2] > self.p[-1 if carried[0] else 0, 2] + AIRBORNE_HEIGHT_M

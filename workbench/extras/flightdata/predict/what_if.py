@@ -44,6 +44,8 @@ MIN_BAND_HALF_WIDTH_M = 1e-3
 MAX_EXPLAINED_GAP_S = 0.5
 """Longest gap in a log across which it is flown [s]; across a longer one, the interpolated path
 would need forces that never acted."""
+MAX_BELOW_GROUND_M = 0.05
+"""Depth below the ground of the log from which on a vehicle has reached it [m]."""
 SAMPLED_VEHICLES = 40
 """Number of vehicles sampled for the band."""
 
@@ -98,12 +100,13 @@ class WhatIf:
         logged: states (k, 13), see `record.flight_dtype`.
         again: states with its own law, which show how well the disturbance explains the log (k,
             13).
-        other: states with the other law (k, 13).
+        other: states with the other law (k, 13); NaN once the nominal vehicle is lost.
         low: lower edges of the band of position and velocity (k, 6) [m, m/s].
         high: upper edges.
         disturbance: force in W [N] and moment in B [N·m] (k, 6).
         stays: number of samples before the nominal vehicle is lost; all of them if it never is.
         lost: number of vehicles that do not stay in the air with the other law.
+        grounded: number of those that reach the ground of the log.
         drawn: number of vehicles flown.
     """
 
@@ -118,19 +121,19 @@ class WhatIf:
     disturbance: np.ndarray
     stays: int
     lost: int
+    grounded: int
     drawn: int
 
     @property
     def difference(self) -> np.ndarray:
-        """Other flight minus the log, position and velocity (k, 6)."""
-        return np.asarray(
-            self.other[:, POSITION_VELOCITY_ROWS] - self.logged[:, POSITION_VELOCITY_ROWS]
-        )
+        """Other flight minus the log while the nominal vehicle stays, position and velocity."""
+        return np.asarray((self.other - self.logged)[: self.stays, POSITION_VELOCITY_ROWS])
 
     @property
     def off_setpoint(self) -> np.ndarray:
-        """RMS over time of the deviations of log and other flight from the setpoint (2, 3) [m]."""
+        """RMS of the deviations of log and other flight from the setpoint meanwhile (2, 3) [m]."""
         off = np.array([each[:, 4:7] - self.setpoint for each in (self.logged, self.other)])
+        off = off[:, : self.stays]
         return np.asarray(np.sqrt(np.mean(off**2, axis=1)))
 
 
@@ -216,21 +219,26 @@ class Explained:
         """Return the comparison of flights of vehicles, the nominal one first, with the log."""
         own, nominal = self._own, slice(1)
         (pushes,) = self._explain(nominal)
-        whole = len(own.time)
-        staying = [each for each in flights if samples_near_log(each, own.targets) == whole]
-        low, high = _flight_band(staying or [flights[0]])
+        floor = self._motion.ground - MAX_BELOW_GROUND_M
+        ends = [samples_in_air(each, own.targets, floor) for each in flights]
+        lost = [(each, end) for each, end in zip(flights, ends, strict=True) if end < len(each)]
+        staying = [each for each, end in zip(flights, ends, strict=True) if end == len(each)]
+        other = flights[0].copy()
+        other[ends[0] :] = np.nan
+        low, high = _flight_band(staying or [other])
         return WhatIf(
             flight=self._motion.name,
             time=own.time,
             setpoint=resampled(self._motion.setpoint, self._motion.period, own.time),
             logged=own.targets,
             again=self._fly(own, nominal, pushes[None])[0],
-            other=flights[0],
+            other=other,
             low=low,
             high=high,
             disturbance=np.vstack([pushes, pushes[-1:]])[:, [0, 1, 2, 6, 7, 8]],
-            stays=samples_near_log(flights[0], own.targets),
-            lost=len(flights) - len(staying),
+            stays=ends[0],
+            lost=len(lost),
+            grounded=sum(bool(each[end, 6] < floor) for each, end in lost),
             drawn=len(flights),
         )
 
@@ -375,11 +383,12 @@ def _drawn_vehicle(
     return real, wind
 
 
-def samples_near_log(states: np.ndarray, logged: np.ndarray) -> int:
-    """Return the number of samples for which a flight stays finite and close to the log."""
+def samples_in_air(states: np.ndarray, logged: np.ndarray, floor: float) -> int:
+    """Return the number of samples in which a flight is finite, near the log, above a floor [m]."""
     size = 5.0 + 5.0 * float(np.ptp(logged[:, 4:7], axis=0).max())
     off = np.abs(states[:, 4:7] - logged[:, 4:7]).max(axis=1)
-    lost = ~(np.isfinite(states).all(axis=1) & (off < size))  # NaN is not below
+    stays = np.isfinite(states).all(axis=1) & (off < size) & (states[:, 6] >= floor)
+    lost = ~stays  # NaN is not below
     return int(lost.argmax()) if lost.any() else len(states)
 
 
