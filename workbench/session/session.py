@@ -348,10 +348,8 @@ class Session(ObservedFlight, PilotOrders[None]):
         self._injecting = None
         self._earlier = None
         self._steps, self._due = (checkpoint.steps, checkpoint.due) if checkpoint else (0, 0.0)
-        if checkpoint:
-            self._script.rewind(checkpoint.acted, ended=checkpoint.script_ended)
-        else:
-            self._script.rewind()
+        acted, ended = (checkpoint.acted, checkpoint.script_ended) if checkpoint else (0, False)
+        self._script.rewind(acted, ended=ended)
         self._tell_limits()
 
     def _take_over(self, name_or_path: str) -> None:
