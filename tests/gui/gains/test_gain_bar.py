@@ -141,6 +141,19 @@ def test_a_slot_says_how_it_differs_and_that_it_would_be_replaced(rig, window):
     assert button.actions() == [store]  # the menu of a right click
 
 
+def test_a_slot_promises_to_return_only_where_there_is_something_else(rig, window):
+    rig.know()
+    button = window.bar.buttons["compare_A"]
+    rig.editor.propose(NAME, 4.0)
+    QTest.mouseClick(button, LEFT)
+    assert "return" not in button.toolTip()  # nothing was there before
+    rig.editor.propose(NAME, 5.0)
+    QTest.mouseClick(button, LEFT)
+    assert "return to those before it" in button.toolTip()
+    rig.editor.store("A")
+    assert "return" not in button.toolTip()
+
+
 def test_a_slot_is_filled_and_compared_by_one_key(rig, window):
     rig.know()
     rig.editor.propose(NAME, 4.0)

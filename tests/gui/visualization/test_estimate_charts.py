@@ -6,7 +6,8 @@ import pytest
 from workbench.gui.charts.curve import CurveStyle
 from workbench.gui.signals import Signals
 from workbench.gui.visualization.derived_signals import WithDerived
-from workbench.gui.visualization.layouts import LAYOUT_PRESETS
+from workbench.gui.visualization.layouts import LAYOUT_PRESETS, ChartSpec
+from workbench.gui.visualization.signal_catalog import estimate_label
 from workbench.scenario.scenario import Scenario
 from workbench.session.session import Session
 from workbench.systems.bridge import Bridge
@@ -43,3 +44,24 @@ def test_the_legend_tells_truth_estimate_and_bounds_apart(begun, source):
     assert [curve.label for curve in curves] == ["x", "x estimate", "x \N{MINUS SIGN} 2σ", "x + 2σ"]
     assert [curve.style for curve in curves[2:]] == [CurveStyle.FAINT] * 2
     assert curves[2].colour == curves[3].colour == curves[1].colour != curves[0].colour
+
+
+@pytest.mark.parametrize(
+    ("signals", "labels"),
+    [
+        (("estimate.x", "position_data.x"), ["x estimate", "x"]),
+        (("estimate.x", "bound.x_high"), ["x estimate", "x + 2σ"]),
+        (("estimate.x", "bound.y_high", "position_data.y"), ["x", "y + 2σ", "y"]),
+    ],
+)
+def test_an_estimate_is_named_so_wherever_its_truth_or_bounds_are(begun, source, signals, labels):
+    """Whatever is drawn or added first."""
+    charts = [ChartSpec("One", signals), ChartSpec("Other")]
+    begun.charts.board.show_board(charts, source)
+    all_at_once, one_by_one = begun.charts.board.panes
+    for name in signals:
+        one_by_one.add_signal(name)
+    for pane in (all_at_once, one_by_one):
+        assert [curve.label for curve in pane.chart.curves] == labels
+        assert pane.spec.signals == signals
+    assert estimate_label("estimate.x", ("setpoint.x", "estimate.x")) == ""

@@ -160,7 +160,9 @@ class GainBar(QWidget):
             if value != editor.proposed[name]
         ]
         if not differences:
-            return f"Slot {slot} has the present gains; return to those before it"
+            said = f"Slot {slot} has the present gains"
+            returns = editor.before_slot not in ({}, editor.proposed_gains)
+            return f"{said}; return to those before it" if returns else said
         more = len(differences) - MAX_SLOT_DIFFERENCES
         shown = ", ".join(differences[:MAX_SLOT_DIFFERENCES])
         return f"Fly slot {slot}: {shown}{f', and {more} more' if more > 0 else ''}"

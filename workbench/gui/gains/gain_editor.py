@@ -75,6 +75,7 @@ class GainEditor(QObject):
         proposed: values on the sliders, of all rows.
         kept: their values that `revert` restores.
         slots: their stored values, by letter of the slot.
+        before_slot: their values before a slot was recalled, else empty.
         linked: whether gains of x and y change together.
         shown_set: the shown and evaluated set of scheduled gains; None without a schedule.
         follows: whether that is the set that flies, or has the largest weight.
@@ -121,7 +122,7 @@ class GainEditor(QObject):
         self.proposed: dict[str, float] = {}
         self.kept: dict[str, float] = {}
         self.slots: dict[str, GainValues] = {}
-        self._compared: GainValues = {}  # proposed before a slot was recalled
+        self.before_slot: GainValues = {}
         self.linked = False
         self.shown_set: int | None = None
         self.follows = True
@@ -299,7 +300,7 @@ class GainEditor(QObject):
         self.proposed = dict(view.values)
         self.kept = self.proposed_gains
         self._steps.clear()
-        self.slots, self._compared = {}, {}
+        self.slots, self.before_slot = {}, {}
         self._stability.begin()
         self.faults.clear()
         self._clear_warning()
@@ -472,7 +473,7 @@ class GainEditor(QObject):
     def store(self, slot: str) -> None:
         """Store the proposed gains in a slot."""
         self.slots[slot] = self.proposed_gains
-        self._compared = {}
+        self.before_slot = {}
         self.state_changed.emit()
 
     def compare(self, slot: str) -> None:
@@ -485,10 +486,10 @@ class GainEditor(QObject):
         if slot not in self.slots:
             self.store(slot)
         elif present != self.slots[slot]:
-            self._compared = present if is_own or not self._compared else self._compared
+            self.before_slot = present if is_own or not self.before_slot else self.before_slot
             self.adopt(self.slots[slot], f"slot {slot}")
-        elif self._compared:
-            self.adopt(self._compared, f"back from slot {slot}")
+        elif self.before_slot:
+            self.adopt(self.before_slot, f"back from slot {slot}")
 
     def set_linked(self, linked: bool) -> None:
         """Link or unlink gains of x and y for later changes; no value changes now."""

@@ -148,7 +148,10 @@ class ChartPane(QFrame):
         except WorkbenchError as error:
             self._workspace.notices.warn(str(error))
             return
-        self.spec = dataclasses.replace(self.spec, signals=(*self.spec.signals, name))
+        before, names = self.spec.signals, (*self.spec.signals, name)
+        if any(estimate_label(each, names) != estimate_label(each, before) for each in before):
+            self.show_signals(names, self._source)
+        self.spec = dataclasses.replace(self.spec, signals=names)
         self.chart.redraw()
         self.spec_changed.emit()
 
@@ -248,8 +251,7 @@ class ChartPane(QFrame):
             # in the paler colour of its estimate
             style = CurveStyle.FAINT
             colour = shown.get(f"{label.partition(' ')[0]} estimate")
-        label = label or signal_label(name)
-        label = estimate_label(name) or label if label in shown else label
+        label = label or estimate_label(name, (*self.spec.signals, name)) or signal_label(name)
 
         series = partial(self._read, self._source, name)
         drawn = self.chart.add_curve(label, unit, series, colour=colour, style=style)

@@ -73,10 +73,23 @@ def bound_label(name: str) -> str:
     return f"{plain_name(of)} {_BOUND_SIGNS[side]} 2σ"
 
 
-def estimate_label(name: str) -> str:
-    """Return the label of an estimate beside what it estimates, "" for any other signal."""
+def estimate_label(name: str, names: tuple[str, ...]) -> str:
+    """Return the label of an estimate in a chart with its truth or bounds, "" without them.
+
+    Args:
+        name: the signal.
+        names: all signals of the chart.
+    """
     topic, _, field = name.partition(".")
-    return f"{plain_name(field)} estimate" if topic == "estimate" else ""
+    if topic != "estimate":
+        return ""
+    for each in names:
+        other = each.partition(".")[2]
+        if bound_label(each):
+            other = other.rpartition("_")[0]
+        if each != name and other == field and not setpoint_label(each):
+            return f"{plain_name(field)} estimate"
+    return ""
 
 
 def following_labels(name: str) -> tuple[str, ...]:
