@@ -95,7 +95,7 @@ def test_a_request_that_would_have_no_effect_is_not_answered_as_done(station):
     station.session.tick(0.25)
     assert station.asks(FlightOperation(9, "take_off", 1.0, lease))["op"] == "flight"
     assert station.did[-1][0].request == "abort_landing"
-    assert station.asks(FlightOperation(9, "stop", 1.0, lease))["op"] == "flight"
+    assert station.asks(FlightOperation(9, "stop", 0.0, lease))["op"] == "flight"  # has no height
 
 
 @pytest.mark.parametrize(

@@ -104,8 +104,11 @@ class ClientRequests:
                 self.resets = True
                 return FlightDone(id, "reset", 0)
             case FlightOperation(id, what, height):
-                action = Action(request=what, height=height)
-                if what == "hold":
+                # a stop is not refused for a height that only a take-off has
+                action = Action(request=what)
+                if what == "take_off":
+                    action = replace(action, height=height)
+                elif what == "hold":
                     action = effect_action(SilenceEffect.HOLD)
                 action = pilot_action(action, self._session, self._bridge)
                 self._listens(what, action)
