@@ -213,19 +213,25 @@ def test_a_checkpoint_has_the_state_of_the_system(tmp_path):
     assert session.state().tobytes() == other.state().tobytes()
 
 
-def test_a_system_sees_the_time_of_the_flight(tmp_path):
+@pytest.mark.parametrize(
+    ("period", "updates"),
+    [("dt / 7", 7), ("dt * 0.99999999", 1), ("dt * 1.00000001", 1), ("dt * 0.49999999", 2)],
+)
+def test_a_system_sees_the_time_of_the_flight(tmp_path, period, updates):
     """By hand: 1 m/s² for half a second, later by about the lag of the rotors, 13 ms.
 
-    Multiples of 1 ms are not exact in binary, nor equal to those of 7 ms.
+    Multiples of 1 ms are not exact in binary, nor equal to those of 7 ms. A period that is rounded
+    to some digits has its updates in each control period, however long the flight is.
     """
+    text = TIMED.replace("dt / 7", period)
     rates = Rates(physics_step=0.001, control_period=0.007, mode_period=0.07, record_period=0.007)
-    session = Session(Scenario(controller=written(tmp_path, "timed", TIMED), rates=rates))
+    session = Session(Scenario(controller=written(tmp_path, "timed", text), rates=rates))
     session.tick(0.49)
     assert abs(session.state()[12]) < 1e-6
     session.tick(0.511)
     assert session.state()[12] == pytest.approx(0.5, abs=0.02)
     computer = session.checkpoint().systems[session._bench.computer.GetSystemPathname()]
-    assert computer.state[-1] == (7.0 * 143,)
+    assert computer.state[-1] == (updates * 143.0,)
 
 
 @pytest.mark.slow

@@ -696,12 +696,21 @@ def test_a_load_acts_while_the_drone_is_asked_to_stay_and_ends(name, amplitude, 
     assert_equal_to_the_bit(flown.recording, again.recording())
 
 
-def test_a_load_ends_with_whoever_takes_over():
+def a_client(bench) -> None:
+    bench.execute(NetworkOrder.GIVE_BACK)
+    bench.bridge.authority.request(7, "robot", bench.session.time)
+
+
+@pytest.mark.parametrize(
+    "takes_over", [lambda bench: bench.execute(Action(request="land")), a_client]
+)
+def test_a_load_ends_with_whoever_takes_over(takes_over):
     bench = Bench()
     bench.excite(Excitation("force_y", Shape.SQUARE, 1.0, 1.0, repeats=True))
     bench.fly(0.25)
-    bench.execute(Action(request="land"))
-    bench.fly(0.25)
+    assert bench.session.get("push_y") == 1.0
+    takes_over(bench)
+    bench.fly(0.125)
     assert bench.shown.exciting is None
     assert bench.session.get("push_y") == 0.0
 

@@ -198,6 +198,10 @@ class _PeriodRun:
         dt: float,
     ) -> None:
         self._system, self._dt = system, dt
+        timing = system.GetUniquePeriodicDiscreteUpdateAttribute()
+        # a control period in periods of the system, which may be ours rounded to some digits
+        whole = timing and round(dt / timing.period_sec()) * timing.period_sec()
+        self._span = whole or dt
         self._ports = [system.GetInputPort(name) for name in ports]
         self._wrench = system.GetOutputPort("wrench")
         self._simulator = simulator(system)
@@ -239,10 +243,10 @@ class _PeriodRun:
         if at > sum(port.size() for port in self._ports):
             # multiples of its period and of ours are not equal to the bit: an update that is due
             # now is in this period, and the one at its end in the next
-            start = time - UPDATE_TIME_SHARE * self._dt
+            start = time * (self._span / self._dt) - UPDATE_TIME_SHARE * self._dt
             context.SetTime(start)
             self._simulator.Initialize(self._begin)
-            self._simulator.AdvanceTo(start + self._dt)
+            self._simulator.AdvanceTo(start + self._span)
         return np.concatenate([wrench, self.state()])
 
 
