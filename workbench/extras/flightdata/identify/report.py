@@ -183,7 +183,10 @@ class IdentificationReport:
                     "commands are those of the rotors"
                 )
         if not self.found.fit.complete:
-            said.append("the search did not finish: use the numbers as a first guess")
+            said.append(
+                "the search was stopped, or no step made errors smaller although one should: its "
+                "step is part of the intervals; use the numbers as a first guess"
+            )
         return said
 
     def as_dictionary(self) -> dict[str, Any]:
