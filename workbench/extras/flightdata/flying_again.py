@@ -93,7 +93,7 @@ def _flown_again(flight: Flight, explained: Explained, found: WhatIf) -> FlownAg
     return FlownAgain(
         vehicle=explained.vehicle.name,
         logged_vehicle=str(flight.parameters.get("vehicle", "")),
-        doubt=explained.doubt,
+        doubt="; ".join(filter(None, (explained.doubt, found.doubt))),
         flown=law.controller.name,
         flown_gains={row.name: law.gains[row.name] for row in law.controller.parameters},
         time=found.time[kept],

@@ -115,8 +115,8 @@ def run_what_if(args: argparse.Namespace) -> int:
 
             title = f"{flight.name}: {other.controller.name} {_changed(args)}".strip()
             write_png(plot_what_if(found, title), picture)
-    if explained.doubt:
-        print_message(explained.doubt)
+    for doubt in filter(None, (explained.doubt, found.doubt)):
+        print_message(doubt)
     if found.lost:
         print_message(
             f"{found.lost} of {found.drawn} sampled vehicles do not stay in the air with it"
@@ -136,6 +136,7 @@ def run_what_if(args: argparse.Namespace) -> int:
         "gains": {k: v for k, v in other.gains.items() if flown.gains.get(k) != v},
         "seconds": found.time[-1] - found.time[0],
         **pick(found, "lost grounded drawn"),
+        "saturated": dict(zip(("log", "own", "other"), found.saturated, strict=True)),
         "difference": rows,
         "remarks": remark_rows([flight]),
     }

@@ -230,6 +230,15 @@ def test_a_search_that_is_stopped_says_how_far_it_may_be_off(vehicle):
     assert off[1] == pytest.approx(math.log(1.1)) and off[1] < 1.1 * deviations[1]
 
 
+def test_a_search_from_far_away_ends_at_the_truth(vehicle):
+    """Of steps of 60 steps of a quantity at most, a distance of 20 of these takes 20."""
+    piece = make_piece(flown(vehicle, 200.0, 8.0), vehicle)
+    thrust = [IdentifiedQuantity("thrust", 0.0, 0.0005, math.inf, "force")]
+    found = Fitter(vehicle, [piece], thrust, ["force"]).fit(np.array([-0.6]))
+    assert found.complete
+    assert abs(found.value("thrust")) < 0.01
+
+
 def test_intervals_have_the_freedom_of_independent_blocks(vehicle):
     """Errors may hang together for 3 s: 30 s have 10 blocks, and one is lost to the mean."""
     piece = make_piece(flown(vehicle, 250, 30.0), vehicle)

@@ -130,16 +130,18 @@ def test_verdicts_go_by_the_validation(case) -> None:
         (better, damaged, better, [WELL_KNOWN, WELL_KNOWN, WELL_KNOWN, REFUTED, NOT_DETERMINED]),
     ):
         with case(force, level, turn):
-            found = validated_numbers(rows, HeldBackPrediction(*force, *level, *turn, 0.2, 2.0))
+            found = validated_numbers(
+                rows, HeldBackPrediction(*force, *level, *turn, 0.2, 2.0, 1.0)
+            )
             assert [row.verdict for row in found] == expected
     assert [row.verdict for row in validated_numbers(rows, None)] == [
         *[ROUGHLY_KNOWN] * 4,
         NOT_DETERMINED,
     ]
     slow = [row for row in rows if not row.name.startswith("inertia")]  # turning is not judged
-    found = validated_numbers(slow, HeldBackPrediction(*better, *better, *worse, 0.2, 2.0))
+    found = validated_numbers(slow, HeldBackPrediction(*better, *better, *worse, 0.2, 2.0, 1.0))
     assert [row.verdict for row in found] == [WELL_KNOWN, WELL_KNOWN, WELL_KNOWN, NOT_DETERMINED]
-    found = validated_numbers(slow, HeldBackPrediction(*worse, *better, *worse, 0.2, 2.0))
+    found = validated_numbers(slow, HeldBackPrediction(*worse, *better, *worse, 0.2, 2.0, 1.0))
     assert [row.verdict for row in found] == [REFUTED, REFUTED, WELL_KNOWN, REFUTED]
 
 
@@ -159,5 +161,24 @@ def test_thrust_is_refuted_only_by_a_flight_that_changes_it(case) -> None:
         (turning, (0.4, 0.3), worse, 0.6, [REFUTED, quiet, WELL_KNOWN, REFUTED]),
     ):
         with case(force, turn, commanded):
-            held_back = HeldBackPrediction(*force, *better, *turn, 0.2, commanded)
+            held_back = HeldBackPrediction(*force, *better, *turn, 0.2, commanded, 1.0)
             assert [row.verdict for row in validated_numbers(rows, held_back)] == expected
+
+
+def test_drag_is_refuted_only_by_a_flight_that_moves_sideways(case) -> None:
+    """By 0.08 m/s², as measured or as modelled; an error that is no number refutes."""
+    names = ("hover_command", "drag")
+    rows = [IdentifiedNumber(name, "1", 1.0, 0.9, 1.1, None, WELL_KNOWN, "") for name in names]
+    better = (0.5, 1.0)
+    for level, modelled, expected in (
+        ((0.051, 0.049), 0.03, NOT_ENOUGH_MOTION),
+        ((0.03, 0.049), 0.03, WELL_KNOWN),
+        ((0.051, 0.049), 0.09, REFUTED),
+        ((0.1, 0.09), 0.03, REFUTED),
+        ((float("nan"), 0.049), 0.03, REFUTED),
+    ):
+        with case(level, modelled):
+            held_back = HeldBackPrediction(*better, *level, *better, 0.2, 2.0, modelled)
+            hover, drag = validated_numbers(rows, held_back)
+            assert (hover.verdict, drag.verdict) == (WELL_KNOWN, expected)
+            assert ("2 m/s" in drag.flight) is (expected == NOT_ENOUGH_MOTION)

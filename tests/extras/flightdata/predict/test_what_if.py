@@ -11,7 +11,8 @@ from workbench.control.controller_file import load_controller
 from workbench.extras.flightdata.predict import what_if
 from workbench.extras.flightdata.predict.driven import PUSH_SIZE
 from workbench.extras.flightdata.predict.motion import resampled
-from workbench.extras.flightdata.predict.what_if import Explained, Law, Uncertainty
+from workbench.extras.flightdata.predict.uncertainty import Uncertainty, drawn_vehicle
+from workbench.extras.flightdata.predict.what_if import Explained, Law
 from workbench.gains.gain_choice import flight_gains
 from workbench.plant.variation import Variation
 from workbench.scenario.scenario import Scenario, VehicleConfig
@@ -82,6 +83,26 @@ def test_the_ground_is_the_lowest_height_of_a_log_that_shows_it(simulate):
     assert motion._replace(p=lifted, commands=commands).ground == lifted[:, 2].min()
 
 
+def test_motors_at_their_limit_put_the_height_in_doubt(simulate):
+    """They give 0.9 of the weight at most, and 1.9; in the log they are full for an eighth."""
+    flown = simulate(Scenario(), duration=0.5)
+    hover = flown.vehicle.hover_speeds[0]
+    for share, expected in ((0.9, 1.0), (1.9, 0.0)):
+        rotors = tuple(
+            dataclasses.replace(rotor, max_rot_velocity=hover * share**0.5)
+            for rotor in flown.vehicle.rotors
+        )
+        vehicle = dataclasses.replace(flown.vehicle, rotors=rotors)
+        own, other = laws(vehicle, {"kp_position_xy": 1.5})
+        commands = np.where(flown.motion.time[:, None] < 0.0625, 1.0, flown.motion.commands)
+        motion = flown.motion._replace(commands=commands)
+        explained = Explained(motion, vehicle, own, NOTHING, draws=0)
+        found = explained.compare(list(explained.flights(other)))
+        assert found.saturated == pytest.approx((0.125, expected, expected), abs=0.03)
+        assert bool(found.doubt) is (expected == 1.0)
+    assert explained.compare(list(explained.flights(own))).saturated[2] == 0.0
+
+
 def test_a_part_without_a_long_gap_is_flown_again(simulate):
     """Of 0.5 s in the air all but the first 0.1 s and 3 ms are without a gap of 0.5 s."""
     flown = simulate(Scenario(), duration=1.0)
@@ -103,7 +124,7 @@ def test_a_part_without_a_long_gap_is_flown_again(simulate):
 def test_sampled_vehicles_scatter_as_the_uncertainty_says(vehicle):
     """Logarithms of their factors over 400 draws; a standard deviation is then known to 3.5 %."""
     random, uncertain = np.random.default_rng(0), Uncertainty()
-    drawn = [what_if._drawn_vehicle(vehicle, uncertain, random) for _ in range(400)]
+    drawn = [drawn_vehicle(vehicle, uncertain, random) for _ in range(400)]
     rotor = vehicle.rotors[0]
     for factors, size in (
         ([each.mass / vehicle.mass for each, _ in drawn], 0.02),

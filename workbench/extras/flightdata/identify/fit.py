@@ -51,7 +51,8 @@ START_SEARCH_SPAN_S = 15.0
 START_QUANTITIES = ("thrust", "curve_0", "curve_1", "curve_2", "inertia_x", "inertia_y", "bias_z")
 """What is found for each of them before the search begins."""
 FIT_THREADS = 2
-MAX_FIT_ROUNDS = 12
+MAX_FIT_ROUNDS = 40
+"""Most searches take 5 to 8. Steps have a limit, so a thrust curve far from its start takes 25."""
 TIME_GRID_SHARE = 0.03
 """Share of the model's step by which its times may be off, beside what the data show: a deviation
 of lag and delays."""

@@ -22,6 +22,11 @@ MIN_THRUST_CHANGE_M_S2 = 1.0
 Quiet flights have 0.2 to 0.8, as much as gusts and a sagging battery make; doublets have 1.5 and
 more."""
 
+MIN_LEVEL_CHANGE_M_S2 = 0.08
+"""RMS change of level specific force from which on drag is judged [m/s²].
+
+Flights that hardly leave their place have 0.05, as noise and gusts do; slow circles have 0.1."""
+
 
 @dataclass(frozen=True)
 class HeldBackPrediction:
@@ -36,6 +41,7 @@ class HeldBackPrediction:
         constant_turn: the same for a prediction by a constant rate.
         ahead: [s].
         commanded_force: RMS change of thrust over mass that the commands ask for [m/s²].
+        modelled_level: RMS change of specific force along x and y that the model predicts [m/s²].
     """
 
     force: float
@@ -46,13 +52,26 @@ class HeldBackPrediction:
     constant_turn: float
     ahead: float
     commanded_force: float
+    modelled_level: float
 
     @property
     def quiet(self) -> frozenset[str]:
-        """What changes too little to be refuted: force, where neither commands nor flight move."""
-        still = max(self.commanded_force, self.constant_force) < MIN_THRUST_CHANGE_M_S2
-        missed = math.isfinite(self.force) and not self.force < self.constant_force
-        return frozenset({"force"}) if still and missed else frozenset()
+        """What changes too little to be refuted: force and level, neither expected nor measured."""
+        rows = (
+            (
+                "force",
+                self.force,
+                self.constant_force,
+                self.commanded_force,
+                MIN_THRUST_CHANGE_M_S2,
+            ),
+            ("level", self.level, self.constant_level, self.modelled_level, MIN_LEVEL_CHANGE_M_S2),
+        )
+        return frozenset(
+            name
+            for name, error, constant, expected, least in rows
+            if max(expected, constant) < least and math.isfinite(error) and not error < constant
+        )
 
     @property
     def refuted(self) -> frozenset[str]:
@@ -73,7 +92,7 @@ def prediction_errors(found: IdentificationResult) -> HeldBackPrediction:
     Args:
         found: result from other flights, or another part of them.
     """
-    force, mean, level, means, turn, held, squares = [], [], [], [], [], [], []
+    force, mean, level, means, turn, held, squares, modelled = ([] for _ in range(8))
     for flight in found.flights:
         for run in flight.pieces(RATE_HORIZON_S + 0.5):
             piece = make_piece(run, found.vehicle)
@@ -85,6 +104,7 @@ def prediction_errors(found: IdentificationResult) -> HeldBackPrediction:
             squares.append((piece.commands**2).sum(axis=1))
             level.append(error[skip:, :2])
             means.append(change[skip:, :2])
+            modelled.append((rows[:, 3:5] - rows[:, 3:5].mean(axis=0))[skip:])
             many = max(1, round(RATE_HORIZON_S / piece.row))
             went = np.cumsum(piece.turn, axis=0) * piece.row
             should = np.cumsum(rows[:, :3], axis=0) * piece.row
@@ -107,6 +127,7 @@ def prediction_errors(found: IdentificationResult) -> HeldBackPrediction:
         constant_turn=rms(held),
         ahead=RATE_HORIZON_S,
         commanded_force=commanded,
+        modelled_level=rms(modelled),
     )
 
 

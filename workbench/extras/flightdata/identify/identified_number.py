@@ -17,7 +17,7 @@ REFUTED = "refuted by the validation"
 """Verdict on a quantity of a model that predicts a part of the flight that it has not seen no
 better than no model does."""
 NOT_ENOUGH_MOTION = "not enough motion"
-"""In place of a verdict: the part of the flight that validates does not change thrust enough."""
+"""In place of a verdict: thrust or level force changes too little in the part that validates."""
 LONGER_FLIGHT_TEXT = "for longer, so that a part of the flight is left to validate with"
 """Flight that helps where no part could be held back."""
 ROUGHLY_KNOWN_FACTOR = 3.0
@@ -66,7 +66,7 @@ _VALIDATED_ROWS = {
 THROTTLE_DOUBLETS_TEXT = "throttle doublets of 0.2 to 1 s, ± a quarter of hover thrust"
 _TILT_DOUBLETS = "quick roll and pitch doublets of 0.1 to 0.5 s"
 _YAW_DOUBLETS = "yaw rate doublets of 0.5 to 2 s, as large as allowed"
-_FAST_LEVEL_FLIGHT = "level flight to and fro at 2 m/s and more, with velocity measured"
+FAST_LEVEL_FLIGHT_TEXT = "level flight to and fro at 2 m/s and more, with velocity measured"
 
 
 def identified_rows(found: IdentificationResult) -> list[IdentifiedNumber]:
@@ -141,8 +141,15 @@ def identified_rows(found: IdentificationResult) -> list[IdentifiedNumber]:
         add("gyro_delay", "s", _plain_value(found, "gyro_delay"), None, 0.003, _TILT_DOUBLETS)
     if "drag" in names:
         drag = _plain_value(found, "drag")
-        add("drag", "1/s", drag, None, max(0.02, 0.25 * abs(drag[0])), _FAST_LEVEL_FLIGHT)
-        add("climb_drag", "1/s", _plain_value(found, "climb_drag"), None, 0.05, _FAST_LEVEL_FLIGHT)
+        add("drag", "1/s", drag, None, max(0.02, 0.25 * abs(drag[0])), FAST_LEVEL_FLIGHT_TEXT)
+        add(
+            "climb_drag",
+            "1/s",
+            _plain_value(found, "climb_drag"),
+            None,
+            0.05,
+            FAST_LEVEL_FLIGHT_TEXT,
+        )
     return rows
 
 
@@ -167,7 +174,8 @@ def validated_numbers(
     for row in rows:
         parts = {part for part in judged if row.name in _VALIDATED_ROWS[part]}
         if parts and parts <= quiet:
-            row = replace(row, verdict=NOT_ENOUGH_MOTION, flight=THROTTLE_DOUBLETS_TEXT)
+            flight = THROTTLE_DOUBLETS_TEXT if "force" in parts else FAST_LEVEL_FLIGHT_TEXT
+            row = replace(row, verdict=NOT_ENOUGH_MOTION, flight=flight)
         elif parts and parts <= refuted | quiet:
             row = replace(row, verdict=REFUTED)
         elif (

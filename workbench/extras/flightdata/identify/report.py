@@ -15,11 +15,13 @@ from workbench.extras.flightdata.identify.fit import Fit
 from workbench.extras.flightdata.identify.flight import IdentificationFlight
 from workbench.extras.flightdata.identify.flight_piece import make_piece
 from workbench.extras.flightdata.identify.held_back import (
+    MIN_LEVEL_CHANGE_M_S2,
     MIN_THRUST_CHANGE_M_S2,
     HeldBackPrediction,
     held_back_prediction,
 )
 from workbench.extras.flightdata.identify.identified_number import (
+    FAST_LEVEL_FLIGHT_TEXT,
     THROTTLE_DOUBLETS_TEXT,
     IdentifiedNumber,
     identified_rows,
@@ -160,11 +162,17 @@ class IdentificationReport:
                     else ""
                 )
             )
-            if of.quiet:
+            if "force" in of.quiet:
                 said.append(
                     f"the part held back changes thrust by {of.constant_force:.2g} m/s² RMS: less "
                     f"than {MIN_THRUST_CHANGE_M_S2:g} m/s² is not enough motion to judge thrust "
                     f"by; fly {THROTTLE_DOUBLETS_TEXT}, to the end of the log"
+                )
+            if "level" in of.quiet and any(row.name == "drag" for row in self.rows):
+                said.append(
+                    f"the part held back changes level force by {of.constant_level:.2g} m/s² RMS: "
+                    f"less than {MIN_LEVEL_CHANGE_M_S2:g} m/s² is not enough motion to judge drag "
+                    f"by; fly {FAST_LEVEL_FLIGHT_TEXT}, to the end of the log"
                 )
             if refuted := refuted_parts(self.rows, of):
                 names = {"force": "thrust", "level": "level force", "turn": "rotation"}
@@ -175,7 +183,10 @@ class IdentificationReport:
                     "commands are those of the rotors"
                 )
         if not self.found.fit.complete:
-            said.append("the search did not finish: use the numbers as a first guess")
+            said.append(
+                "the search was stopped, or no step made errors smaller although one should: its "
+                "step is part of the intervals; use the numbers as a first guess"
+            )
         return said
 
     def as_dictionary(self) -> dict[str, Any]:

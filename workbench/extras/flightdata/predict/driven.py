@@ -40,6 +40,8 @@ if TYPE_CHECKING:
 DRIVEN_FIELDS = {"error": (ESTIMATE_ERROR_SIZE,), "target": (13,)}
 """What the record of a flight has besides: the estimate's error, and the state that the log has at
 the end of the control period."""
+FULL_COMMAND_SHARE = 0.99
+"""Share of the speed at full command from which on a rotor is at its limit."""
 PUSH_SIZE = 9
 """Numbers of a disturbance: force in W (3), force in B (3) [N], and moment in B (3) [N·m]."""
 CLOSING_TIME_S = 0.05
@@ -56,6 +58,18 @@ def _write_course(flight: np.record, course: "FlightCourses", i: int, k: int) ->
         flight.error[:] = course.errors[i % len(course.errors), k]
     if course.targets.shape[1] > 0:
         flight.target[:] = course.targets[i % len(course.targets), k]
+
+
+@register_jitable
+def _count_saturated(flight: np.record, course: "FlightCourses", i: int, k: int) -> None:
+    """Count a control period in which a rotor is at its limit."""
+    if course.limits.shape[1] == 0:
+        return
+    commands, fastest = get_field(flight, "commands"), 0.0
+    for command in commands:
+        fastest = max(fastest, command)
+    if fastest > FULL_COMMAND_SHARE * course.limits[i % len(course.limits), k]:
+        course.saturated[i % len(course.saturated)] += 1.0
 
 
 @register_jitable
@@ -157,6 +171,8 @@ def make_fly_driven(controller: Controller) -> Callable[..., Any]:
                 fly_period(flights, rings, room, times, clock, observer)
                 for i in range(many):
                     flights[i].lost_at = -1.0  # a prediction may be as wrong as it is
+            for i in range(many):
+                _count_saturated(flights[i], course, i, k)
 
     return give_unique_name(fly, controller.key)
 

@@ -143,6 +143,8 @@ class FlightCourses(NamedTuple):
         pushes: (N, K, 9), see `PUSH_SIZE`; the last one goes on.
         errors: of the estimate (N, K, 11); where there is none, it goes on as `Observer` has it.
         targets: states (N, K, 13) at the ends of the periods; trials correct pushes towards them.
+        limits: speeds of a rotor at full command (N, K) [rad/s].
+        saturated: numbers of periods in which a rotor is at its limit (N), which a flight adds to.
     """
 
     references: np.ndarray
@@ -150,6 +152,8 @@ class FlightCourses(NamedTuple):
     pushes: np.ndarray
     errors: np.ndarray = np.empty((1, 0, ESTIMATE_ERROR_SIZE))
     targets: np.ndarray = np.empty((1, 0, 13))
+    limits: np.ndarray = np.empty((1, 0))
+    saturated: np.ndarray = np.empty(1)
 
     def part(self, some: slice) -> "FlightCourses":
         """Return the course of some flights."""

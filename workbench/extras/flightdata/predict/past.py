@@ -115,6 +115,14 @@ def steady_thrusts(motion: LoggedMotion, vehicle: Vehicle) -> np.ndarray:
     return np.asarray(commands**2 * largest)
 
 
+def rotor_limits(motion: LoggedMotion, vehicle: Vehicle) -> np.ndarray:
+    """Return the speed at which the first rotor to be so is at its full command (m) [rad/s]."""
+    full = steady_thrusts(motion._replace(commands=np.ones_like(motion.commands)), vehicle)
+    largest = np.array([rotor.max_thrust for rotor in vehicle.rotors])
+    constants = np.array([rotor.motor_constant for rotor in vehicle.rotors])
+    return np.asarray(np.sqrt(np.minimum(full, largest) / constants).min(axis=1))
+
+
 def thrust_doubt(motion: LoggedMotion, vehicle: Vehicle) -> str:
     """Return why a vehicle may not be the one that flew; "" if its thrust fits its weight."""
     first, last = motion.airborne

@@ -6,7 +6,6 @@ log; the band covers their flights with the other law. So it is wide where the r
 unknowns, and has no width where it does not: with the original law each of them flies the log.
 """
 
-import dataclasses
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -17,7 +16,7 @@ import numpy as np
 from workbench.common.errors import WorkbenchError
 from workbench.control.controller import Controller
 from workbench.design.rollout.lanes import LANES
-from workbench.extras.flightdata.predict.driven import PUSH_SIZE
+from workbench.extras.flightdata.predict.driven import FULL_COMMAND_SHARE, PUSH_SIZE
 from workbench.extras.flightdata.predict.flown import (
     DEFAULT_LAW_PERIOD_S,
     PUSH_TRIALS,
@@ -33,7 +32,13 @@ from workbench.extras.flightdata.predict.motion import (
     resampled,
     rotation_matrices,
 )
-from workbench.extras.flightdata.predict.past import Past, thrust_doubt, voltage_doubt
+from workbench.extras.flightdata.predict.past import (
+    Past,
+    rotor_limits,
+    thrust_doubt,
+    voltage_doubt,
+)
+from workbench.extras.flightdata.predict.uncertainty import Uncertainty, drawn_vehicle
 from workbench.plant.drag import drag_area
 from workbench.plant.vehicle import Vehicle
 
@@ -46,6 +51,8 @@ MAX_EXPLAINED_GAP_S = 0.5
 would need forces that never acted."""
 MAX_BELOW_GROUND_M = 0.05
 """Depth below the ground of the log from which on a vehicle has reached it [m]."""
+DOUBTED_SATURATION_SHARE = 0.05
+"""Share of the time at which a rotor is at its limit from which on a height is in doubt."""
 SAMPLED_VEHICLES = 40
 """Number of vehicles sampled for the band."""
 
@@ -69,27 +76,6 @@ class Law:
 
 
 @dataclass(frozen=True)
-class Uncertainty:
-    """Standard deviations of log-normal factors on the vehicle, and of the wind.
-
-    Attributes:
-        mass: of its factor.
-        inertia: of its factor.
-        rotor_lag: of its factor.
-        thrust: of the factor on rotor thrust at a given speed.
-        drag: of the factor on rotor drag and on the loss of thrust by inflow.
-        wind: of each level component of a steady wind [m/s].
-    """
-
-    mass: float = 0.02
-    inertia: float = 0.1
-    rotor_lag: float = 0.1
-    thrust: float = 0.02
-    drag: float = 0.3
-    wind: float = 2.0
-
-
-@dataclass(frozen=True)
 class WhatIf:
     """A logged flight, and its prediction with another law.
 
@@ -108,6 +94,8 @@ class WhatIf:
         lost: number of vehicles that do not stay in the air with the other law.
         grounded: number of those that reach the ground of the log.
         drawn: number of vehicles flown.
+        saturated: shares of the time in which a rotor is at its limit (3): in the log, and of the
+            nominal vehicle with its own law and with the other.
     """
 
     flight: str
@@ -123,6 +111,18 @@ class WhatIf:
     lost: int
     grounded: int
     drawn: int
+    saturated: tuple[float, float, float]
+
+    @property
+    def doubt(self) -> str:
+        """Why the height may be wrong: motors at their limits do not hold it; else ""."""
+        log, own, other = self.saturated
+        if max(own, other) < DOUBTED_SATURATION_SHARE:
+            return ""
+        return (
+            f"motors saturate {other:.0%} of the time with it, {own:.0%} where the model flies "
+            f"{self.flight} with its own law and {log:.0%} in the log: its height may be wrong"
+        )
 
     @property
     def difference(self) -> np.ndarray:
@@ -184,11 +184,11 @@ class Explained:
         uncertain = uncertainty or Uncertainty()
         self._drawn = [
             (vehicle, (0.0, 0.0, 0.0)),
-            *(_drawn_vehicle(vehicle, uncertain, random) for _ in range(draws)),
+            *(drawn_vehicle(vehicle, uncertain, random) for _ in range(draws)),
         ]
         self._own = _law_start(motion, vehicle, flown)
         self._pushes: list[np.ndarray] = []
-        self._other, self._flights = self._own, list[np.ndarray]()
+        self._other, self._flights, self._saturated = self._own, list[np.ndarray](), np.zeros(1)
 
     @property
     def drawn(self) -> int:
@@ -203,6 +203,7 @@ class Explained:
         """
         if other != self._other.law:
             self._other, self._flights = _law_start(self._motion, self.vehicle, other), []
+            self._saturated = np.zeros(1)
         begun, flights = self._other, self._flights
         for number in range(self.drawn):
             if number == len(flights):
@@ -211,7 +212,8 @@ class Explained:
                     _resampled_pushes(each, self.flown.period, begun)
                     for each in self._explain(some)
                 ]
-                found = self._fly(begun, some, np.array(pushes))
+                counts = None if number else self._saturated
+                found = self._fly(begun, some, np.array(pushes), saturated=counts)
                 flights.extend(self._at_own_times(begun, each) for each in found)
             yield flights[number]
 
@@ -226,12 +228,15 @@ class Explained:
         other = flights[0].copy()
         other[ends[0] :] = np.nan
         low, high = _flight_band(staying or [other])
+        counts = np.zeros(1)
+        again = self._fly(own, nominal, pushes[None], saturated=counts)[0]
+        full = self._motion.commands[slice(*self._motion.longest_part(MAX_EXPLAINED_GAP_S))]
         return WhatIf(
             flight=self._motion.name,
             time=own.time,
             setpoint=resampled(self._motion.setpoint, self._motion.period, own.time),
             logged=own.targets,
-            again=self._fly(own, nominal, pushes[None])[0],
+            again=again,
             other=other,
             low=low,
             high=high,
@@ -240,6 +245,11 @@ class Explained:
             lost=len(lost),
             grounded=sum(bool(each[end, 6] < floor) for each, end in lost),
             drawn=len(flights),
+            saturated=(
+                float((full.max(axis=1) > FULL_COMMAND_SHARE).mean()),
+                float(counts[0]) / (len(own.time) - 1),
+                float(self._saturated[0]) / (len(self._other.time) - 1),
+            ),
         )
 
     def _beside(self, number: int) -> slice:
@@ -266,9 +276,17 @@ class Explained:
         return resampled(states, begun.law.period, self._own.time - begun.time[0])
 
     def _fly(
-        self, begun: "_LawStart", some: slice, pushes: np.ndarray, trials: int = 1
+        self,
+        begun: "_LawStart",
+        some: slice,
+        pushes: np.ndarray,
+        trials: int = 1,
+        saturated: np.ndarray | None = None,
     ) -> np.ndarray:
-        """Return states of some vehicles (N, K+1, 13); several trials also write the pushes."""
+        """Return states of some vehicles (N, K+1, 13); several trials also write the pushes.
+
+        Each flight adds the number of its periods in which a rotor is at its limit (N).
+        """
         vehicles, winds = zip(*self._drawn[some], strict=True)
         law = begun.law
         craft = make_compiled_model(self.vehicle, law.controller, law.gains, law.period, vehicles)
@@ -281,14 +299,12 @@ class Explained:
                 pushes,
                 begun.errors[None],
                 begun.targets[None, 1:],
+                begun.limits[None],
+                np.zeros(len(vehicles)) if saturated is None else saturated,
             ),
             Observer(),
             trials=trials,
         )
-
-
-_DrawnVehicle = tuple[Vehicle, tuple[float, float, float]]
-"""A vehicle that may have flown, and the wind [m/s]."""
 
 
 class _LawStart(NamedTuple):
@@ -302,6 +318,7 @@ class _LawStart(NamedTuple):
         errors: of the estimate (K, 11).
         references: (K, 8).
         voltages: (K).
+        limits: see `rotor_limits` (K).
     """
 
     law: Law
@@ -311,6 +328,7 @@ class _LawStart(NamedTuple):
     errors: np.ndarray
     references: np.ndarray
     voltages: np.ndarray
+    limits: np.ndarray
 
 
 def _law_start(motion: LoggedMotion, vehicle: Vehicle, law: Law) -> _LawStart:
@@ -345,6 +363,7 @@ def _law_start(motion: LoggedMotion, vehicle: Vehicle, law: Law) -> _LawStart:
         errors,
         references,
         np.where(np.isfinite(voltage), voltage, 1.0),
+        at(rotor_limits(motion, vehicle)[:, None])[:-1, 0],
     )
 
 
@@ -355,32 +374,6 @@ def _resampled_pushes(pushes: np.ndarray, period: float, begun: _LawStart) -> np
     impulse = period * np.vstack([np.zeros(PUSH_SIZE), np.cumsum(pushes, axis=0)])
     time = begun.time - begun.time[0]
     return np.diff(resampled(impulse, period, time), axis=0) / begun.law.period
-
-
-def _drawn_vehicle(
-    vehicle: Vehicle, uncertainty: Uncertainty, random: np.random.Generator
-) -> _DrawnVehicle:
-    """Return a random vehicle within the uncertainty, and a wind [m/s]."""
-    drawn = random.standard_normal(7)
-    deviations = np.array(dataclasses.astuple(uncertainty)[:5])
-    factors = Uncertainty(*np.exp(drawn[:5] * deviations).tolist())
-    wind = (uncertainty.wind * float(drawn[5]), uncertainty.wind * float(drawn[6]), 0.0)
-    (xx, xy, xz), (_, yy, yz), (_, _, zz) = (factors.inertia * vehicle.inertia).tolist()
-    rows = ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz))
-    rotors = tuple(
-        dataclasses.replace(
-            rotor,
-            time_constant_up=factors.rotor_lag * rotor.time_constant_up,
-            time_constant_down=factors.rotor_lag * rotor.time_constant_down,
-            motor_constant=factors.thrust * rotor.motor_constant,
-            rotor_drag_coefficient=factors.drag * rotor.rotor_drag_coefficient,
-            inflow_coefficient=factors.drag * rotor.inflow_coefficient,
-        )
-        for rotor in vehicle.rotors
-    )
-    mass = factors.mass * vehicle.mass
-    real = dataclasses.replace(vehicle, mass=mass, I_BBcm_B=rows, rotors=rotors)
-    return real, wind
 
 
 def samples_in_air(states: np.ndarray, logged: np.ndarray, floor: float) -> int:
