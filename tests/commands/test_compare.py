@@ -36,6 +36,9 @@ def test_margins_of_two_are_a_table_and_a_page(run, out):
     text = page.read_text()
     assert "<svg" in text
     assert "own_disk_margin" in text
+    assert '<th></th><th>unit</th><th class="number">pd</th><th class="number">pid</th>' in text
+    assert text.count('<td class="note">') == len(rows)  # what each number is
+    assert '<body class="wide">' in text
 
 
 def test_gain_files_are_columns(run, refused, out, tmp_path, write):

@@ -1,5 +1,6 @@
 """Pages of reports: complete HTML, with texts from outside as texts."""
 
+import re
 from html.parser import HTMLParser
 
 from workbench.common.html_page import html_page, html_table
@@ -38,15 +39,23 @@ def test_a_page_closes_what_it_opens_and_shows_its_title_as_text():
     assert seen.elements[0] == "html" and "b" not in seen.elements
     assert page.count("a &lt;b&gt; &amp; c") == 2  # title and heading
     assert "<h1><i>own</i></h1>" in html_page("a", "", "<i>own</i>")
+    assert "<body>" in page and '<body class="wide">' in html_page("a", "", wide=True)
+
+
+def test_each_class_has_a_style():
+    """One of `td.number` alone left the heads of numbers at the left."""
+    style = html_page("", "").partition("<style>")[2].partition("</style>")[0]
+    for rule in ("body.wide", ".number", ".note", ".failed", ".passed"):
+        assert re.search(rf"(?m)(^|[}}] ?){re.escape(rule)} {{", style), rule
 
 
 def test_a_table_shows_texts_and_marks_numbers_and_failures():
     rows = [["<i>x</i>", "1"], ["bad", "2"]]
-    seen = Seen(html_table(("name", "n"), rows, numbers=(1,), failed="bad"))
+    seen = Seen(html_table(("name", "n"), rows, kinds={1: "number"}, failed="bad"))
     assert not seen.open and "i" not in seen.elements
     assert seen.cells == [
         ("", "name"),
-        ("", "n"),
+        ("number", "n"),
         ("", "<i>x</i>"),
         ("number", "1"),
         ("failed", "bad"),

@@ -177,5 +177,7 @@ def _page(found: "ControllerComparison", figure: "Figure") -> str:
     head, *rows = _texts(found)
     title = f"{found.vehicle}: {', '.join(each.name for each in found.controllers)}"
     remarks = "".join(f"<li>{html_text(remark)}</li>\n" for remark in _remarks(found))
-    table = html_table(head, rows, numbers=range(1, len(head) - 1))
-    return html_page(title, f"{inline_svg(figure)}\n{table}\n<ul>\n{remarks}</ul>")
+    last = len(head) - 1
+    table = html_table(head, rows, kinds=dict.fromkeys(range(2, last), "number") | {last: "note"})
+    body = f"{inline_svg(figure)}\n{table}\n<ul>\n{remarks}</ul>"
+    return html_page(title, body, wide=True)

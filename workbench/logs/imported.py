@@ -9,6 +9,7 @@ import re
 import unicodedata
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import replace
+from itertools import islice
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -107,7 +108,8 @@ def signal_topics(flight: Flight) -> list[SignalTopic]:
         if len(signal.time):
             grouped.setdefault(signal.name.partition(".")[0], []).append(signal)
     ros_names = _ros_names(grouped)
-    return [_signal_topic(name, ros_names[name], signals) for name, signals in grouped.items()]
+    texts: dict[str, str] = {}
+    return [_signal_topic(name, ros_names[name], each, texts) for name, each in grouped.items()]
 
 
 def _ros_names(names: Collection[str]) -> dict[str, str]:
@@ -123,7 +125,9 @@ def _ros_names(names: Collection[str]) -> dict[str, str]:
     return found
 
 
-def _signal_topic(name: str, ros_name: str, signals: list[Series]) -> SignalTopic:
+def _signal_topic(
+    name: str, ros_name: str, signals: list[Series], texts: dict[str, str]
+) -> SignalTopic:
     kind = f"{_IMPORTED_PACKAGE}/msg/{ros_name.title().replace('_', '')}"
     tree: dict[str, Any] = {}
     for signal in signals:
@@ -132,10 +136,10 @@ def _signal_topic(name: str, ros_name: str, signals: list[Series]) -> SignalTopi
         for part in way:
             branch = branch.setdefault(part, {})
         branch[last] = signal
-    texts: dict[str, str] = {}
+    before = len(texts)
     placed: dict[str, tuple[str, Series | None]] = {}
-    _define(kind, tree, texts, placed, "")
-    head, *rest = texts.items()
+    kind = _define(kind, tree, texts, placed, "")
+    head, *rest = islice(texts.items(), before, None)
     schema = head[1] + "".join(
         f"{SCHEMA_SEPARATOR}\nMSG: {each.replace('/msg/', '/')}\n{text}" for each, text in rest
     )
@@ -157,18 +161,20 @@ def _define(
     texts: dict[str, str],
     placed: dict[str, tuple[str, Series | None]],
     before: str,
-) -> None:
-    """Add the definitions of the message of a tree and of its parts.
+) -> str:
+    """Add the definitions of the message of a tree and of its parts; return its type.
 
     Args:
-        kind: type of the message.
+        kind: type of the message, which is longer if that is another one's: as of m1_a and m1a.
         tree: its fields by name: signals, or trees.
-        texts: gets the definitions by type.
+        texts: gets the definitions by type, of all topics.
         placed: gets unit and signal by path in the message, in its order; the signal is None for an
             element of an array that has none.
         before: beginning of the paths.
     """
     lines: list[str] = []
+    while kind in texts:
+        kind += "Other"
     texts[kind] = ""  # the outermost comes first
     ros_names = _ros_names(tree)
     for key, value in tree.items():
@@ -187,9 +193,10 @@ def _define(
             placed |= {f"{path}.{i}": (unit, value.get(str(i))) for i in range(count)}
         else:
             inner = f"{kind}{name.title().replace('_', '')}"
+            inner = _define(inner, value, texts, placed, f"{path}.")
             lines.append(f"{inner.replace('/msg/', '/')} {name}")
-            _define(inner, value, texts, placed, f"{path}.")
     texts[kind] = "".join(f"{line}\n" for line in lines)
+    return kind
 
 
 def _topic_table(signals: list[Series | None]) -> tuple[np.ndarray, np.ndarray]:

@@ -1,9 +1,10 @@
-"""JUnit XML, read by the standard library's parser."""
+"""The page of results, and JUnit XML, read by the standard library's parser."""
 
+import re
 from pathlib import Path
 from xml.etree import ElementTree
 
-from workbench.design.regress.page import junit_xml
+from workbench.design.regress.page import junit_xml, results_page
 from workbench.design.regress.spec import SpecLimit
 from workbench.design.regress.verdict import CaseResult, LimitCheck
 
@@ -21,6 +22,14 @@ FAILED = CaseResult(
     ),
     seconds=0.25,
 )
+
+
+def test_the_heads_of_numbers_stand_where_the_numbers_do():
+    page = results_page([FAILED], "all")
+    cells = re.findall(r'<(t[hd]) class="number">([^<]*)<', page)
+    heads, numbers = ([text for tag, text in cells if tag == each] for each in ("th", "td"))
+    assert heads == ["value", "demanded"]
+    assert numbers[::2] == ["2 s", "2 m"]
 
 
 def test_there_is_a_suite_a_spec_and_a_case_a_case():

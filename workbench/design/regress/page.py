@@ -69,7 +69,8 @@ def _case(number: int, result: CaseResult) -> str:
     if result.checks:
         rows = "\n".join(map(_check_row, result.checks))
         parts.append(
-            "<table><tr><th>metric</th><th>value</th><th>demanded</th><th></th></tr>\n"
+            '<table><tr><th>metric</th><th class="number">value</th>'
+            '<th class="number">demanded</th><th></th></tr>\n'
             f"{rows}</table>"
         )
     parts += map(_curve_figure, result.curves)

@@ -80,7 +80,8 @@ def session_report(
     return html_page(
         f"Tuning of {vehicle}",
         f"{html_table((), facts)}<h2>Kept gains</h2>{changes}<h2>Gains that fly</h2>"
-        f"<table><tr><th>Gain<th>At the start<th>Now<th></tr>{rows}</table>{numbers}{shown}",
+        '<table><tr><th>Gain<th class="number">At the start<th class="number">Now<th></tr>'
+        f"{rows}</table>{numbers}{shown}",
     )
 
 
