@@ -316,8 +316,12 @@ class GainEditor(QObject):
             self._vehicle = None
             self.begin(view)
             return
+        was_undecided = self._is_undecided
         self.controller = law
         self._stability.begin()
+        self.find_ranges()
+        if was_undecided:
+            self.apply()
         self.state_changed.emit()
 
     def find_ranges(self) -> None:
