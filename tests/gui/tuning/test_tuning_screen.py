@@ -312,6 +312,7 @@ def test_a_gain_that_is_judged_while_the_vehicle_changes_is_judged_again(
     offline.preferences.set("apply_gains", "at once")
     screen.gains.propose("kp_velocity_x", 7.0)
     assert screen.gains.unflown == ("kp_velocity_x",)
+    qtbot.waitUntil(lambda: not screen.gains._stability._rest.isActive())  # of the first ranges
     asked = len(offline.analysis.asked)
     publish(("payload_mass", 0.25))
     qtbot.waitUntil(lambda: bool(begun))
