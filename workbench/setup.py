@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
-from workbench.common.parameter import hooks_are_open
+from workbench.common.parameter import HOOKS, hooks_are_open
 from workbench.common.resources import find_file
 from workbench.control.controller import LIMITS_GROUP, Controller
 from workbench.control.controller_file import with_setpoints
@@ -142,6 +142,8 @@ class Setup:
             self,
             description=replace(self.description, model=model),
             vehicle=vehicle,
+            settings={name: x for name, x in self.settings.items() if name != HOOKS},
+            values={**self.values, HOOKS: 0.0},  # of a vehicle that has none
             controller=with_servos_of(vehicle, self.controller),
         )
 

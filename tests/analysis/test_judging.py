@@ -161,10 +161,11 @@ def test_bad_gains_are_refused(answer, gains, said):
 
 def test_a_set_of_scheduled_gains_is_judged_as_the_law_that_has_them_alone(answer):
     """Whichever set flies in hover; answers name gains as the question does."""
-    subject = AnalysedVehicle(Scenario(controller="pd@speed=0,4"), {"payload_mass": 0.1})
+    payload = {"payload_mass": 0.1, "known_payload_mass": 0.1}
+    subject = AnalysedVehicle(Scenario(controller="pd@speed=0,4"), payload)
     asked = {f"{name}_at_4": 0.8 * subject.own[name] for name in ("kp_roll", "kd_roll", "kp_pitch")}
     plain = {subject.flown.gain_of(name): value for name, value in asked.items()}
-    alone = AnalysedVehicle(Scenario(), {"payload_mass": 0.1})
+    alone = AnalysedVehicle(Scenario(), payload)
     found, wanted = answer(Judge(asked), subject), answer(Judge(plain), alone)
     one, other = (
         [(each.name, each.gain_margin, each.phase_margin) for each in judged.loops]

@@ -7,11 +7,14 @@ from pathlib import Path
 import pytest
 import yaml
 
+from workbench.analysis import tuning
 from workbench.analysis.queries import RegressionCase, RequestedStep, Tune
 from workbench.analysis.subject import AnalysedVehicle
 from workbench.commands.cli import main
 from workbench.common.errors import WorkbenchError
 from workbench.common.resources import models_dir
+from workbench.design.judge.loop_judgement import hover_margins
+from workbench.design.linear.study import LinearStudy
 from workbench.design.pin import pin_step
 from workbench.design.regress.flight import Changes
 from workbench.design.regress.running import regress
@@ -116,6 +119,53 @@ def test_a_stop_keeps_the_best_so_far_and_says_so(subject):
     assert tuned.stopped
     assert not tuned.met
     assert any("stopped early" in said for said in tuned.said)
+
+
+def carrying(model, **settings):
+    """Return a subject whose payload, hooks or servos have changed in flight."""
+    return AnalysedVehicle(Scenario(vehicle=VehicleConfig(model=model)), settings)
+
+
+def test_gains_are_searched_for_the_vehicle_as_it_flies(answer, monkeypatch):
+    """`slung_load` is `dh_drone` with a load; of the others the setup has the settings."""
+    tuners = []
+
+    class Recorded(tuning.Tuner):
+        def run(self, _):
+            tuners.append(self)
+            raise WorkbenchError("enough")
+
+    monkeypatch.setattr(tuning, "Tuner", Recorded)
+    moved = {"servo_shoulder": 0.9, "servo_elbow": -1.8}
+    for about in (
+        carrying("slung_load", open_hooks=1.0),
+        carrying("dh_drone"),
+        carrying("dh_drone", payload_mass=0.5),
+        carrying("manipulator", **moved),
+    ):
+        with pytest.raises(WorkbenchError, match="enough"):
+            answer(Tune({}, ()), about)
+    dropped, bare, heavy, arm = (each._setup for each in tuners)
+    margins, truth = (hover_margins(LinearStudy(each).sampled()) for each in (dropped, bare))
+    for loop in truth:
+        assert margins[loop].phase_margin == pytest.approx(truth[loop].phase_margin, rel=1e-6)
+    assert dropped.with_settings(dropped.values).flown_vehicle.mass == bare.flown_vehicle.mass
+    assert heavy.values["payload_mass"] == 0.5
+    assert {name: arm.values[name] for name in moved} == moved
+
+
+def test_margins_are_pinned_with_the_payload(answer, tmp_path):
+    """A spec computes them without the settings of its cases."""
+    about = carrying("dh_drone", payload_mass=0.5, open_hooks=0.0)
+    assert about.vehicle_settings == {"payload_mass": 0.5}
+    path = tmp_path / "heavy.workbench.yaml"
+    answer(RegressionCase(path, {}, RequestedStep("x", 1.0, 0.5)), about)
+    low, high = yaml.safe_load(path.read_text())["margins"]["velocity_x"]["crossover"]
+    heavy, bare = (
+        hover_margins(LinearStudy(each.setup).sampled())["velocity_x"].crossover
+        for each in (about, carrying("dh_drone"))
+    )
+    assert low < heavy < high < bare
 
 
 def test_bad_wishes_and_a_varied_vehicle_are_refused(answer):

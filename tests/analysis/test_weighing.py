@@ -3,8 +3,10 @@
 import pytest
 
 from workbench.analysis.queries import RequestedStep, Sensitivities
+from workbench.analysis.subject import AnalysedVehicle
 from workbench.common.errors import WorkbenchError
 from workbench.design.step_response import fly_step
+from workbench.scenario.scenario import Scenario, VehicleConfig
 
 STEP = RequestedStep("x", 2.0, 1.5)
 
@@ -41,6 +43,31 @@ def test_the_strongest_come_first_and_what_does_nothing_is_left_out(weighed):
     assert strongest[0] == "kp_velocity_x"
     assert strongest[1] < 0.0
     assert "kp_yaw_rate" not in dict(others)
+
+
+def test_a_dropped_load_counts_no_longer(answer):
+    """`slung_load` is `dh_drone` with a load."""
+    dropped, bare = (
+        answer(
+            Sensitivities({}, STEP),
+            AnalysedVehicle(Scenario(vehicle=VehicleConfig(model=model)), settings),
+        )["rise_time"]["kp_velocity_x"]
+        for model, settings in (("slung_load", {"open_hooks": 1.0}), ("dh_drone", {}))
+    )
+    assert dropped == pytest.approx(bare, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("model", "settings", "said"),
+    [
+        ("dh_drone", {"payload_mass": 0.5}, "set known_payload_mass to payload_mass, 0.5 kg"),
+        ("manipulator", {"servo_elbow": -1.8}, "servos at their start: leave servo_elbow there"),
+    ],
+)
+def test_what_does_not_begin_in_a_known_hover_is_refused(answer, model, settings, said):
+    about = AnalysedVehicle(Scenario(vehicle=VehicleConfig(model=model)), settings)
+    with pytest.raises(WorkbenchError, match=said):
+        answer(Sensitivities({}, STEP), about)
 
 
 def test_a_stop_ends_it(answer, caller):

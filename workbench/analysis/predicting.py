@@ -256,7 +256,7 @@ def weigh(subject: AnalysedVehicle, question: Sensitivities, work: Work) -> Work
         step.amplitude,
         duration=step.duration,
         heading=step.heading,
-        scenario=subject.judged,
+        scenario=subject.setup,
         settings=subject.gains(question.gains),
         progress=work.check,
     )

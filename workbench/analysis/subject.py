@@ -8,6 +8,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from workbench.common.errors import WorkbenchError
+from workbench.control.controller import Controller
 from workbench.control.controller_file import load_controller
 from workbench.control.schedule import split_label
 from workbench.parameters.flight_parameters import SIGNAL_PATH, VEHICLE_SYSTEMS
@@ -80,15 +81,41 @@ class AnalysedVehicle:
         Raises:
             WorkbenchError: if it cannot be read.
         """
+        return self._with_vehicle_settings(self.judged, self.controller).without_dropped_loads()
+
+    @cached_property
+    def flown_setup(self) -> "Setup":
+        """The same with the schedule of the controller's gains, and with dropped loads.
+
+        Raises:
+            WorkbenchError: if it cannot be read.
+        """
+        return self._with_vehicle_settings(self.scenario, self.flown)
+
+    @property
+    def vehicle_settings(self) -> dict[str, float]:
+        """Those settings by which the vehicle differs from the scenario's.
+
+        Raises:
+            WorkbenchError: if it cannot be read.
+        """
         from workbench.setup import make_setup
 
-        setup = make_setup(self.judged, controller=self.controller)
+        before = make_setup(self.scenario, controller=self.flown).values
+        now = self.flown_setup.values
+        return {name: value for name, value in now.items() if value != before[name]}
+
+    def _with_vehicle_settings(self, scenario: Scenario, controller: Controller) -> "Setup":
+        """Return a setup with the payload, hooks and setpoints of servos of the settings."""
+        from workbench.setup import make_setup
+
+        setup = make_setup(scenario, controller=controller)
         carried = {
             name: value
             for name, value in self.settings.items()
             if name in setup.values and setup.controller.table.find(name).system in VEHICLE_SYSTEMS
         }
-        return replace(setup, values={**setup.values, **carried}).without_dropped_loads()
+        return replace(setup, values={**setup.values, **carried})
 
     @cached_property
     def study(self) -> "LinearStudy":

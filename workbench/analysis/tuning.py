@@ -17,7 +17,7 @@ def pin(subject: AnalysedVehicle, question: RegressionCase, work: Work) -> Worki
     found = pin_step(
         question.path,
         subject.scenario,
-        subject.flown_gains(question.gains),
+        {**subject.vehicle_settings, **subject.flown_gains(question.gains)},
         step.axis,
         step.amplitude,
         duration=step.duration,
@@ -38,7 +38,7 @@ def pin(subject: AnalysedVehicle, question: RegressionCase, work: Work) -> Worki
 def tune_gains(subject: AnalysedVehicle, question: Tune, work: Work) -> Working:
     """Answer which gains meet wishes, starting from given ones; a stop keeps the best so far."""
     tuner = Tuner(
-        subject.scenario,
+        subject.flown_setup,
         wishes_for(*question.wishes, controller=subject.scenario.controller),
         settings=subject.flown_gains(question.gains),
         velocity=question.velocity,

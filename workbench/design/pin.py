@@ -37,7 +37,7 @@ from workbench.design.step_response import check_amplitude, check_duration, chec
 from workbench.estimation.settings import ESTIMATORS
 from workbench.gains.gain_choice import make_profile
 from workbench.gains.gains import save_gains
-from workbench.parameters.flight_parameters import SIGNAL_PATH
+from workbench.parameters.flight_parameters import SIGNAL_PATH, VEHICLE_SYSTEMS
 from workbench.scenario.loads import LOAD_NAMES, find_excited, find_load
 from workbench.scenario.scenario import Scenario
 from workbench.setup import make_setup
@@ -122,7 +122,8 @@ def pin_step(
     vehicle, law, table = setup.vehicle, setup.controller, setup.table
     kept = make_profile(vehicle, setup.values, f"pinned for {path.name}", law)
     # margins depend on them, and a spec computes margins without the settings of its cases
-    felt = {name: x for name, x in gains.items() if table.find(name).system in SIGNAL_PATH}
+    systems = (*SIGNAL_PATH, *VEHICLE_SYSTEMS)
+    felt = {name: x for name, x in gains.items() if table.find(name).system in systems}
     kept = dataclasses.replace(kept, gains={**kept.gains, **felt})
     unit = find_excited(axis).unit
     what = axis if loaded else f"along {axis}"

@@ -65,7 +65,7 @@ class Analysis(QObject):
         scenario: Scenario,
         settings: Mapping[str, float],
         controller: Controller | None = None,
-    ) -> None:
+    ) -> bool:
         """Evaluate another vehicle from now on; earlier questions are dropped.
 
         No process starts before the first question. If scenario and settings are unchanged, nothing
@@ -75,13 +75,16 @@ class Analysis(QObject):
             scenario: the flown scenario.
             settings: all live parameters at the start.
             controller: the scenario's controller, as its file was read.
+
+        Returns:
+            Whether earlier questions were dropped.
         """
         present = self._analyst
         if present is not None:
             same = (present.scenario, present.settings) == (scenario, dict(settings))
             same &= controller is self._controller
             if same and not present.has_given_up:
-                return
+                return False
             self._errands.do(present.close)
         self._controller = controller
         self.forget()
@@ -89,6 +92,7 @@ class Analysis(QObject):
         self._analyst = Analyst(
             scenario, settings, lambda progress: self._progressed.emit(token, progress)
         )
+        return True
 
     def warm_up(self) -> None:
         """Start the answering processes, as when a screen that uses them is shown."""

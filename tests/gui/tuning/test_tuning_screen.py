@@ -6,7 +6,7 @@ import pytest
 from PyQt6.QtCore import QPoint, Qt
 from PyQt6.QtWidgets import QAbstractButton, QAbstractSpinBox, QComboBox, QLineEdit
 
-from workbench.analysis.queries import Judge, Predict, RequestedStep
+from workbench.analysis.queries import FindRanges, Judge, Predict, RequestedStep, Tune
 from workbench.gui.gains.gain_file_diff_view import GainFileDiffView
 from workbench.gui.tuning.excitation_form import loop_excitation
 from workbench.gui.tuning.number_row import RowState
@@ -281,19 +281,83 @@ def test_a_loaded_gain_file_has_room_in_a_low_window(screen, canned, qtbot):
     assert screen.panel.isVisible()
 
 
-def test_what_the_drone_carries_and_how_its_joints_stand_is_judged_anew(
-    screen, offline, flying, qtbot, monkeypatch
-):
-    """Once it has not changed for a moment; a gain is part of each question."""
+@pytest.fixture
+def begun(offline, monkeypatch):
+    """Settings with which the analyst began anew."""
     begun = []
-    monkeypatch.setattr(
-        offline.analysis, "begin", lambda scenario, settings, law: begun.append(settings)
-    )
 
-    def publish(*changes):
+    def begin(scenario, settings, law):
+        begun.append(settings)
+        return True
+
+    monkeypatch.setattr(offline.analysis, "begin", begin)
+    return begun
+
+
+@pytest.fixture
+def publish(offline):
+    """Publishes changes of parameters, as a flight does."""
+
+    def published(*changes):
         packed = [(PARAMETERS_SIGNAL.id, PARAMETERS.pack([*change])) for change in changes]
         offline.flight.streamed.emit([Published(0, 0, tuple(packed))])
 
+    return published
+
+
+def test_a_gain_that_is_judged_while_the_vehicle_changes_is_judged_again(
+    screen, offline, judge, begun, publish, qtbot
+):
+    """And flies once it is stable; ranges are found anew."""
+    offline.preferences.set("apply_gains", "at once")
+    screen.gains.propose("kp_velocity_x", 7.0)
+    assert screen.gains.unflown == ("kp_velocity_x",)
+    qtbot.waitUntil(lambda: not screen.gains._stability._rest.isActive())  # of the first ranges
+    asked = len(offline.analysis.asked)
+    publish(("payload_mass", 0.25))
+    qtbot.waitUntil(lambda: bool(begun))
+
+    def again(kind):
+        return [each for each in offline.analysis.asked[asked:] if isinstance(each, kind)]
+
+    qtbot.waitUntil(lambda: any(each.gains["kp_velocity_x"] == 7.0 for each in again(Judge)))
+    qtbot.waitUntil(lambda: bool(again(FindRanges)))
+    for question in again(Judge):
+        offline.analysis.tell(question, judge(question.gains)[1])
+    orders = [each.set for each in offline.flight.orders if isinstance(each, Action)]
+    assert {"kp_velocity_x": 7.0} in orders
+
+
+def test_a_search_goes_on_while_the_vehicle_changes(screen, offline, begun, publish, qtbot):
+    """The vehicle is judged anew after it."""
+    screen.autotune.search()
+    assert screen.autotune.is_running
+    screen._vehicle_rest.setInterval(1)
+    publish(("payload_mass", 0.25))
+    with qtbot.waitSignal(screen._vehicle_rest.timeout):
+        pass
+    assert screen.autotune.is_running and screen._vehicle_rest.isActive() and not begun
+    (question,) = offline.analysis.of(Tune)
+    offline.analysis.refused.emit(question, "enough")
+    qtbot.waitUntil(lambda: bool(begun))
+
+
+def test_a_vehicle_that_is_as_before_is_not_judged_anew(screen, offline, publish, qtbot):
+    cleared = []
+    offline.analysis.begin(offline.flight.view.scenario, offline.flight.view.values)
+    screen.judgement.changed.connect(lambda: cleared.append(True))
+    screen._vehicle_rest.setInterval(1)
+    publish(("payload_mass", 0.25))
+    publish(("payload_mass", 0.0))
+    with qtbot.waitSignal(screen._vehicle_rest.timeout):
+        pass
+    assert not cleared
+
+
+def test_what_the_drone_carries_and_how_its_joints_stand_is_judged_anew(
+    screen, offline, flying, begun, publish, qtbot
+):
+    """Once it has not changed for a moment; a gain is part of each question."""
     vehicle = dataclasses.replace(flying.vehicle, name="slung")
     values = {**flying.values, "open_hooks": 0.0}
     slung = dataclasses.replace(flying, vehicle=vehicle, values=values)

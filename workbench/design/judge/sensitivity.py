@@ -178,7 +178,8 @@ def step_sensitivity(
 
     Raises:
         WorkbenchError: if axis, amplitude or duration are invalid, or the scenario varies the
-            vehicle or has a payload unknown to the law, as the flight begins in a known hover.
+            vehicle, moves a servo, or has a payload unknown to the law, as the flight begins in a
+            known hover.
     """
     if axis not in AXIS_NAMES:
         raise unknown_name("axis", axis, AXIS_NAMES)
@@ -187,7 +188,7 @@ def step_sensitivity(
             f"a step of {amplitude:g} over {duration:g} s cannot be measured: give it an amplitude "
             f"that is not 0 and {MIN_STEP_DURATION_S:g} s or more"
         )
-    setup = make_setup(scenario, settings)
+    setup = make_setup(scenario, settings).without_dropped_loads()
     if setup.variation != Variation():
         raise WorkbenchError(
             "sensitivities are those of the vehicle as its controller knows it: leave the "
@@ -204,6 +205,12 @@ def step_sensitivity(
         raise WorkbenchError(
             "sensitivities are those of the vehicle as its controller knows it: set "
             f"known_payload_mass to payload_mass, {payload.payload_mass:g} kg"
+        )
+    moved = [row.name for row in controller.setpoints if values[row.name] != row.default]
+    if moved:
+        raise WorkbenchError(
+            "sensitivities are those of a step that begins with all servos at their start: leave "
+            f"{' and '.join(moved)} there"
         )
     gains = {row.name: values[row.name] for row in controller.parameters}
     core = make_flight_core(setup)

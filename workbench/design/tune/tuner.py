@@ -85,7 +85,7 @@ class Tuner:
         seed: int = 0,
         velocity: Triple = REST_VELOCITY_M_S,
     ) -> None:
-        self._setup = make_setup(scenario, settings)
+        self._setup = make_setup(scenario, settings).without_dropped_loads()
         self._controller = self._setup.controller
         if self._controller.program:
             raise not_repeatable_error(self._controller.name)

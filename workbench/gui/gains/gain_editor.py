@@ -230,8 +230,7 @@ class GainEditor(QObject):
         if number == self.shown_set:
             return
         self.shown_set = number
-        self._stability.begin()
-        self.find_ranges()
+        self._stability.begin(self.of_set(self.flown))
         self.set_changed.emit()
 
     @property
@@ -317,8 +316,10 @@ class GainEditor(QObject):
             self._vehicle = None
             self.begin(view)
             return
-        self.controller = law
-        self._stability.begin()
+        self.controller, was_undecided = law, self._is_undecided
+        self._stability.begin(self.of_set(self.flown))
+        if was_undecided:
+            self.apply()
         self.state_changed.emit()
 
     def find_ranges(self) -> None:

@@ -56,12 +56,14 @@ class StabilityCheck(QObject):
         """Whether an answer is pending."""
         return self._judging.is_waiting
 
-    def begin(self) -> None:
-        """Clear everything: another vehicle flies."""
+    def begin(self, gains: GainValues | None = None) -> None:
+        """Clear everything: another vehicle flies; find the ranges around its gains, if given."""
         self.cancel()
         self._rest.stop()
         self.ranges = None
         self.ranges_changed.emit()
+        if gains is not None:
+            self.find_ranges(gains)
 
     def knows(self, gains: GainValues) -> bool:
         """Return whether gains were accepted, or are stable by the ranges, without asking.

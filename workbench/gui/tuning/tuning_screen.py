@@ -339,11 +339,13 @@ class TuningScreen(Screen):
     def _judge_vehicle(self) -> None:
         """Evaluate the vehicle with its present payload, hooks and setpoints of servos."""
         view = self.workspace.flight.view
-        if view.scenario is not None:
+        if not self._is_free():  # a search or a fork would be lost
+            self._vehicle_rest.start()
+        elif view.scenario is not None:
             now = {name: self.gains.flown[name] for name in self._vehicle_names}
             settings = {**view.values, **now}
-            self.workspace.analysis.begin(view.scenario, settings, view.controller)
-            self.take_over(view)
+            if self.workspace.analysis.begin(view.scenario, settings, view.controller):
+                self.take_over(view)
 
     def _judge_set(self) -> None:
         """Evaluate another set of scheduled gains."""
