@@ -1,7 +1,6 @@
 """A flight that only takes orders down, and an analyst who only listens."""
 
 import dataclasses
-import pickle
 from types import SimpleNamespace
 
 import numpy as np
@@ -21,7 +20,7 @@ from workbench.analysis.queries import (
 from workbench.analysis.replies import Judged, JudgedLoop, Predicted
 from workbench.analysis.subject import AnalysedVehicle
 from workbench.design.step_metrics import StepMetrics
-from workbench.gui.analysis import Analysis
+from workbench.gui.analysis import Analysis, query_key
 from workbench.gui.flight_model import FlightModel
 from workbench.gui.gains.gain_editor import GainEditor
 from workbench.gui.gains.gain_rows import controller_gains
@@ -207,7 +206,7 @@ def reply_to(subject):
     replies, goes_on = {}, SimpleNamespace(check=lambda: None)
 
     def reply(function, question):
-        key = function, pickle.dumps(question)
+        key = function, query_key(question)
         if key not in replies:
             replies[key] = next(each for each in function(subject, question, goes_on) if each)
         return replies[key]
