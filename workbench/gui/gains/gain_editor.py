@@ -569,15 +569,14 @@ class GainEditor(QObject):
             self.warning_changed.emit("")
 
     def _follow(self, before: GainValues) -> None:
-        """Show the flight's present values; values that are being tried stay proposed."""
+        """Show the flight's present values; values that are being tried stay proposed.
+
+        What scripts, clients and joysticks do to wind, servos or faults is not to be undone.
+        """
         changed = {name: value for name, value in self.flown.items() if value != before[name]}
-        shown = {
-            name: value
-            for name, value in changed.items()
-            if not self._flown.is_ordered(name) and self.proposed[name] == before[name]
-        }
+        free = [name for name in changed if not self._flown.is_ordered(name)]
+        shown = {name: changed[name] for name in free if self.proposed[name] == before[name]}
         if shown:
-            # what scripts, clients and joysticks do to wind, servos or faults is not to be undone
             gains = {name: value for name, value in shown.items() if name in self.kept}
             self._tell_proposed(self._put(gains, EXTERNAL_CHANGE, flown=True) + self._set(shown))
         if loop_gains(shown) and self._is_undecided:
