@@ -91,6 +91,7 @@ def pull(session, angle: float) -> None:
     plant.GetJointByName("string").set_angles(context, [angle, 0.0, 0.0])
 
 
+@pytest.mark.slow
 def test_it_swings_as_a_pendulum_below_a_body_that_hovers(scenario):
     """The body is 300 times as heavy as the load, so it hardly moves: T = 2 pi sqrt(I / (m g L)).
 

@@ -288,7 +288,7 @@ def test_a_torque_about_the_vertical_begins_once_the_drone_no_longer_turns():
     assert abs(flown.w_WB[flown.time == bench.shown.exciting.began][0][2]) < 0.05
 
 
-@pytest.mark.parametrize("kd_pitch", [27.0, 44.3])
+@pytest.mark.parametrize("kd_pitch", [pytest.param(27.0, marks=pytest.mark.slow), 44.3])
 def test_steps_of_an_attitude_begin_level_after_the_flight_back(kd_pitch):
     """Within 2 % of the setpoint, which its numbers need, though the flight back has pitched it.
 
