@@ -21,7 +21,7 @@ def test_a_phone_flies_and_is_lost(networks, open_page, touch):
     with LiveFlight(load_scenario(find_scenario("network"))) as flight:
         flight.serve(ServerConfig(port=0, web=True)).result(STARTING)
         # In slow motion: a page that a slow machine keeps waiting shall not lose control by it.
-        flight.set_speed(0.5).result(STARTING)
+        flight.set_speed(0.25).result(STARTING)
         touch.wait(lambda: flight.latest().network.server is not None, "served")
         proxy = networks.Proxy(flight.latest().network.server.page)
         try:
