@@ -69,10 +69,14 @@ class LoggedMotion(NamedTuple):
         return self.period * np.arange(len(self.p))
 
     @property
+    def _turning(self) -> np.ndarray:
+        """Whether the rotors turn at a sample (m)."""
+        return np.asarray(self.commands.mean(axis=1) > MIN_TURNING_COMMAND)
+
+    @property
     def _carried(self) -> np.ndarray:
         """Whether the rotors carry the drone at a sample (m)."""
-        mean = self.commands.mean(axis=1)
-        turning = mean > MIN_TURNING_COMMAND
+        mean, turning = self.commands.mean(axis=1), self._turning
         return mean > MIN_FLYING_SHARE * np.median(mean[turning]) if turning.any() else turning
 
     @property
@@ -92,8 +96,6 @@ class LoggedMotion(NamedTuple):
         Of several flights, with the rotors at rest on the ground between them, it is the longest.
         The ground is where the log begins, or, if it begins in flight, where it ends.
         """
-        mean = self.commands.mean(axis=1)
-        turning = mean > MIN_TURNING_COMMAND
         carried = self._carried
         if carried[0] and carried[-1]:
             return 0, len(self.p) - 1
@@ -101,7 +103,8 @@ class LoggedMotion(NamedTuple):
         high = np.flatnonzero(above)
         if len(high) == 0:
             return 0, 0
-        flight = np.cumsum(~above & ~turning)[high]  # the same number for all samples of a flight
+        # the same number for all samples of a flight
+        flight = np.cumsum(~above & ~self._turning)[high]
         numbers, counts = np.unique(flight, return_counts=True)
         high = high[flight == numbers[np.argmax(counts)]]
         margin = round(GROUND_MARGIN_S / self.period)
