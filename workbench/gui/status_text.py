@@ -12,7 +12,7 @@ from workbench.live.messages import Phase
 from workbench.live.view import LiveView
 from workbench.scenario.scenario import Action
 
-PLAIN_TONE, GOOD_TONE, WARNING_TONE, BAD_TONE, MUTED_TONE = "", "good", "warning", "bad", "muted"
+PLAIN_TONE, WARNING_TONE, BAD_TONE, MUTED_TONE = "", "warning", "bad", "muted"
 LOST_EXCHANGE_SHARE = 0.01
 """Share of lost answers of an autopilot above which a warning is shown."""
 
