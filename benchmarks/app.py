@@ -259,10 +259,10 @@ class Bench:
         """Return how the open page does."""
         gains, analysis = self.tuning.gains, self.workspace.analysis
         start = gains.kept[GAIN]
-        heard: Counter[type[Query]] = Counter()
+        counts: Counter[type[Query]] = Counter()
 
-        def hear(question: Query, _: object) -> None:
-            heard[type(question)] += 1
+        def count_answer(question: Query, _: object) -> None:
+            counts[type(question)] += 1
 
         def move() -> None:
             for step in range(round(MOVED / BETWEEN)):
@@ -271,11 +271,11 @@ class Bench:
                 self.run(BETWEEN)
 
         self.run(SETTLING)
-        analysis.answered.connect(hear)
+        analysis.answered.connect(count_answer)
         wall, factor = self.watch(move)
-        analysis.answered.disconnect(hear)
+        analysis.answered.disconnect(count_answer)
         walls = self.application.walls
-        judged, predicted, drawn = (heard[kind] / wall for kind in (Judge, Predict, DrawFrequency))
+        judged, predicted, drawn = (counts[kind] / wall for kind in (Judge, Predict, DrawFrequency))
         return PageRow(
             page=name,
             frames=self.application.frames / wall,

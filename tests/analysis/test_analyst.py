@@ -68,10 +68,6 @@ def wait_until(condition):
         time.sleep(0.01)
 
 
-def heard(told):
-    wait_until(lambda: told)
-
-
 def test_each_question_gets_its_reply(analyst):
     asked = [
         (FindRanges({}), dict),
@@ -164,7 +160,7 @@ def test_after_some_deaths_in_a_row_no_further_process_is_started(own):
 def test_a_search_is_stopped_and_keeps_its_best(own):
     analyst, told = own
     tuned = analyst.ask(Tune({}, HARD))
-    heard(told)
+    wait_until(lambda: told)
     analyst.stop()
     reply = tuned.result(ENOUGH)
     assert reply.stopped
@@ -178,7 +174,7 @@ def test_a_search_is_stopped_and_keeps_its_best(own):
 def test_nothing_waits_for_a_search_or_is_stopped_with_it(own):
     analyst, told = own
     tuned = analyst.ask(Tune({}, HARD))
-    heard(told)
+    wait_until(lambda: told)
     weighed = analyst.ask(Sensitivities({}, STEP))
     assert weighed.result(ENOUGH)
     assert not tuned.done()

@@ -42,7 +42,7 @@ def throw(flight: OpenLoopFlight, angles, rates) -> None:
 )
 def test_a_load_that_is_thrown_over_the_top_moves_as_in_mujoco(tmp_path, more, angles, rates):
     """For five seconds, in which it turns up to six times; it keeps its energy without a spring."""
-    mujoco = pytest.importorskip("mujoco")
+    mujoco = pytest.importorskip("mujoco", reason="install the extra `test` to try it")
     flight = OpenLoopFlight(hung(tmp_path, more))
     throw(flight, angles, rates)
     time, signals = flight.fly(5.0)

@@ -419,7 +419,7 @@ def test_a_drone_stands_on_the_ground_with_a_cardan_joint_below(tmp_path):
 @pytest.mark.slow
 def test_a_double_pendulum_under_a_flying_drone_moves_as_in_mujoco(tmp_path):
     """Released at 30° and -20°, five seconds, with the same rotor speeds: 1 cm and 0.5°."""
-    mujoco = pytest.importorskip("mujoco")
+    mujoco = pytest.importorskip("mujoco", reason="install the extra `test` to try it")
     lengths, masses, inertia = (0.4, 0.3), (0.1, 0.15), 1e-4
     small = (inertia,) * 3
     parts = (

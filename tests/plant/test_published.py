@@ -46,7 +46,7 @@ def about(offset, mass) -> np.ndarray:
     return mass * (r @ r * np.eye(3) - np.outer(r, r))
 
 
-def said(description, *words: str) -> bool:
+def has_remark(description, *words: str) -> bool:
     return any(all(word in str(remark) for word in words) for remark in description.remarks)
 
 
@@ -87,12 +87,12 @@ def test_hummingbird_rotors(file):
 
 def test_hummingbird_says_what_is_missing():
     description, _ = hummingbird()
-    assert said(description, "base_link_inertia", "hummingbird.dae", "not found")
-    assert said(description, "plugin 'multirotor_base_plugin'")
+    assert has_remark(description, "base_link_inertia", "hummingbird.dae", "not found")
+    assert has_remark(description, "plugin 'multirotor_base_plugin'")
 
 
 def test_hummingbird_with_sensors_weighs_more_and_holds_their_joints():
     """An IMU of 15 g, and two ground-truth sensors of 10 mg."""
     description, vehicle = hummingbird("hummingbird_base.xacro", **BASE_ARGS)
     assert vehicle.mass == pytest.approx(0.716 + 0.015 + 2e-5, rel=1e-9)
-    assert said(description, "joint 'bird/imu_joint'", "held at zero")
+    assert has_remark(description, "joint 'bird/imu_joint'", "held at zero")

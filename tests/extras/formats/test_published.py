@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from tests.plant.test_published import about, load, no_ros, pytestmark, said
+from tests.plant.test_published import about, has_remark, load, no_ros, pytestmark
 from workbench.plant.sensors import Barometer, Gps, Imu, Magnetometer, Noise
 
 __all__ = ["no_ros", "pytestmark"]
@@ -28,9 +28,9 @@ def test_crazyflie():
         assert rotor.max_rot_velocity == pytest.approx(largest * rpm)
         assert (rotor.ground_effect_coefficient, rotor.propeller_radius) == (11.36859, 2.31348e-2)
         assert rotor.inflow_coefficient == 10.311e-7
-    assert said(description, "time constants")
+    assert has_remark(description, "time constants")
     for name in ["arm", "max_speed_kmh", "drag_coeff_xy", "dw_coeff_1", "dw_coeff_2", "dw_coeff_3"]:
-        assert said(description, f"{name}=", "not used")
+        assert has_remark(description, f"{name}=", "not used")
 
 
 @pytest.mark.parametrize("path", ["x500", "x500/model.sdf"])
@@ -59,9 +59,9 @@ def test_x500(path):
         assert (rotor.time_constant_up, rotor.time_constant_down) == (0.0125, 0.025)
         assert rotor.max_rot_velocity == 1000.0
         assert rotor.inertia == pytest.approx(own[2])
-    assert said(description, "gz_frame_id", "x500_base")
-    assert said(description, "NXP-HGD-CF.dae", "not found")
-    assert said(description, "magnetometer_sensor", "gauss")
+    assert has_remark(description, "gz_frame_id", "x500_base")
+    assert has_remark(description, "NXP-HGD-CF.dae", "not found")
+    assert has_remark(description, "magnetometer_sensor", "gauss")
 
 
 def test_x500_sensors():

@@ -311,7 +311,7 @@ class Ground:
         self.task = self.loop.create_task(serve_mavlink(link, to, self.said.append))
         self.thread = threading.Thread(target=self._run)
         self.thread.start()
-        assert self.hear("HEARTBEAT").type == mavlink.MAV_TYPE_QUADROTOR
+        assert self.receive("HEARTBEAT").type == mavlink.MAV_TYPE_QUADROTOR
         self.beat()
 
     def _run(self):
@@ -329,7 +329,7 @@ class Ground:
                 mavlink.MAV_TYPE_GCS, mavlink.MAV_AUTOPILOT_INVALID, 0, 0, 0
             )
 
-    def hear(self, *kinds, where=lambda message: True):
+    def receive(self, *kinds, where=lambda message: True):
         """Return the next message of some kind that fits; a station has a heartbeat meanwhile."""
         ends = time.monotonic() + LIMIT
         while time.monotonic() < ends:
@@ -341,14 +341,14 @@ class Ground:
 
     def order(self, command, *numbers):
         self.mav.mav.command_long_send(1, 1, command, 0, *numbers, *[0.0] * (7 - len(numbers)))
-        return self.hear("COMMAND_ACK", where=lambda ack: ack.command == command).result
+        return self.receive("COMMAND_ACK", where=lambda ack: ack.command == command).result
 
     def set(self, name, value):
         self.mav.mav.param_set_send(1, 1, name.encode(), value, mavlink.MAV_PARAM_TYPE_REAL32)
-        return self.hear("PARAM_VALUE", where=lambda each: each.param_id == name).param_value
+        return self.receive("PARAM_VALUE", where=lambda each: each.param_id == name).param_value
 
     def told(self, words):
-        return self.hear("STATUSTEXT", where=lambda text: words in text.text)
+        return self.receive("STATUSTEXT", where=lambda text: words in text.text)
 
     def close(self):
         self.loop.call_soon_threadsafe(self.task.cancel)
@@ -370,7 +370,7 @@ def test_a_station_reads_and_sets_gains_under_the_lease_and_flies(ground, addres
         ground.mav.mav.param_request_list_send(1, 1)
         found = {}
         while len(found) < len(wanted):
-            value = ground.hear("PARAM_VALUE")
+            value = ground.receive("PARAM_VALUE")
             assert value.param_count == len(wanted)
             found[value.param_id] = value.param_value
         assert found == {
@@ -384,12 +384,12 @@ def test_a_station_reads_and_sets_gains_under_the_lease_and_flies(ground, addres
         ground.mav.mav.param_request_read_send(1, 1, b"no_such", -1)
         assert ground.told("there is no parameter 'no_such'")
         ground.mav.mav.param_request_read_send(1, 1, b"", list(wanted).index("kp_pitch"))
-        assert ground.hear("PARAM_VALUE").param_id == "kp_pitch"
+        assert ground.receive("PARAM_VALUE").param_id == "kp_pitch"
 
         charge = round(100.0 * next(client).values["charge"])
         assert 0 < charge <= 100
-        assert ground.hear("BATTERY_STATUS").battery_remaining in (charge, charge - 1)
-        assert abs(ground.hear("ATTITUDE").roll) < 0.1  # it stands
+        assert ground.receive("BATTERY_STATUS").battery_remaining in (charge, charge - 1)
+        assert abs(ground.receive("ATTITUDE").roll) < 0.1  # it stands
 
         with client.control():  # somebody else flies
             assert ground.set("kp_pitch", 300.0) == pytest.approx(200.1)
@@ -399,14 +399,14 @@ def test_a_station_reads_and_sets_gains_under_the_lease_and_flies(ground, addres
     assert ground.order(mavlink.MAV_CMD_DO_SET_SERVO) == mavlink.MAV_RESULT_UNSUPPORTED
     take_off = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
     assert ground.order(mavlink.MAV_CMD_NAV_TAKEOFF, *take_off) == accepted
-    ground.hear("LOCAL_POSITION_NED", where=lambda local: local.z < -0.5)
+    ground.receive("LOCAL_POSITION_NED", where=lambda local: local.z < -0.5)
     armed = mavlink.MAV_MODE_FLAG_SAFETY_ARMED
-    assert ground.hear("HEARTBEAT", where=lambda beat: beat.base_mode & armed)
+    assert ground.receive("HEARTBEAT", where=lambda beat: beat.base_mode & armed)
     disarm = mavlink.MAV_CMD_COMPONENT_ARM_DISARM
     assert ground.order(disarm, 0.0) == mavlink.MAV_RESULT_DENIED  # it flies
     assert ground.order(mavlink.MAV_CMD_NAV_LAND) == accepted
     assert ground.order(disarm, 0.0, FORCED_DISARM_CODE) == accepted
-    ground.hear("HEARTBEAT", where=lambda beat: not beat.base_mode & armed)
+    ground.receive("HEARTBEAT", where=lambda beat: not beat.base_mode & armed)
 
 
 def request(ground, number, which=0.0):
@@ -426,11 +426,11 @@ def test_modes_and_units_are_listed(ground, address):
     mavutil.mavlink.mavlink_map.setdefault(436, development.MAVLink_current_mode_message)
     ground.mav.mav.command_long_send(1, 1, mavlink.MAV_CMD_REQUEST_MESSAGE, 0, 435.0, *[0.0] * 6)
     while not modes or len(modes) < modes[0].number_modes:
-        modes.append(ground.hear("AVAILABLE_MODES"))
+        modes.append(ground.receive("AVAILABLE_MODES"))
     by_name = {mode.mode_name: mode for mode in modes}
     assert by_name["Hold"].standard_mode == mavlink.MAV_STANDARD_MODE_POSITION_HOLD
     assert by_name["Mission"].properties == 0 and by_name["Cruising"].properties == 2
-    assert ground.hear("CURRENT_MODE").custom_mode in [mode.custom_mode for mode in modes]
+    assert ground.receive("CURRENT_MODE").custom_mode in [mode.custom_mode for mode in modes]
     assert ground.order(mavlink.MAV_CMD_DO_SET_MODE, 1.0, 6.0) == mavlink.MAV_RESULT_UNSUPPORTED
     assert request(ground, 397) == mavlink.MAV_RESULT_ACCEPTED
     ftp = MAVFTP(ground.mav, 1, 1)
@@ -455,18 +455,18 @@ def test_a_mission_is_flown(ground, address):
     ]
     ground.mav.mav.mission_count_send(1, 1, len(steps), 0)
     for number, (command, x, y, z, wait) in enumerate(steps):
-        ground.hear("MISSION_REQUEST_INT", where=lambda each, number=number: each.seq == number)
+        ground.receive("MISSION_REQUEST_INT", where=lambda each, number=number: each.seq == number)
         ground.mav.mav.mission_item_int_send(
             1, 1, number, local, command, 0, 1, wait, 0.0, 0.0, 0.0, x, y, z, 0
         )
-    assert ground.hear("MISSION_ACK").type == mavlink.MAV_MISSION_ACCEPTED
+    assert ground.receive("MISSION_ACK").type == mavlink.MAV_MISSION_ACCEPTED
     with Client(address, topics=["position_data"]) as client:
         assert ground.order(mavlink.MAV_CMD_MISSION_START) == mavlink.MAV_RESULT_ACCEPTED
-        assert ground.hear("HEARTBEAT", where=lambda beat: beat.custom_mode == 8)
-        assert ground.hear("MISSION_ITEM_REACHED", where=lambda each: each.seq == 1)
+        assert ground.receive("HEARTBEAT", where=lambda beat: beat.custom_mode == 8)
+        assert ground.receive("MISSION_ITEM_REACHED", where=lambda each: each.seq == 1)
         place = client.latest("position_data")
         assert (place["x"], place["y"], place["z"]) == pytest.approx((1.0, 3.0, 2.0), abs=0.6)
-        assert ground.hear("MISSION_ITEM_REACHED", where=lambda each: each.seq == 2)
+        assert ground.receive("MISSION_ITEM_REACHED", where=lambda each: each.seq == 2)
         assert client.latest("position_data")["z"] < 0.5
     ground.told("the mission is done")
 

@@ -120,20 +120,20 @@ def test_a_station_finds_the_gimbal_and_aims_it(ground):
         )
 
     asked_for(mavlink.MAVLINK_MSG_ID_GIMBAL_MANAGER_INFORMATION)
-    about = ground.hear("GIMBAL_MANAGER_INFORMATION")
+    about = ground.receive("GIMBAL_MANAGER_INFORMATION")
     limits = (about.roll_min, about.roll_max, about.pitch_min, about.pitch_max)
     assert limits == pytest.approx((-0.8, 0.8, -1.6, 0.8))
     assert (about.yaw_min, about.yaw_max, about.gimbal_device_id) == (0.0, 0.0, 1)
     assert about.cap_flags & mavlink.GIMBAL_MANAGER_CAP_FLAGS_HAS_PITCH_AXIS
     assert not about.cap_flags & mavlink.GIMBAL_MANAGER_CAP_FLAGS_HAS_YAW_AXIS
     asked_for(mavlink.MAVLINK_MSG_ID_GIMBAL_DEVICE_INFORMATION)
-    told = ground.hear("GIMBAL_DEVICE_INFORMATION")
+    told = ground.receive("GIMBAL_DEVICE_INFORMATION")
     assert (told.model_name, told.pitch_min) == ("gimbal", pytest.approx(-1.6))
 
     accepted, denied = mavlink.MAV_RESULT_ACCEPTED, mavlink.MAV_RESULT_DENIED
     aim, nan = mavlink.MAV_CMD_DO_GIMBAL_MANAGER_PITCHYAW, math.nan
     assert ground.order(aim, -30.0, nan, nan, nan) == accepted
-    q = ground.hear("GIMBAL_DEVICE_ATTITUDE_STATUS", where=lambda each: each.q[2] < -0.25).q
+    q = ground.receive("GIMBAL_DEVICE_ATTITUDE_STATUS", where=lambda each: each.q[2] < -0.25).q
     pitch = Rotation.from_quat([*q[1:], q[0]]).as_euler("ZYX", degrees=True)[1]
     assert -40.0 < pitch < -28.0  # on its way, with a damping ratio of 0.7
     assert ground.order(aim, 0.0, 20.0, nan, nan) == denied
@@ -143,20 +143,20 @@ def test_a_station_finds_the_gimbal_and_aims_it(ground):
 
     configure = mavlink.MAV_CMD_DO_GIMBAL_MANAGER_CONFIGURE
     assert ground.order(configure, 7.0, 8.0, -1.0, -1.0) == accepted  # another component
-    status = ground.hear("GIMBAL_MANAGER_STATUS", where=lambda each: each.primary_control_sysid)
+    status = ground.receive("GIMBAL_MANAGER_STATUS", where=lambda each: each.primary_control_sysid)
     assert (status.primary_control_sysid, status.primary_control_compid) == (7, 8)
     assert ground.order(aim, 0.0, nan, nan, nan) == denied
     assert ground.order(configure, -2.0, 0.0, -1.0, -1.0) == accepted
     ground.mav.mav.gimbal_manager_set_pitchyaw_send(1, 1, 0, 0, 0.4, nan, nan, nan)
-    assert ground.hear("GIMBAL_DEVICE_ATTITUDE_STATUS", where=lambda each: each.q[2] > 0.15)
+    assert ground.receive("GIMBAL_DEVICE_ATTITUDE_STATUS", where=lambda each: each.q[2] > 0.15)
     down = Rotation.from_euler("Y", -45.0, degrees=True).as_quat(scalar_first=True)
     rates = (nan, nan, nan)
     ground.mav.mav.gimbal_manager_set_attitude_send(1, 1, 0, 0, down, *rates)
-    assert ground.hear("GIMBAL_DEVICE_ATTITUDE_STATUS", where=lambda each: each.q[2] < -0.36)
+    assert ground.receive("GIMBAL_DEVICE_ATTITUDE_STATUS", where=lambda each: each.q[2] < -0.36)
     neutral = float(mavlink.GIMBAL_MANAGER_FLAGS_NEUTRAL)
     in_whole = (aim, 0, 0, -20.0, nan, nan, nan, 0, 0, 0.0)
     ground.mav.mav.command_int_send(1, 1, mavlink.MAV_FRAME_GLOBAL, *in_whole)
-    assert ground.hear("COMMAND_ACK", where=lambda each: each.command == aim).result == accepted
+    assert ground.receive("COMMAND_ACK", where=lambda each: each.command == aim).result == accepted
     assert ground.order(aim, nan, nan, nan, nan, neutral) == accepted
     with Client(ground.address) as client:
         assert client.parameters("servo_gimbal_pitch") == {"servo_gimbal_pitch": 0.0}
