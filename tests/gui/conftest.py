@@ -11,7 +11,7 @@ import pytest
 from PyQt6.QtCore import QCoreApplication, QEvent, QPoint, QPointF, QSettings, Qt
 from PyQt6.QtGui import QMouseEvent, QWheelEvent
 from PyQt6.QtTest import QTest
-from PyQt6.QtWidgets import QApplication
+from PyQt6.QtWidgets import QApplication, QWidget
 from pytestqt.qtbot import QtBot
 
 from workbench.gui import click_guard
@@ -248,6 +248,27 @@ def no_thread_is_left(request):
     with nullcontext() if shared else no_thread_more():
         yield
     delete_widgets()
+
+
+@pytest.fixture(autouse=True)
+def nothing_is_held():
+    """Release the mouse and the keys after a test: Qt's double click leaves its button pressed.
+
+    The app asks Qt for what is pressed, so the next test would be one with a button held.
+    """
+    held = QApplication.mouseButtons(), QApplication.keyboardModifiers()
+    assert held == (Qt.MouseButton.NoButton, Qt.KeyboardModifier.NoModifier)
+    yield
+    pressed = QApplication.mouseButtons()
+    for button in (
+        Qt.MouseButton.LeftButton,
+        Qt.MouseButton.MiddleButton,
+        Qt.MouseButton.RightButton,
+    ):
+        if pressed & button:
+            QTest.mouseRelease(QWidget(), button)
+    if QApplication.keyboardModifiers() != Qt.KeyboardModifier.NoModifier:
+        QTest.keyRelease(QWidget(), Qt.Key.Key_Shift)
 
 
 @contextmanager
