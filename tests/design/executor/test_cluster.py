@@ -82,7 +82,7 @@ def test_compiled_flights_in_shares_are_the_same_to_the_bit_and_a_stop_keeps_who
     part = sweep(
         swept, **words, fly=shares, kept=file, progress=told.append, stop=lambda: bool(told)
     )
-    assert 3 <= len(part) < 11 and (1 + len(part)) % 4 == 0  # the present gains are one more
+    assert len(part) in {3, 7, 11}  # the present gains are one more; all may be done at once
     rest = sweep(swept, **words, fly=shares, kept=file)
     assert rest.rows.tobytes() == whole.rows.tobytes()
     local = sweep(swept, **words, fly=fly_fastest, kept=file)  # the file is of the same flights

@@ -55,7 +55,7 @@ def fly_compiled(
         chunk = range(first, min(first + CANDIDATES_PER_CHUNK, len(candidates)))
         decays: dict[float, dict[int, float]] = {}
         for index in chunk:
-            if stop and stop() and first:
+            if stop and stop():
                 return
             each = candidates[index]
             decay = decay_times.of(case.axis, each.settings, each.variation)

@@ -82,7 +82,8 @@ def sweep(
         fly: by default `fly_fastest`, or `fly_full` for the full diagram in local processes or,
             with its executor bound by `functools.partial`, anywhere.
         progress: called with the share done, 0 .. 1.
-        stop: called regularly; True ends the sweep with the results so far.
+        stop: called regularly; True ends the sweep with the results so far, those of the present
+            gains among them.
         kept: file that keeps the flights of a sweep that takes long: an equal sweep that finds it
             flies the others only. Remove it when the table is written. None for no file.
 
@@ -98,7 +99,6 @@ def sweep(
     case.check(parsed, setup)
     cut = law.loop(loop) if loop else None
     present = np.array(case.present(parsed, setup))
-    # the present gains fly first, so that they are complete whenever the sweep is stopped
     rows = np.vstack([present, parameters])
     candidates = [case.candidate(parsed, row) for row in rows]
     share = FLIGHT_SHARE if cut else 1.0
@@ -111,7 +111,12 @@ def sweep(
     ):
         flown = keeper.flown if keeper else empty_results(len(candidates))
         todo = np.flatnonzero(~flown.done)
-        flights = fly(case, setup, [candidates[index] for index in todo.tolist()], stop)
+
+        def ends() -> bool:
+            # a table without the present gains compares with nothing: so none ends without them
+            return bool(flown.done[0]) and stop is not None and stop()
+
+        flights = fly(case, setup, [candidates[index] for index in todo.tolist()], ends)
         for some, values, diverged_at in flights:
             places = todo[list(some)]
             flown.done[places] = True
