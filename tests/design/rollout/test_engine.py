@@ -322,7 +322,7 @@ def test_a_stop_leaves_what_has_not_begun(threads):
 
 def test_two_threads_work_side_by_side():
     """Each waits for the other: alone neither would come to an end."""
-    both = threading.Barrier(2, timeout=10.0)
+    both = threading.Barrier(2, timeout=300.0)
     assert run_chunks(lambda first, last: both.wait() and None, 2, 2) == 2
 
 

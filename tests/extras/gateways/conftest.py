@@ -9,7 +9,7 @@ __all__ = ["fakes", "server", "until"]
 
 async def until(condition):
     """Wait until a condition holds, and return what it gave."""
-    async with asyncio.timeout(20.0):
+    async with asyncio.timeout(300.0):
         while not (given := condition()):
             await asyncio.sleep(0.002)
     return given

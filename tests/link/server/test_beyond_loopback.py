@@ -21,14 +21,17 @@ from workbench.link.authentication import write_tokens
 from workbench.link.backplane import ClientRequest, ServerStatus
 from workbench.link.messages import RequestControl
 from workbench.link.page_address import lan_address
-from workbench.link.server.acceptor import MAX_BEGUN_CONNECTIONS, Acceptor, listen
+from workbench.link.server.acceptor import (
+    HANDSHAKE_TIMEOUT_S,
+    MAX_BEGUN_CONNECTIONS,
+    Acceptor,
+    listen,
+)
 from workbench.link.server.config import ServerConfig
 from workbench.link.wire import Decoder
 
 LIMIT = 300.0
 """Generous: nothing here is a matter of time, but where it is said [s]."""
-SOON = 1.0
-"""In which a connection that is closed at once has ended; others have 3 s [s]."""
 
 
 @pytest.fixture(scope="module")
@@ -92,7 +95,7 @@ def test_who_comes_without_tls_gets_nothing(served, own, parts, words):
         begun = time.monotonic()
         client.send(words or parts.operation("ping"))
         assert got(client) == b""
-        assert time.monotonic() < begun + SOON
+        assert time.monotonic() < begun + HANDSHAKE_TIMEOUT_S
     status = served.hear_of(ServerStatus, lambda record: record.refusals)
     assert status.refusals == {"tls": 1}
 

@@ -39,6 +39,8 @@ from workbench.link.server.process import FlightConnection
 
 ANY = ServerConfig(port=0)
 RESET = struct.pack("ii", 1, 0)
+LIMIT = 300.0
+"""Generous: a busy machine is no failure [s]."""
 
 
 def test_the_certificate_of_the_page_serves_a_client_that_checks_it(serve, tmp_path):
@@ -67,7 +69,7 @@ def descriptors(server):
 
 
 def wait_until(fits):
-    end = time.monotonic() + 20.0
+    end = time.monotonic() + LIMIT
     while not fits():
         assert time.monotonic() < end
         time.sleep(0.02)
@@ -153,7 +155,7 @@ def test_it_ends_with_its_flight(serve):
         client.answer("hello")
         server.flight.close()
         assert client.rest()[-1]["op"] == "bye"
-        assert server.process.wait(20.0) == 0
+        assert server.process.wait(LIMIT) == 0
 
 
 def test_what_is_no_frame_is_told_so_before_the_end(serve):
@@ -219,7 +221,7 @@ def test_a_client_that_stops_reading_is_out_and_others_get_everything(serve, par
         times = []
         begun = time.monotonic()
         step = 0
-        while time.monotonic() < begun + 20.0:
+        while time.monotonic() < begun + LIMIT:
             step += 1
             server.flight.send(parts.published(step, (1, 2)))
             for _ in range(2):
@@ -340,7 +342,7 @@ def test_records_go_both_ways_and_its_end_is_noticed():
         assert await asyncio.to_thread(there.recv) == command(1, 1)
         await asyncio.to_thread(lambda: [there.send(number) for number in range(10_000)])
         there.close()
-        await asyncio.wait_for(ended.wait(), 20.0)
+        await asyncio.wait_for(ended.wait(), LIMIT)
         await side.close()
         return heard
 
