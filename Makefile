@@ -58,9 +58,9 @@ $(VENV)/collected:
 test-slow: WORKERS = 2
 test-slow: setup ## the slow tests: soaks, wheels, clusters, browsers, documents that fly
 	@$(SET_UP) slow
-	$(PYTEST) -m slow
+	$(PYTEST) -m slow --durations 30
 
-test-all: test test-slow ## both; an hour on two cores
+test-all: test test-slow ## both; 35 minutes on two cores
 
 format: setup ## lay out the source and mend what the linter can
 	$(BIN)/ruff check --fix .
