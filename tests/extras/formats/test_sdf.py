@@ -4,6 +4,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from pydrake.multibody.parsing import Parser
+from pydrake.multibody.plant import MultibodyPlant
 
 from workbench.common.errors import WorkbenchError
 from workbench.extras.formats.sdf import read_sdf
@@ -146,6 +148,42 @@ def test_a_joint_that_ties_two_motions_is_refused_by_name(tmp_path, kind):
 def test_the_axis_of_a_joint_without_one_is_z(tmp_path):
     path = write(tmp_path, MODEL.replace("<axis><xyz>0 0 -2</xyz></axis>", ""))
     assert read(path).joints[0].axis_J == (0.0, 0.0, 1.0)
+
+
+@pytest.mark.parametrize(
+    ("kind", "axis", "missing"),
+    [
+        ("revolute", "", ["axis"]),
+        ("universal", "", ["axis", "axis2"]),
+        ("universal", "<axis><xyz>1 0 0</xyz></axis>", ["axis2"]),
+        ("ball", "", []),
+        ("fixed", "", []),
+    ],
+)
+def test_an_axis_that_is_missing_is_noted(tmp_path, kind, axis, missing):
+    text = MODEL.replace("<axis><xyz>0 0 -2</xyz></axis>", axis)
+    remarks = Remarks()
+    read(write(tmp_path, text.replace('type="revolute"', f'type="{kind}"')), remarks)
+    noted = [each for each in remarks.found if each.element == "joint 'spin'"]
+    assert [each.text for each in noted] == [f"it has no <{tag}>; taken as z" for tag in missing]
+
+
+def test_a_ball_joint_has_the_damping_of_its_axis_as_in_drake(tmp_path):
+    """Drake's parser reads it so, too; it has no dry friction."""
+    axis = "<axis><xyz>0 0 1</xyz><dynamics><damping>0.02</damping><friction>0.001</friction>"
+    text = '<joint name="socket" type="ball"><parent>base</parent><child>bob</child>{}</joint>'
+    bodies = '<link name="base"/><link name="bob"><pose>0 0 -1 0 0 0</pose></link>'
+    path = write(
+        tmp_path,
+        f'<sdf version="1.9"><model name="m">{bodies}{text.format(axis + "</dynamics></axis>")}'
+        "</model></sdf>",
+    )
+    (freedom,) = read(path).joints[0].freedoms
+    plant = MultibodyPlant(0.0)
+    Parser(plant).AddModels(str(path))
+    expected = plant.GetJointByName("socket").default_damping_vector()
+    assert expected.tolist() == [freedom.damping] * 3 == [0.02] * 3
+    assert freedom.friction == 0.001
 
 
 def test_a_fixed_joint_needs_no_direction(tmp_path):
