@@ -429,6 +429,15 @@ def test_what_the_schema_knows_and_no_flight_uses_is_noted(noted, content, eleme
     assert "; not used (line " in remark.text
 
 
+def test_where_a_joint_should_begin_is_noted(noted):
+    joint = "<joint name='j' type='revolute'><parent>world</parent><child>a</child>{}</joint>"
+    axis = "<axis><xyz>0 0 1</xyz><initial_position>{}</initial_position></axis>"
+    (remark,) = noted(link("") + joint.format(axis.format(0.3)))
+    assert remark.element == "element <initial_position> of <axis>"
+    assert remark.text.startswith("a scenario says how a flight begins; not used")
+    assert noted(link("") + joint.format(axis.format(0.0))) == []
+
+
 def test_an_old_frame_attribute_of_a_pose_is_noted_in_a_new_file(noted):
     content = link("<pose frame='a'>0 0 0 0 0 0</pose>")
     (remark,) = noted(content)
