@@ -76,19 +76,47 @@ def test_gazebos_controllers_of_joints(tmp_path):
     assert not any("runs in Gazebo only" in each for each in remarks)
 
 
+def test_terms_of_gazebos_controllers_that_do_not_act_are_said(tmp_path):
+    """Offsets, and gains of integrals and accelerations; zeros and topics mean nothing."""
+    rows = (
+        ("JointPositionController", "<cmd_offset>0.5</cmd_offset><topic>t</topic>", "hinge"),
+        ("JointController", "<d_gain>2</d_gain><p_gain>1</p_gain>", "spun"),
+        (
+            "JointTrajectoryController",
+            "<position_p_gain>5</position_p_gain><position_i_gain>1e-2</position_i_gain>"
+            "<velocity_i_gain>0.0</velocity_i_gain><position_cmd_offset>-0</position_cmd_offset>",
+            "held",
+        ),
+    )
+    parts = "".join(arm(name=name) for _, _, name in rows)
+    for kind, inner, name in rows:
+        file = {"JointController": "joint-controller"}.get(kind, "joint-position-controller")
+        file = "joint-trajectory-controller" if "Trajectory" in kind else file
+        parts += gazebo(kind, file, f"<joint_name>{name}</joint_name>{inner}")
+    _, remarks = servos(tmp_path, parts)
+    assert [each for each in remarks if " plugin of " in each] == [
+        "JointPositionController plugin of 'hinge': <cmd_offset>0.5: not used",
+        "JointController plugin of 'spun': <d_gain>2: not used",
+        "JointTrajectoryController plugin of 'held': <position_i_gain>1e-2: not used",
+    ]
+
+
 def test_ros_control_and_transmissions(tmp_path):
     """Without gains, 30 rad/s critically damped: k = I w², d = 2 I w, for what each moves."""
     parts = arm(LIMIT.format(2, 0)) + arm(LIMIT.format(0, 3), "left") + arm("", "right")
     parts += """<ros2_control name="arm" type="system"><joint name="hinge">
         <command_interface name="velocity"/>
         <command_interface name="position"><param name="min">-0.2</param>
-          <param name="max">0.3</param></command_interface></joint></ros2_control>
+          <param name="max">0.3</param></command_interface><state_interface name="velocity"/>
+        <state_interface name="position"><param name="initial_value">0.1</param></state_interface>
+        </joint></ros2_control>
       <transmission name="both"><type>transmission_interface/DifferentialTransmission</type>
         <joint name="left"><hardwareInterface>hardware_interface/VelocityJointInterface
         </hardwareInterface></joint><joint name="right"/></transmission>"""
     found, remarks = servos(tmp_path, parts)
     hinge, left, right = found["hinge"], found["left"], found["right"]
     assert (hinge.kind, hinge.lower, hinge.upper) == ("position", -0.2, 0.3)
+    assert (hinge.start, left.start) == (0.1, 0.0)
     assert (hinge.max_effort, hinge.max_rate) == (2.0, math.inf)
     assert hinge.damping == pytest.approx(2.0 * hinge.stiffness / 30.0)
     assert (left.kind, left.lower, left.upper) == ("velocity", -3.0, 3.0)
