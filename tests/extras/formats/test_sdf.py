@@ -168,6 +168,16 @@ def test_an_axis_that_is_missing_is_noted(tmp_path, kind, axis, missing):
     assert [each.text for each in noted] == [f"it has no <{tag}>; taken as z" for tag in missing]
 
 
+def test_an_axis_of_two_that_should_follow_a_joint_is_noted(tmp_path):
+    axes = "<axis><xyz>1 0 0</xyz></axis><axis2><xyz>0 1 0</xyz><mimic joint='j'/></axis2>"
+    text = MODEL.replace("<axis><xyz>0 0 -2</xyz></axis>", axes)
+    remarks = Remarks()
+    read(write(tmp_path, text.replace('type="revolute"', 'type="universal"')), remarks)
+    (remark,) = [each for each in remarks.found if "mimic" in each.element]
+    assert remark.element == "element <mimic> of joint 'spin'"
+    assert remark.text == "only joints of one axis follow others; not used"
+
+
 def test_a_ball_joint_has_the_damping_of_its_axis_as_in_drake(tmp_path):
     """Drake's parser reads it so, too; it has no dry friction."""
     axis = "<axis><xyz>0 0 1</xyz><dynamics><damping>0.02</damping><friction>0.001</friction>"

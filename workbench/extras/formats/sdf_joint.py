@@ -85,6 +85,9 @@ def read_sdf_joint(joint: Node, poses: Poses, remarks: Remarks) -> Joint:
     axes = [joint.child(tag) for tag in tags]
     freedoms = [_freedom(kind, joint, axis, X_MJ, poses) for axis in axes]
     mimic = axes[0].child("mimic") if axes and axes[0] else None
+    if len(axes) > 1 and any(axis and axis.child("mimic") for axis in axes):
+        what = f"element <mimic> of {joint.title}"
+        remarks.add("ignored", joint.file, what, "only joints of one axis follow others; not used")
     return Joint(
         joint.full_name,
         kind,
