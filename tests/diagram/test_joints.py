@@ -360,6 +360,14 @@ def test_a_rotor_acts_on_the_link_that_carries_it(tmp_path):
     assert np.abs(base.F_Bq_W.translational() - [0.0, 0.0, 3.0 * thrust]).max() < 1e-9
 
 
+def test_an_imu_on_a_joint_alone_is_none_for_an_estimator(tmp_path):
+    parts = link("arm", 0.05) + joint("spin", "continuous", "base", "arm")
+    parts += '<gazebo reference="arm"><sensor type="imu" name="imu"/></gazebo>'
+    scenario = Scenario(estimator="ekf", vehicle=VehicleConfig(model=drone(tmp_path, parts)))
+    with pytest.raises(WorkbenchError, match="has no IMU on a link that no joint moves, and no"):
+        Session(scenario)
+
+
 def test_sensors_frames_and_recordings_move_with_their_links(tmp_path):
     """An IMU on an arm that spins about z feels the joint's rate; the base link's does not."""
     rate = 2.0

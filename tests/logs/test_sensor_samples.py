@@ -15,6 +15,7 @@ from scipy.spatial.transform import Rotation
 
 from tests.estimation.textbook import State, TextbookFilter, moved
 from tests.systems.sensors.test_geodesy import seen_from
+from workbench.common.errors import WorkbenchError
 from workbench.common.resources import find_model
 from workbench.design.estimation_errors import estimate_errors, judge_estimate, over_truth
 from workbench.estimation.ekf import InitialDeviations
@@ -27,6 +28,7 @@ from workbench.logs.record import read_log
 from workbench.logs.sensor_samples import LoggedSensors, logged_sensors
 from workbench.plant.home import DEFAULT_HOME
 from workbench.plant.loading import load_vehicle
+from workbench.plant.vehicle import VehicleJoint
 from workbench.scenario.configured import configured_vehicle
 from workbench.scenario.scenario import Action, Scenario, ScenarioStart, VehicleConfig
 from workbench.scenario.sensors_config import SensorsConfig
@@ -227,6 +229,20 @@ def test_turned_sensors_are_turned_back(record, monkeypatch):
             assert found.imu.values[k, part] == pytest.approx(wanted)
         wanted = turns["magnetometer"] @ plain.magnetometer.values[k]
         assert found.magnetometer.values[k] == pytest.approx(wanted)
+
+
+def test_samples_of_an_imu_that_a_joint_moves_are_refused(record, monkeypatch):
+    """Turned by a joint, they are not those of the body."""
+
+    def jointed(config):
+        vehicle = configured_vehicle(config)
+        (imu,) = vehicle.body_imus
+        joint = VehicleJoint("tilt", "revolute", "frame", imu.link, 1, (imu.link,), 0.1)
+        return dataclasses.replace(vehicle, joints=(joint,))
+
+    monkeypatch.setattr("workbench.logs.sensor_samples.configured_vehicle", jointed)
+    with pytest.raises(WorkbenchError, match="its IMU 'imu' is on a link that joints move"):
+        logged_sensors(record)
 
 
 def _without(record, *topics):

@@ -137,6 +137,21 @@ def test_only_a_stated_upper_limit_is_the_largest_angle_of_a_ball_joint(tmp_path
     assert freedom.upper == largest and freedom.lower <= 0.0
 
 
+def test_both_axes_of_a_universal_joint_have_its_numbers(tmp_path):
+    more = '<dynamics damping="0.1" friction="0.2" stiffness="3" rest="0.4" armature="0.5"/>'
+    path = drone(tmp_path, arm("universal", more + '<limit effort="6" velocity="7"/>'))
+    first, second = read_description(path).model.joint("hinge").freedoms
+    assert (first.axis_J, second.axis_J) == ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
+    for each in (first, second):
+        assert (each.damping, each.friction, each.stiffness) == (0.1, 0.2, 3.0)
+        assert (each.rest, each.armature, each.effort, each.speed) == (0.4, 0.5, 6.0, 7.0)
+        assert (each.lower, each.upper) == (-math.inf, math.inf)
+    limited = read_description(drone(tmp_path, arm("universal", LIMIT.format(-0.5, 0.7))))
+    for each in limited.model.joint("hinge").freedoms:
+        assert (each.lower, each.upper) == (-0.5, 0.7)
+    assert freedoms(drone(tmp_path, arm("universal", LIMIT.format(0, 0)))) == 0
+
+
 def test_a_world_above_a_floating_joint_is_no_body(tmp_path):
     parts = '<link name="world"/>' + joint("free", "floating", "world", "base")
     description = read_description(drone(tmp_path, parts))

@@ -76,19 +76,100 @@ def test_gazebos_controllers_of_joints(tmp_path):
     assert not any("runs in Gazebo only" in each for each in remarks)
 
 
+def test_terms_of_gazebos_controllers_that_do_not_act_are_said(tmp_path):
+    """Offsets, and gains of integrals and accelerations; zeros and topics mean nothing."""
+    rows = (
+        ("JointPositionController", "<cmd_offset>0.5</cmd_offset><topic>t</topic>", "hinge"),
+        ("JointController", "<d_gain>2</d_gain><p_gain>1</p_gain>", "spun"),
+        (
+            "JointTrajectoryController",
+            "<position_p_gain>5</position_p_gain><position_i_gain>1e-2</position_i_gain>"
+            "<velocity_i_gain>0.0</velocity_i_gain><position_cmd_offset>-0</position_cmd_offset>",
+            "held",
+        ),
+    )
+    parts = "".join(arm(name=name) for _, _, name in rows)
+    for kind, inner, name in rows:
+        file = {"JointController": "joint-controller"}.get(kind, "joint-position-controller")
+        file = "joint-trajectory-controller" if "Trajectory" in kind else file
+        parts += gazebo(kind, file, f"<joint_name>{name}</joint_name>{inner}")
+    _, remarks = servos(tmp_path, parts)
+    assert [each for each in remarks if " plugin of " in each] == [
+        "JointPositionController plugin of 'hinge': <cmd_offset>0.5: not used",
+        "JointController plugin of 'spun': <d_gain>2: not used",
+        "JointTrajectoryController plugin of 'held': <position_i_gain>1e-2: not used",
+    ]
+
+
+PID = """<joint_control_pid><p>3.5</p><i>{i}</i><d>0.2</d><cmdMax>6</cmdMax><cmdMin>-6</cmdMin>
+  </joint_control_pid>"""
+
+
+def test_plugins_of_gazebo_classic_drive_joints(tmp_path):
+    """Legs, tilts and gimbals of PX4's models, and what RotorS moves by motor models."""
+
+    def channel(name: str, kind: str, more: str = "") -> str:
+        return (
+            f"<channel name='{name}'><joint_control_type>{kind}</joint_control_type>{more}"
+            f"<joint_name>jointed::{name}</joint_name></channel>"
+        )
+
+    leg = PID.format(i=0.5) + "<zero_position_disarmed>0.3</zero_position_disarmed>"
+    mavlink = "<plugin name='mavlink' filename='libgazebo_mavlink_interface.so'>{}</plugin>"
+    channels = (
+        channel("leg", "position", leg)
+        + channel("flap", "position_kinematic")
+        + channel("roll", "position_gztopic", leg)
+        + channel("wheel", "velocity", leg)
+        + "<channel name='none'><joint_control_type>position</joint_control_type></channel>"
+    )
+    gimbal = (
+        "<plugin name='gimbal' filename='libgazebo_gimbal_controller_plugin.so'>"
+        "<joint_yaw>yaw</joint_yaw><joint_roll>roll</joint_roll><joint_pitch>pitch</joint_pitch>"
+        "<control_gimbal_channels><channel><joint_axis>joint_yaw</joint_axis>"
+        f"{PID.format(i=0)}</channel></control_gimbal_channels></plugin>"
+    )
+    motor = (
+        "<plugin name='motor' filename='librotors_gazebo_motor_model.so'><jointName>tilt"
+        f"</jointName><motorType>position</motorType>{PID.format(i=0)}</plugin>"
+    )
+    names = ("leg", "flap", "wheel", "yaw", "roll", "pitch", "tilt")
+    parts = "".join(arm(name=name) for name in names)
+    plugins = mavlink.format(f"<control_channels>{channels}</control_channels>") + gimbal + motor
+    found, remarks = servos(tmp_path, f"{parts}<gazebo>{plugins}</gazebo>")
+    assert sorted(found) == ["flap", "leg", "pitch", "roll", "tilt", "yaw"]
+    assert {each.kind for each in found.values()} == {"position"}
+    for name, start in (("leg", 0.3), ("yaw", 0.0), ("tilt", 0.0)):
+        each = found[name]
+        assert (each.stiffness, each.damping, each.max_effort) == (3.5, 0.2, 6.0)
+        assert each.start == start
+    for name in ("roll", "pitch"):  # the plugin's own numbers
+        each = found[name]
+        assert (each.stiffness, each.damping, each.max_effort) == (5.0, 0.0, 0.3)
+    assert found["flap"].damping == pytest.approx(2.0 * found["flap"].stiffness / 30.0)
+    assert "servo of 'jointed::leg': its integral gain of 0.5 is not used" in remarks
+    assert not any("runs in Gazebo only" in each for each in remarks)
+    idle = mavlink.format(channel("wheel", "velocity"))
+    _, remarks = servos(tmp_path, f"{parts}<gazebo>{idle}</gazebo>")
+    assert any("'mavlink': its code" in each for each in remarks)
+
+
 def test_ros_control_and_transmissions(tmp_path):
     """Without gains, 30 rad/s critically damped: k = I w², d = 2 I w, for what each moves."""
     parts = arm(LIMIT.format(2, 0)) + arm(LIMIT.format(0, 3), "left") + arm("", "right")
     parts += """<ros2_control name="arm" type="system"><joint name="hinge">
         <command_interface name="velocity"/>
         <command_interface name="position"><param name="min">-0.2</param>
-          <param name="max">0.3</param></command_interface></joint></ros2_control>
+          <param name="max">0.3</param></command_interface><state_interface name="velocity"/>
+        <state_interface name="position"><param name="initial_value">0.1</param></state_interface>
+        </joint></ros2_control>
       <transmission name="both"><type>transmission_interface/DifferentialTransmission</type>
         <joint name="left"><hardwareInterface>hardware_interface/VelocityJointInterface
         </hardwareInterface></joint><joint name="right"/></transmission>"""
     found, remarks = servos(tmp_path, parts)
     hinge, left, right = found["hinge"], found["left"], found["right"]
     assert (hinge.kind, hinge.lower, hinge.upper) == ("position", -0.2, 0.3)
+    assert (hinge.start, left.start) == (0.1, 0.0)
     assert (hinge.max_effort, hinge.max_rate) == (2.0, math.inf)
     assert hinge.damping == pytest.approx(2.0 * hinge.stiffness / 30.0)
     assert (left.kind, left.lower, left.upper) == ("velocity", -3.0, 3.0)

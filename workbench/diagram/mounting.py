@@ -24,14 +24,15 @@ def find_imu(vehicle: Vehicle, noise: bool) -> Imu:
     Raises:
         WorkbenchError: if it has none.
     """
-    for sensor in vehicle.sensors:
-        if isinstance(sensor, Imu) and not vehicle.is_moved(sensor.link):
-            found = sensor if noise else without_noise(sensor)
-            assert isinstance(found, Imu)
-            return found
+    for sensor in vehicle.body_imus:
+        found = sensor if noise else without_noise(sensor)
+        assert isinstance(found, Imu)
+        return found
+    has_one = any(isinstance(each, Imu) for each in vehicle.sensors)
+    where = " on a link that no joint moves" if has_one else ""
     raise WorkbenchError(
-        f"{vehicle.name} has no IMU, and no estimator does without: add one to {vehicle.source} "
-        "(docs/descriptions.md), or fly on `--estimator truth`"
+        f"{vehicle.name} has no IMU{where}, and no estimator does without: add one to "
+        f"{vehicle.source} (docs/descriptions.md), or fly on `--estimator truth`"
     )
 
 

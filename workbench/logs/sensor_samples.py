@@ -83,6 +83,11 @@ def logged_sensors(record: LogRecord) -> LoggedSensors:
             f"{record.path}: has samples of an IMU, but {vehicle.source} has none now: where it "
             "was mounted is no longer known"
         )
+    if vehicle.is_moved(imu.link):
+        raise WorkbenchError(
+            f"{record.path}: its IMU '{imu.name}' is on a link that joints move, and estimates "
+            f"need one that they do not: declare that first in {vehicle.source}"
+        )
     samples = _imu_samples(record, np.array(imu.R_BS))
     state_time = np.array(record.state_ns, dtype=np.int64) * 1e-9
     compared = (samples.stamp >= state_time[0]) & (samples.stamp <= state_time[-1])

@@ -10,6 +10,7 @@ from workbench.plant.model import Freedom, Joint, Model
 from workbench.plant.remarks import Remarks
 from workbench.plant.rotor_sources.names import find_joint
 from workbench.plant.servo import ASSUMED_SERVO_RATE_RAD_S, Servo
+from workbench.plant.servo_sources.classic_plugins import classic_servos
 from workbench.plant.servo_sources.declared import DeclaredServo
 from workbench.plant.servo_sources.plugins import joint_plugin_class, plugin_servos
 from workbench.plant.servo_sources.ros_drives import ros_servos
@@ -74,6 +75,8 @@ def _declared(model: Model, remarks: Remarks) -> Iterator[DeclaredServo]:
     for plugin in model.plugins:
         if joint_plugin_class(plugin):
             yield from plugin_servos(plugin, remarks)
+        else:
+            yield from classic_servos(plugin, remarks)
     for drive in model.drives:
         found = list(ros_servos(drive))
         if not found:

@@ -11,7 +11,7 @@ from workbench.common.errors import find_named_row
 from workbench.common.parameter import SERVO_UNITS
 from workbench.plant.gravity import GRAVITY
 from workbench.plant.rotors import Rotor
-from workbench.plant.sensors import Sensor
+from workbench.plant.sensors import Imu, Sensor
 from workbench.plant.servo import Servo
 from workbench.plant.thrust_frame import thrust_frame
 from workbench.plant.tilt import Tilt
@@ -244,6 +244,12 @@ class Vehicle:
     def is_moved(self, link: str) -> bool:
         """Return whether a link moves relative to the base link."""
         return any(link in joint.links for joint in self.joints)
+
+    @property
+    def body_imus(self) -> tuple[Imu, ...]:
+        """The IMUs that no joint moves; an estimator uses the first."""
+        imus = (each for each in self.sensors if isinstance(each, Imu))
+        return tuple(each for each in imus if not self.is_moved(each.link))
 
     def frame(self, name: str) -> VehicleFrame:
         """Return the frame of a link.

@@ -10,7 +10,6 @@ from workbench.plant.description import Description, read_description
 from workbench.plant.loading import make_vehicle
 from workbench.plant.plausible import implausible_values
 from workbench.plant.remarks import counts_by_kind
-from workbench.plant.sensors import Imu
 from workbench.plant.vehicle import Vehicle
 from workbench.plant.worlds.reading import read_world
 from workbench.plant.worlds.world import World
@@ -96,9 +95,7 @@ def warn_of_gyro_bias(vehicle: Vehicle, scenario: Scenario, values: Mapping[str,
     if scenario.estimator != COMPLEMENTARY or not scenario.sensors.noise:
         return
     kp, ki = values["complementary_kp"], values["complementary_ki"]
-    for sensor in vehicle.sensors:
-        if not isinstance(sensor, Imu):
-            continue
+    for sensor in vehicle.body_imus:
         bias = max(abs(each.bias_mean) + each.bias_stddev for each in sensor.angular_velocity)
         if kp > 0.0 and bias / kp > MIN_TILT_ERROR_RAD:
             after = (

@@ -12,7 +12,6 @@ from workbench.common.plain_files import atomic_file, make_folder
 from workbench.common.series import TimedArrays
 from workbench.control.flight_mode import REASON_INDEX
 from workbench.plant.rotors import wrench_matrix
-from workbench.plant.sensors import Imu
 from workbench.plant.vehicle import Vehicle
 
 PART_FIELDS = {
@@ -162,9 +161,7 @@ class Recording(TimedArrays):
     @property
     def p_BI(self) -> np.ndarray:
         """Position of the estimator's IMU in B (3) [m]: the first one."""
-        flown = self.vehicle
-        imus = (each for each in flown.sensors if isinstance(each, Imu))
-        places = (each.p_BS for each in imus if not flown.is_moved(each.link))
+        places = (each.p_BS for each in self.vehicle.body_imus)
         return np.array(next(places, (0.0, 0.0, 0.0)))
 
     @property

@@ -5,13 +5,14 @@ import math
 import numpy as np
 import pytest
 
+from tests.jointed import drone, joint, link
 from workbench.control.controller_file import load_controller
 from workbench.design.judge.loop_judgement import growing_loops, judge_loops
 from workbench.design.judge.report import judge
 from workbench.design.judge.step_pair import step_pair
 from workbench.design.linear.operating_point import OperatingPoint
 from workbench.design.linear_step import linear_step
-from workbench.scenario.scenario import Scenario
+from workbench.scenario.scenario import Scenario, VehicleConfig
 
 LOOPS = load_controller().loops
 
@@ -45,6 +46,19 @@ def test_linear_and_flown_steps_stand_side_by_side(found):
         assert step.linear.rise_time == pytest.approx(step.flown.rise_time, rel=0.15)
         assert step.difference < 0.1
         assert len(step.time) == len(step.linear_response) == len(step.flown_response)
+
+
+def test_a_drone_with_an_imu_on_its_gimbal_alone_is_judged(tmp_path, monkeypatch):
+    """Its noise is not; margins need no IMU."""
+    monkeypatch.setattr("workbench.design.judge.report.PAPER_STEPS", ())
+    monkeypatch.setattr("workbench.design.judge.report.slowest_rate", lambda **_: None)
+    hung = link("camera", 0.05, (0.0, 0.0, -0.05)) + joint(
+        "tilt", "continuous", "base", "camera", more='<dynamics damping="0.01"/>'
+    )
+    imu = '<gazebo reference="camera"><sensor type="imu" name="imu"/></gazebo>'
+    found = judge(Scenario(vehicle=VehicleConfig(model=drone(tmp_path, hung + imu))))
+    assert len(found.loops) > 4
+    assert (found.unstable, found.noise) == ((), ())
 
 
 def test_a_small_flown_step_is_the_linear_one(steering):

@@ -314,6 +314,51 @@ def test_a_ball_joint_has_spring_friction_and_limit_and_no_armature(tmp_path):
         assert getattr(again, name) == getattr(freedom, name)
 
 
+@pytest.mark.parametrize(
+    ("actuator", "used", "said"),
+    [
+        ('<motor name="a" joint="socket" gear="1 0 0"/>', False, "does not push a site"),
+        (
+            '<general name="a" joint="pivot" dyntype="integrator" gainprm="5" biastype="affine" '
+            'biasprm="0 -5 -1" actrange="-1 2" ctrlrange="-9 9" ctrllimited="true"/>',
+            True,
+            "it takes a position in place of a velocity",
+        ),
+        ('<general name="a" joint="pivot" dyntype="integrator"/>', False, "not gain times"),
+        ('<general name="a" joint="pivot" dyntype="muscle" dynprm="1 1"/>', False, "not gain"),
+        ('<general name="a" joint="pivot" gaintype="user"/>', False, "not gain times control"),
+        (
+            '<general name="a" joint="pivot" gaintype="affine" gainprm="1 2 0"/>',
+            False,
+            "not gain times control",
+        ),
+        ('<general name="a" joint="pivot" gaintype="affine" gainprm="1 0 0"/>', True, ""),
+        (
+            '<general name="a" joint="pivot" biastype="affine" biasprm="0 -5 0"/>',
+            True,
+            "",
+        ),
+    ],
+)
+def test_an_actuator_with_another_force_than_that_of_a_servo_is_said(
+    tmp_path, actuator, used, said
+):
+    """Never a servo with other numbers, as MuJoCo has it: its force depends on more."""
+    ball = (
+        '<body name="bob" pos="0 0 -.1"><joint name="socket" type="ball"/>'
+        '<geom type="sphere" size=".03" mass=".1" pos="0 0 -.1"/></body>'
+    )
+    path = rig(tmp_path, ROD + ball, actuators=actuator)
+    mujoco.MjModel.from_xml_path(str(path))
+    description = read_description(path)
+    servo = description.model.joint("pivot").freedoms[0].servo
+    assert (servo is not None) == used
+    remarks = [each.text for each in description.remarks if each.element == "actuator 'a'"]
+    assert len(remarks) == bool(said) and all(said in each for each in remarks)
+    if "integrator" in actuator and servo:
+        assert (servo.stiffness, servo.lower, servo.upper) == (5.0, -1.0, 2.0)
+
+
 ROD = (
     '<body name="rod"><joint name="pivot" axis="0 1 0"/><site name="tip" pos=".1 0 0"/>'
     '<geom type="capsule" size=".01" fromto="0 0 0 .1 0 0" mass=".1"/>'

@@ -4,6 +4,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from pydrake.multibody.parsing import Parser
+from pydrake.multibody.plant import MultibodyPlant
 
 from workbench.common.errors import WorkbenchError
 from workbench.extras.formats.sdf import read_sdf
@@ -146,6 +148,52 @@ def test_a_joint_that_ties_two_motions_is_refused_by_name(tmp_path, kind):
 def test_the_axis_of_a_joint_without_one_is_z(tmp_path):
     path = write(tmp_path, MODEL.replace("<axis><xyz>0 0 -2</xyz></axis>", ""))
     assert read(path).joints[0].axis_J == (0.0, 0.0, 1.0)
+
+
+@pytest.mark.parametrize(
+    ("kind", "axis", "missing"),
+    [
+        ("revolute", "", ["axis"]),
+        ("universal", "", ["axis", "axis2"]),
+        ("universal", "<axis><xyz>1 0 0</xyz></axis>", ["axis2"]),
+        ("ball", "", []),
+        ("fixed", "", []),
+    ],
+)
+def test_an_axis_that_is_missing_is_noted(tmp_path, kind, axis, missing):
+    text = MODEL.replace("<axis><xyz>0 0 -2</xyz></axis>", axis)
+    remarks = Remarks()
+    read(write(tmp_path, text.replace('type="revolute"', f'type="{kind}"')), remarks)
+    noted = [each for each in remarks.found if each.element == "joint 'spin'"]
+    assert [each.text for each in noted] == [f"it has no <{tag}>; taken as z" for tag in missing]
+
+
+def test_an_axis_of_two_that_should_follow_a_joint_is_noted(tmp_path):
+    axes = "<axis><xyz>1 0 0</xyz></axis><axis2><xyz>0 1 0</xyz><mimic joint='j'/></axis2>"
+    text = MODEL.replace("<axis><xyz>0 0 -2</xyz></axis>", axes)
+    remarks = Remarks()
+    read(write(tmp_path, text.replace('type="revolute"', 'type="universal"')), remarks)
+    (remark,) = [each for each in remarks.found if "mimic" in each.element]
+    assert remark.element == "element <mimic> of joint 'spin'"
+    assert remark.text == "only joints of one axis follow others; not used"
+
+
+def test_a_ball_joint_has_the_damping_of_its_axis_as_in_drake(tmp_path):
+    """Drake's parser reads it so, too; it has no dry friction."""
+    axis = "<axis><xyz>0 0 1</xyz><dynamics><damping>0.02</damping><friction>0.001</friction>"
+    text = '<joint name="socket" type="ball"><parent>base</parent><child>bob</child>{}</joint>'
+    bodies = '<link name="base"/><link name="bob"><pose>0 0 -1 0 0 0</pose></link>'
+    path = write(
+        tmp_path,
+        f'<sdf version="1.9"><model name="m">{bodies}{text.format(axis + "</dynamics></axis>")}'
+        "</model></sdf>",
+    )
+    (freedom,) = read(path).joints[0].freedoms
+    plant = MultibodyPlant(0.0)
+    Parser(plant).AddModels(str(path))
+    expected = plant.GetJointByName("socket").default_damping_vector()
+    assert expected.tolist() == [freedom.damping] * 3 == [0.02] * 3
+    assert freedom.friction == 0.001
 
 
 def test_a_fixed_joint_needs_no_direction(tmp_path):
@@ -389,6 +437,15 @@ def test_what_the_schema_knows_and_no_flight_uses_is_noted(noted, content, eleme
     (remark,) = noted(link(content))
     assert (remark.kind, remark.element) == ("ignored", f"element {element}")
     assert "; not used (line " in remark.text
+
+
+def test_where_a_joint_should_begin_is_noted(noted):
+    joint = "<joint name='j' type='revolute'><parent>world</parent><child>a</child>{}</joint>"
+    axis = "<axis><xyz>0 0 1</xyz><initial_position>{}</initial_position></axis>"
+    (remark,) = noted(link("") + joint.format(axis.format(0.3)))
+    assert remark.element == "element <initial_position> of <axis>"
+    assert remark.text.startswith("a scenario says how a flight begins; not used")
+    assert noted(link("") + joint.format(axis.format(0.0))) == []
 
 
 def test_an_old_frame_attribute_of_a_pose_is_noted_in_a_new_file(noted):

@@ -63,7 +63,8 @@ GIMBAL += "<parent>body</parent><child>gimbal::arm</child></joint>"
 
 def test_a_missing_include_without_rotors_is_a_remark(models):
     """All motors name what is here: the gimbal may be missing, and with it the joint to it."""
-    drone = LINK.format("body") + LINK.format("rotor") + JOINT.format("body", "rotor", "revolute")
+    spin = JOINT.format("body", "rotor", "revolute").replace("</joint>", "<axis/></joint>")
+    drone = LINK.format("body") + LINK.format("rotor") + spin
     path = write(models, drone + GIMBAL + MOTOR.format("rotor"))
     remarks = Remarks()
     model = read_sdf(path, PackageFinder(path), remarks)

@@ -245,6 +245,26 @@ def test_what_is_known_and_not_used_is_said():
     ]
 
 
+def test_what_does_not_act_in_a_joint_is_said():
+    """Limits and springs of planar joints, and mimics and servos of joints with several axes."""
+    inner = """<joint name="p" type="planar"><limit lower="-1" upper="1"/><servo/>
+        <dynamics damping="1" friction="2" stiffness="3"/><mimic joint="r"/></joint>
+      <drake:joint name="b" type="ball"><servo/><dynamics friction="1"/></drake:joint>
+      <joint name="u" type="universal"><dynamics friction="1"/><limit lower="-1"/></joint>
+      <joint name="r" type="revolute"><safety_controller k_velocity="1"/><calibration rising="0"/>
+        <servo/><mimic joint="s"/></joint>"""
+    alone = "planar joints have damping alone; not used"
+    assert remarks_on(f'<robot xmlns:drake="d">{inner}</robot>') == [
+        "element <mimic> of joint 'p': only joints of one axis follow others; not used",
+        "element <servo> of joint 'p': the sidecar names the axis that a servo drives; not used",
+        *(f"<limit {name}> of joint 'p': {alone}" for name in ("lower", "upper")),
+        *(f"<dynamics {name}> of joint 'p': {alone}" for name in ("friction", "stiffness")),
+        "element <servo> of joint 'b': the sidecar names the axis that a servo drives; not used",
+        "element <safety_controller> of joint 'r': limits of ROS's controllers; not used",
+        "element <calibration> of joint 'r': of encoders; not used",
+    ]
+
+
 def test_a_strangers_thousand_words_are_not_all_repeated():
     words = "".join(f"<w{i}/>" for i in range(1000))
     assert len(remarks_on(f"<robot>{words}</robot>")) == 50

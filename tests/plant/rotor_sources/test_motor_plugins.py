@@ -243,14 +243,24 @@ def test_a_link_that_the_joint_does_not_turn_is_refused(read):
     assert "'rotor_0'" in said
 
 
-@pytest.mark.parametrize("kind", ["position", "force"])
-def test_motors_that_are_no_rotors_are_ignored(read, kind):
+@pytest.mark.parametrize(
+    ("kind", "attributes"),
+    [("force", ROTORS), ("position", 'filename="gz-sim-multicopter-motor-model-system"')],
+)
+def test_motors_that_are_no_rotors_are_ignored(read, kind, attributes):
     remarks = Remarks()
-    servo = plugin(1, motorType=kind, without=["motorConstant"])
+    servo = plugin(1, attributes, motorType=kind, without=["motorConstant"])
     assert len(read(plugin(motorType="velocity"), servo, remarks=remarks)) == 1
     (remark,) = remarks.found
     assert (remark.kind, remark.element) == ("ignored", "motor model of 'joint_1'")
     assert kind in remark.text
+
+
+def test_a_motor_of_gazebo_classic_that_takes_positions_is_a_servo_and_no_rotor(read):
+    remarks = Remarks()
+    servo = plugin(1, motorType="position", without=["motorConstant"])
+    assert len(read(plugin(), servo, remarks=remarks)) == 1
+    assert remarks.found == []
 
 
 def test_reversible_motors_and_namespaces_change_nothing(read):

@@ -15,7 +15,6 @@ from workbench.design.linear.model import LinearModel
 from workbench.design.linear.operating_point import HOLDING_POINT, HOVER_POINT, OperatingPoint
 from workbench.design.linear.study import LinearStudy
 from workbench.design.step_response import step_flier
-from workbench.plant.sensors import Imu
 from workbench.scenario.scenario import Scenario
 from workbench.setup import Setup, make_setup
 
@@ -99,7 +98,6 @@ def judge(
             steps.append(step_pair(steering, axis, amplitude, scenario=setup, flier=flier))
     loops = judge_loops(steering, holding)
     unstable = growing_loops(steering) or (growing_loops(holding) if holding else ())
-    has_imu = any(isinstance(sensor, Imu) for sensor in study.vehicle.sensors)
     slowest = slowest_rate(point=point, study=study)
     joints = [name for name, _ in study.vehicle.small_joint_signals]
     say(1.0)
@@ -121,6 +119,6 @@ def judge(
         ),
         phase=() if unstable else phase_budgets(study, steering, holding, loops, gains),
         noise=noise_effects(study, HOLDING_POINT, gains)
-        if holding and has_imu and not unstable
+        if holding and study.vehicle.body_imus and not unstable
         else (),
     )

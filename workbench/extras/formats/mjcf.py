@@ -113,7 +113,12 @@ def read_mjcf(path: Path, root: Element, finder: PackageFinder, remarks: Remarks
                 reader.sites,
                 copies,
                 remarks,
-                driven=[each.name for joint in reader.joints for each in joint.freedoms],
+                driven=[
+                    each.name
+                    for joint in reader.joints
+                    for each in joint.freedoms
+                    if each.kind != "ball"
+                ],
             )
         ),
         cables=tuple(read_tendons(path, root, compiler, defaults, reader.sites, hung, remarks)),
@@ -285,6 +290,8 @@ def _driven_joints(
     for driven in joint_servos(path, root, compiler, defaults, copies, remarks):
         name, servo = driven.name, driven.servo
         added[name] = added.get(name, np.zeros(2)) + (driven.armature, driven.damping)
+        if servo is None:
+            continue
         before = servos.get(name)
         if before and before.kind == "position" and servo.kind == "velocity":  # its damping
             damping = (before.damping or 0.0) + (servo.damping or 0.0)

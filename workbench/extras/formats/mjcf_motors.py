@@ -168,13 +168,13 @@ class DrivenJoint(NamedTuple):
 
     Attributes:
         name: of the joint.
-        servo: what the actuator is to it.
+        servo: what the actuator is to it, None if its force is not that of a servo.
         armature: inertia that the actuator adds to it [kg m² or kg].
         damping: that the actuator adds to it [N m s/rad or N s/m].
     """
 
     name: str
-    servo: Servo
+    servo: Servo | None
     armature: float
     damping: float
 
@@ -221,16 +221,34 @@ def joint_servos(
             text = f"a <{shortened_text(kind)}> on a joint; not used"
             remarks.add("ignored", path, f"actuator '{name}'", text)
             continue
-        if kind == "intvelocity":
+        servo: Servo | None = _joint_servo(element, kind, compiler)
+        integrates = kind == "intvelocity" or element.get("dyntype") == "integrator"
+        if _has_other_force(element) or (integrates and servo and servo.kind != "position"):
+            text = "its force is not gain times control plus bias, with a filter of first order "
+            remarks.add("ignored", path, f"actuator '{name}'", f"{text}or without; not used")
+            servo = None
+        elif integrates:
             text = "it takes a position in place of a velocity"
             remarks.add("assumed", path, f"actuator '{name}'", text)
-        servo = _joint_servo(element, kind, compiler)
         square = attribute_numbers(element, "gear", "1")[0] ** 2
         armature, damping = (
             square * attribute_numbers(element, word, "0")[0] for word in ("armature", "damping")
         )
         for suffix in copies.suffixes("joint", joint):
             yield DrivenJoint(joint + suffix, servo, armature, damping)
+
+
+def _has_other_force(element: Element) -> bool:
+    """Return whether the force of an actuator is another one than `joint_servos` says."""
+    affine = element.get("gaintype") == "affine" and any(
+        padded_numbers(element, "gainprm", "1", 3)[1:3]
+    )
+    return (
+        affine
+        or element.get("gaintype", "fixed") not in ("fixed", "affine")
+        or element.get("biastype", "none") not in ("none", "affine")
+        or element.get("dyntype", "none") not in ("none", "integrator", *_FILTER_DYNTYPES)
+    )
 
 
 def _joint_servo(element: Element, kind: str, compiler: Compiler) -> Servo:
@@ -263,7 +281,8 @@ def _joint_servo(element: Element, kind: str, compiler: Compiler) -> Servo:
     if drive != "effort":  # of the setpoint; a gear may turn the other way
         over = stiffness if drive == "position" else damping
         scale, offset = (scale / over, offset / over) if over else (0.0, 0.0)
-    word = "act" if kind == "intvelocity" else "ctrl"
+    integrates = kind == "intvelocity" or element.get("dyntype") == "integrator"
+    word = "act" if integrates else "ctrl"
     lower, upper = sorted(scale * end + offset for end in stated_limits(element, word, compiler))
     force = stated_limits(element, "force", compiler)
     if not math.isfinite(lower + upper) or not lower < upper:

@@ -255,7 +255,7 @@ def _model(path: Path, tree: SdfTree, finder: PackageFinder, remarks: Remarks) -
             )
             for link in tree.links
         ),
-        joints=tuple(read_sdf_joint(joint, poses) for joint in tree.joints),
+        joints=tuple(read_sdf_joint(joint, poses, remarks) for joint in tree.joints),
         frames=tuple(_sdf_named_frame(frame, poses) for frame in tree.frames),
         sensors=tuple(
             DeclaredSensor(link.full_name, poses.X_LF(sensor, link.full_name), sensor.element)

@@ -30,6 +30,7 @@ from workbench.plant.formats.joint_limits import (
 from workbench.plant.formats.sdf_pose import sdf_flag
 from workbench.plant.formats.values import shortened_text
 from workbench.plant.model import Freedom, Joint, Mimic
+from workbench.plant.remarks import Remarks
 
 _SDF_JOINT_KINDS = (
     "ball",
@@ -48,12 +49,13 @@ _LAST_MODEL_AXIS_VERSION = (1, 4)
 """The last version in which the axis of a joint is given in the model frame."""
 
 
-def read_sdf_joint(joint: Node, poses: Poses) -> Joint:
+def read_sdf_joint(joint: Node, poses: Poses, remarks: Remarks) -> Joint:
     """Return a joint between two links, or between the world and one.
 
     Args:
         joint: its element.
         poses: of the model.
+        remarks: receives a remark on an axis that is missing.
 
     Raises:
         WorkbenchError: naming file and line, for an invalid one.
@@ -74,11 +76,18 @@ def read_sdf_joint(joint: Node, poses: Poses) -> Joint:
     X_MJ = poses.X_MF(joint_key(joint))
     if kind in REFUSED_JOINT_KINDS:
         raise joint.fault(f"{joint.title} is a {kind} joint, which does not fly: use another type")
-    axes = [] if kind in _JOINTS_WITHOUT_AXIS else [joint.child("axis")]
+    tags = () if kind in _JOINTS_WITHOUT_AXIS else ("axis",)
     if kind in _JOINTS_WITH_TWO_AXES:
-        axes.append(joint.child("axis2"))
+        tags = ("axis", "axis2")
+    for tag in tags:
+        if not joint.child(tag):
+            remarks.add("assumed", joint.file, joint.title, f"it has no <{tag}>; taken as z")
+    axes = [joint.child(tag) for tag in tags]
     freedoms = [_freedom(kind, joint, axis, X_MJ, poses) for axis in axes]
     mimic = axes[0].child("mimic") if axes and axes[0] else None
+    if len(axes) > 1 and any(axis and axis.child("mimic") for axis in axes):
+        what = f"element <mimic> of {joint.title}"
+        remarks.add("ignored", joint.file, what, "only joints of one axis follow others; not used")
     return Joint(
         joint.full_name,
         kind,
@@ -86,9 +95,19 @@ def read_sdf_joint(joint: Node, poses: Poses) -> Joint:
         child,
         X_MJ,
         freedoms[0].axis_J if freedoms else (0.0, 0.0, 1.0),
-        (Freedom("ball"),) if kind == "ball" else tuple(filter(has_range, freedoms)),
+        (_ball(joint),) if kind == "ball" else tuple(filter(has_range, freedoms)),
         _mimic(mimic) if mimic and len(freedoms) == 1 and has_range(freedoms[0]) else None,
     )
+
+
+def _ball(joint: Node) -> Freedom:
+    """Return the freedom of a ball joint, with the damping and friction of its `<axis>`."""
+    axis = joint.child("axis")
+    dynamics = axis.child("dynamics") if axis else None
+    damping, friction = (
+        sdf_number(dynamics, tag, 0.0) if dynamics else 0.0 for tag in ("damping", "friction")
+    )
+    return Freedom("ball", damping=damping, friction=friction)
 
 
 def _freedom(

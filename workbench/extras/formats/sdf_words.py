@@ -51,6 +51,7 @@ _SDF_CHILDREN_UNUSED: dict[str, dict[str, str]] = {
     },
     "inertial": {"fluid_added_mass": "no flight has added mass"},
     "collision": {"surface": "friction and stiffness of the ground are those of the workbench"},
+    "axis": {"initial_position": "a scenario says how a flight begins"},
     "joint": {"physics": "limits and springs of joints are those of the workbench"},
 }
 """Children that are valid in SDF and not used here, with the reason."""

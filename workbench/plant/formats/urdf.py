@@ -306,16 +306,14 @@ def _urdf_freedoms(
     )
     if kind == "planar":
         return tuple(replace(each, damping=damping) for each in planar_freedoms(axis_J))
-    if kind == "universal":  # Drake's, about x and y
-        axes = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)
-        return tuple(Freedom("revolute", axis, damping=damping) for axis in axes)
-    if kind not in (*_LIMITED_JOINT_KINDS, "ball"):
+    if kind not in (*_LIMITED_JOINT_KINDS, "universal", "ball"):
         return ()
     lower, upper = -math.inf, math.inf
     limit = joint.find("limit")
     if isinstance(limit, Element) and kind != "continuous":
+        free = kind == "universal" and {"lower", "upper"}.isdisjoint(limit.attrib)
         stated = [limit_number(limit, limit.get(name, ""), 0.0) for name in ("lower", "upper")]
-        lower, upper = joint_limits(*stated)
+        lower, upper = (-math.inf, math.inf) if free else joint_limits(*stated)
         if kind == "ball":  # `upper` alone limits it, if it is stated
             is_limited = "upper" in limit.attrib and upper < math.inf
             lower, upper = (0.0, upper) if is_limited else (-math.inf, math.inf)
@@ -336,8 +334,11 @@ def _urdf_freedoms(
         armature,
         effort=effort,
         speed=speed,
-        servo=read_servo(joint) if kind != "ball" else None,
+        servo=read_servo(joint) if kind in _LIMITED_JOINT_KINDS else None,
     )
+    if kind == "universal":  # Drake's, about x and y
+        axes = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)
+        return tuple(replace(found, axis_J=axis) for axis in axes if has_range(found))
     return (found,) if has_range(found) else ()
 
 

@@ -1,6 +1,7 @@
 """The words of URDF: elements and attributes that are used, and remarks on those that are not."""
 
 from collections import Counter
+from collections.abc import Iterator
 from difflib import get_close_matches
 from pathlib import Path
 
@@ -41,6 +42,12 @@ _GAZEBO_CHILDREN = [
     "springReference",
 ]
 """Children of `<gazebo>` that are used, or always hold here; others concern only Gazebo."""
+_UNUSED_OF_JOINTS = {
+    "safety_controller": "limits of ROS's controllers",
+    "calibration": "of encoders",
+}
+"""Children of any joint that do not act, with the reason."""
+_SINGLE_AXIS_JOINT_KINDS = ("revolute", "continuous", "prismatic")
 ROS_DRIVE_TAGS = ("transmission", "ros2_control")
 """Elements that say how ROS drives joints."""
 _MAX_URDF_REMARKS = 50
@@ -74,7 +81,29 @@ def _unused(robot: Element) -> Counter[tuple[str, str]]:
             for tag in tags:
                 if tag not in _GAZEBO_CHILDREN:
                     found[f"element <{shortened_text(tag)}> of <gazebo>", "Gazebo's"] += 1
+        if child.tag in ("joint", "drake:joint"):
+            for what, why in _unused_of_joint(child):
+                found[f"{what} of joint '{shortened_text(child.get('name', ''))}'", why] += 1
     return found
+
+
+def _unused_of_joint(joint: Element) -> Iterator[tuple[str, str]]:
+    """Yield what does not act in a joint, and why."""
+    kind = joint.get("type", "")
+    for tag, why in _UNUSED_OF_JOINTS.items():
+        if joint.find(tag) is not None:
+            yield f"element <{tag}>", why
+    if kind not in _SINGLE_AXIS_JOINT_KINDS and joint.find("mimic") is not None:
+        yield "element <mimic>", "only joints of one axis follow others"
+    if kind in ("planar", "universal", "ball") and joint.find("servo") is not None:
+        yield "element <servo>", "the sidecar names the axis that a servo drives"
+    if kind != "planar":
+        return
+    for tag, used in (("limit", ()), ("dynamics", ("damping",))):
+        element = joint.find(tag)
+        for name in element.attrib if isinstance(element, Element) else ():
+            if name not in used:
+                yield f"<{tag} {shortened_text(name)}>", "planar joints have damping alone"
 
 
 def _count_unknown(element: Element, owner: str, found: Counter[tuple[str, str]]) -> None:

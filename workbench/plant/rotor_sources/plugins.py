@@ -232,6 +232,8 @@ def _turns_a_rotor(plugin: Element, remarks: Remarks) -> bool:
     kind = (plugin.findtext("motorType") or "").strip()
     if kind in ("", "velocity"):
         return True
+    if kind == "position" and _MOTOR_PLUGIN_FILES[0] in plugin.get("filename", ""):
+        return False  # a servo, see `classic_servos`
     joint = shortened_text(plugin.findtext("jointName") or "")
     text = f"its motorType is {shortened_text(kind)}; not used, a rotor has velocity"
     remarks.add("ignored", plugin.file, f"motor model of '{joint}'", text)

@@ -4,10 +4,11 @@ Defaults are those of gz-sim's systems of the same names.
 """
 
 import math
-from collections.abc import Iterator
+import re
+from collections.abc import Iterator, Sequence
 
 from workbench.plant.formats.block import XmlBlock
-from workbench.plant.formats.values import shortened_text
+from workbench.plant.formats.values import listed_names, shortened_text
 from workbench.plant.formats.xml import Element
 from workbench.plant.remarks import Remarks
 from workbench.plant.servo import Servo
@@ -20,6 +21,14 @@ _PLUGINS = {
     "ApplyJointForce": "apply-joint-force",
 }
 """Classes of the plugins, and a part of the names of their files."""
+_GAINS_USED = {
+    "JointPositionController": ("p_gain", "d_gain", "i_gain"),
+    "JointTrajectoryController": ("position_p_gain", "position_d_gain", "velocity_p_gain"),
+    "JointController": ("p_gain", "i_gain"),
+    "ApplyJointForce": (),
+}
+"""Gains that are read, by class; those of integrals have a remark of their own."""
+_ZERO_PATTERN = re.compile(r"[-+]?[0.]*(e[-+]?[0-9]+)?")
 _MOST = 1000.0
 """Gazebo's limit of a command that is not stated."""
 
@@ -46,6 +55,10 @@ def plugin_servos(plugin: Element, remarks: Remarks) -> Iterator[DeclaredServo]:
     kind = joint_plugin_class(plugin)
     tags = XmlBlock(f"{kind} plugin", plugin)
     places = [each for each in plugin.iter("joint_name") if isinstance(each, Element)]
+    unused = list(_unused_terms(plugin, _GAINS_USED[kind]))
+    if unused:
+        text = f"{listed_names(unused)}: not used"
+        remarks.add("ignored", plugin.file, f"{kind} plugin of '{tags.text('joint_name')}'", text)
     axis = int(tags.number("joint_index", 0.0)) if tags.has("joint_index") else 0
     for number, place in enumerate(places):
         name = (place.text or "").strip()
@@ -64,6 +77,15 @@ def plugin_servos(plugin: Element, remarks: Remarks) -> Iterator[DeclaredServo]:
             text = f"its integral gain of {gain:g} is not used"
             remarks.add("ignored", plugin.file, f"servo of '{shortened_text(name)}'", text)
         yield DeclaredServo(name, axis, servo, plugin.file, f"{kind} plugin")
+
+
+def _unused_terms(plugin: Element, used: Sequence[str]) -> Iterator[str]:
+    """Yield the gains and offsets of a plugin that act in Gazebo, and not here."""
+    for child in plugin:
+        tag, text = str(child.tag), (child.text or "").strip()
+        acts = tag.endswith(("_gain", "cmd_offset")) and tag not in used
+        if acts and not _ZERO_PATTERN.fullmatch(text):
+            yield f"<{tag}>{text}"
 
 
 def _position(tags: XmlBlock) -> Servo:

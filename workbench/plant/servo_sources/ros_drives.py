@@ -28,18 +28,28 @@ def ros_servos(drive: Element) -> Iterator[DeclaredServo]:
 
 
 def _commanded(joint: Element) -> Servo | None:
-    """Return the servo of the first interface of ros2_control; None without one."""
-    faces = {
-        each.get("name", "").rpartition("/")[2]: each
-        for each in joint.findall("command_interface")
-        if isinstance(each, Element)
-    }
+    """Return the servo of the first interface of ros2_control; None without one.
+
+    Its first setpoint is the `initial_value` of the joint's state, where Gazebo begins.
+    """
+    faces, states = (
+        {
+            each.get("name", "").rpartition("/")[2]: each
+            for each in joint.findall(tag)
+            if isinstance(each, Element)
+        }
+        for tag in ("command_interface", "state_interface")
+    )
     for kind in SERVO_KINDS:
         if kind in faces:
             least, most = (_parameter(faces[kind], name) for name in ("min", "max"))
+            first = _parameter(states[kind], "initial_value") if kind in states else None
+            start = first or 0.0
             low = -math.inf if least is None else least
             high = math.inf if most is None else most
-            return Servo(kind, lower=low, upper=high) if low < high else Servo(kind)
+            if not low < high:
+                low, high = -math.inf, math.inf
+            return Servo(kind, lower=low, upper=high, start=start)
     return None
 
 

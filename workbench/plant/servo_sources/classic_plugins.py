@@ -1,0 +1,85 @@
+"""Read servos from plugins of Gazebo Classic, as PX4 and RotorS have them.
+
+These are the channels of the MAVLink interface of type `position`, the gimbal controller, and motor
+models of the type `position`. All state their gains in `<joint_control_pid>`.
+"""
+
+import math
+from collections.abc import Iterator
+
+from workbench.plant.formats.block import XmlBlock
+from workbench.plant.formats.values import shortened_text
+from workbench.plant.formats.xml import Element
+from workbench.plant.remarks import Remarks
+from workbench.plant.servo import Servo
+from workbench.plant.servo_sources.declared import DeclaredServo
+
+_MAVLINK_FILE = "gazebo_mavlink_interface"
+_GIMBAL_FILE = "gazebo_gimbal_controller"
+_MOTOR_FILE = "gazebo_motor_model"
+_GIMBAL_SERVOS = {
+    "joint_yaw": Servo(stiffness=1.0, damping=0.0, max_effort=1.0),
+    "joint_roll": Servo(stiffness=5.0, damping=0.0, max_effort=0.3),
+    "joint_pitch": Servo(stiffness=5.0, damping=0.0, max_effort=0.3),
+}
+"""Servos of the gimbal controller by the tags that name their joints, with its default gains."""
+
+
+def classic_servos(plugin: Element, remarks: Remarks) -> Iterator[DeclaredServo]:
+    """Yield the servos of a plugin of Gazebo Classic, none for any other plugin.
+
+    Args:
+        plugin: of any class.
+        remarks: receives remarks on integral gains, which are not used.
+
+    Raises:
+        WorkbenchError: with file and line, for an invalid number.
+    """
+    file = plugin.get("filename", "")
+    if _MAVLINK_FILE in file:
+        for channel in _elements(plugin, "control_channels/channel"):
+            tags = XmlBlock("MAVLink interface", channel)
+            if tags.text("joint_control_type") in ("position", "position_kinematic"):
+                yield from _servo(tags, tags.text("joint_name"), Servo(), remarks)
+    elif _GIMBAL_FILE in file:
+        tags = XmlBlock("gimbal controller", plugin)
+        channels = {
+            (each.findtext("joint_axis") or "").strip(): each
+            for each in _elements(plugin, "control_gimbal_channels/channel")
+        }
+        for tag, usual in _GIMBAL_SERVOS.items():
+            channel = XmlBlock(tags.what, channels.get(tag, plugin), tag in channels)
+            yield from _servo(channel, tags.text(tag), usual, remarks)
+    elif _MOTOR_FILE in file and (plugin.findtext("motorType") or "").strip() == "position":
+        tags = XmlBlock("motor model", plugin)
+        yield from _servo(tags, tags.text("jointName"), Servo(), remarks)
+
+
+def _elements(plugin: Element, path: str) -> list[Element]:
+    return [each for each in plugin.findall(path) if isinstance(each, Element)]
+
+
+def _servo(tags: XmlBlock, joint: str, usual: Servo, remarks: Remarks) -> Iterator[DeclaredServo]:
+    """Yield the servo of a joint that is named.
+
+    Args:
+        tags: the element with its `<joint_control_pid>`.
+        joint: its name, "" for none.
+        usual: the servo without gains in the file.
+        remarks: receives a remark on an integral gain.
+    """
+    if not joint:
+        return
+    servo, gains = usual, tags.block("joint_control_pid")
+    if gains.there:
+        most, least = (gains.number(tag, 0.0) for tag in ("cmdMax", "cmdMin"))
+        servo = Servo(
+            stiffness=gains.non_negative("p", 0.0),
+            damping=gains.non_negative("d", 0.0),
+            start=tags.number("zero_position_disarmed", 0.0),
+            max_effort=max(abs(most), abs(least)) if most > least else math.inf,
+        )
+        if integral := gains.number("i", 0.0):
+            text = f"its integral gain of {integral:g} is not used"
+            remarks.add("ignored", tags.file, f"servo of '{shortened_text(joint)}'", text)
+    yield DeclaredServo(joint, 0, servo, tags.file, tags.what)
