@@ -29,7 +29,7 @@ from workbench.extras.formats.mjcf_geom import (
 from workbench.extras.formats.mjcf_limits import joint_range, stated_limits
 from workbench.extras.formats.mjcf_meshes import Meshes
 from workbench.extras.formats.mjcf_pose import pose_of
-from workbench.extras.formats.solids import HomogeneousSolid, combined_inertial
+from workbench.extras.formats.solids import solid_inertial
 from workbench.plant.formats.colours import Colour
 from workbench.plant.formats.joint_limits import has_range
 from workbench.plant.formats.values import (
@@ -39,6 +39,7 @@ from workbench.plant.formats.values import (
     shortened_text,
 )
 from workbench.plant.formats.xml import Element, element_location
+from workbench.plant.gathered import whole_inertial
 from workbench.plant.model import Freedom, Inertial, Joint, Link, LinkShape, inertial_of
 from workbench.plant.remarks import Remarks
 from workbench.plant.sensors import free_name
@@ -68,7 +69,7 @@ class _Geom:
     element: Element
     X_LG: RigidTransform
     shape: GeometryShape | None
-    solid: HomogeneousSolid | None
+    solid: Inertial | None
 
 
 class MjcfBodyReader:
@@ -172,12 +173,13 @@ class MjcfBodyReader:
                     yield child, X_LF, childclass
 
     def _inertial(
-        self, body: Element, given: list[PlacedElement], solids: list[HomogeneousSolid]
+        self, body: Element, given: list[PlacedElement], solids: list[Inertial]
     ) -> Inertial | None:
         """Return mass and inertia of a body (mjCBody::Compile)."""
         compiler = self._compiler
-        if solids:
-            found = combined_inertial(solids)
+        whole = whole_inertial([(RigidTransform(), solid) for solid in solids])
+        if whole:
+            found = whole
         elif given:
             found = self._given_inertial(*given[0])
         elif compiler.boundmass > 0.0:  # MuJoCo takes the pose of the body as that of its inertia
@@ -348,7 +350,7 @@ class MjcfBodyReader:
             name, element, X_LG, shape, geom_solid(element, X_LG, shape) if weighs else None
         )
 
-    def _mesh_solid(self, element: Element, X_LG: RigidTransform) -> HomogeneousSolid | None:
+    def _mesh_solid(self, element: Element, X_LG: RigidTransform) -> Inertial | None:
         """Return a mesh as a solid."""
         if is_true_attribute(element, "shellinertia", "false"):
             raise mjcf_error(
@@ -357,7 +359,7 @@ class MjcfBodyReader:
         mesh = self._meshes.inertia(element)
         X_LS = X_LG @ RigidTransform(RotationMatrix(mesh.R), mesh.p)
         mass = geom_mass(element, mesh.size)
-        return HomogeneousSolid(mass, X_LS, mesh.moments) if mass > MIN_GEOM_MASS_KG else None
+        return solid_inertial(mass, X_LS, mesh.moments) if mass > MIN_GEOM_MASS_KG else None
 
     def _sized(
         self, element: Element, kind: str, pose: RigidTransform
