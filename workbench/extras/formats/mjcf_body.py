@@ -3,7 +3,6 @@
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 from pydrake.math import RigidTransform, RotationMatrix
@@ -11,7 +10,7 @@ from pydrake.math import RigidTransform, RotationMatrix
 from workbench.common.errors import WorkbenchError
 from workbench.common.vectors import float_triple
 from workbench.extras.formats.mjcf_compiler import Compiler
-from workbench.extras.formats.mjcf_defaults import Defaults
+from workbench.extras.formats.mjcf_document import MjcfDocument
 from workbench.extras.formats.mjcf_elements import (
     elements,
     elements_of,
@@ -41,7 +40,6 @@ from workbench.plant.formats.values import (
 from workbench.plant.formats.xml import Element, element_location
 from workbench.plant.gathered import whole_inertial
 from workbench.plant.model import Freedom, Inertial, Joint, Link, LinkShape, inertial_of
-from workbench.plant.remarks import Remarks
 from workbench.plant.sensors import free_name
 from workbench.plant.shapes import Box, Capsule, Cylinder, Ellipsoid, GeometryShape, Sphere
 
@@ -76,28 +74,14 @@ class MjcfBodyReader:
     """Reads links, joints and sites of a body and its descendants.
 
     Args:
-        path: of the file.
-        root: of the document.
-        compiler: its settings.
-        defaults: its defaults.
+        document: with the body.
         meshes: its meshes.
-        remarks: receives remarks on unusable parts.
     """
 
-    def __init__(
-        self,
-        path: Path,
-        root: Element,
-        compiler: Compiler,
-        defaults: Defaults,
-        meshes: Meshes,
-        remarks: Remarks,
-    ) -> None:
-        self._path = path
-        self._compiler = compiler
-        self._defaults = defaults
-        self._meshes = meshes
-        self._remarks = remarks
+    def __init__(self, document: MjcfDocument, meshes: Meshes) -> None:
+        self._path, self._remarks = document.path, document.remarks
+        self._compiler, self._defaults = document.compiler, document.defaults
+        self._meshes, root = meshes, document.root
         self._colours: dict[str, Colour] = {}
         self.sites: dict[str, tuple[str, RigidTransform]] = {}
         self.links: list[Link] = []

@@ -1,15 +1,16 @@
 """The document of an MJCF file as MuJoCo sees it: includes, copies, settings and defaults."""
 
 import math
-from collections.abc import Iterator
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import count
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
 from workbench.common.errors import WorkbenchError
-from workbench.extras.formats.mjcf_compiler import Compiler
+from workbench.extras.formats.mjcf_compiler import Compiler, read_compiler
+from workbench.extras.formats.mjcf_defaults import Defaults
 from workbench.extras.formats.mjcf_elements import attribute_fault, elements
 from workbench.extras.formats.mjcf_pose import rotation_from_euler
 from workbench.plant.formats.values import (
@@ -19,6 +20,7 @@ from workbench.plant.formats.values import (
 )
 from workbench.plant.formats.xml import MAX_XML_ELEMENTS, Element, element_location, read_xml
 from workbench.plant.packages import PackageFinder
+from workbench.plant.remarks import Remarks
 
 MAX_MJCF_INCLUDE_DEPTH = 20
 """Largest depth of nested includes."""
@@ -26,20 +28,61 @@ MAX_REPLICATED_ELEMENTS = 20_000
 """Largest number of elements that `<replicate>` makes, more than any drone has."""
 
 
-def with_includes(path: Path, root: Element, finder: PackageFinder) -> Element:
-    """Return a document with its `<include>` elements replaced by the included content.
+class MjcfDocument(NamedTuple):
+    """A document as it is read.
 
-    Paths are relative to the main file, or else to the including one, as in MuJoCo.
+    Attributes:
+        path: of the main file.
+        root: its root, without includes and `<replicate>`.
+        compiler: its settings.
+        defaults: its defaults.
+        earlier: for tag and name of each copy that `<replicate>` made of a site or a joint, the
+            names that it had before, the one in the file first.
+        remarks: receives remarks on what is not read, or otherwise.
+    """
+
+    path: Path
+    root: Element
+    compiler: Compiler
+    defaults: Defaults
+    earlier: Mapping[tuple[str, str], Sequence[str]]
+    remarks: Remarks
+
+    def suffixes(self, tag: str, name: str) -> list[str]:
+        """Return what was added to a name for each of its copies, "" if there are none."""
+        found = [
+            copy.removeprefix(name)
+            for (kind, copy), names in self.earlier.items()
+            if kind == tag and name in names
+        ]
+        return found or [""]
+
+
+def read_mjcf_document(
+    path: Path, root: Element, finder: PackageFinder, remarks: Remarks
+) -> MjcfDocument:
+    """Return a document with included files, and with copies in place of `<replicate>`.
+
+    Args:
+        path: the main file.
+        root: its root element.
+        finder: knows which files the description may read.
+        remarks: see `MjcfDocument`.
 
     Raises:
-        WorkbenchError: naming an include of a missing file, of one that the description may not
-            read, of one twice, or nested too deeply.
+        WorkbenchError: naming file and element, for invalid content.
     """
-    return _Includes(path, finder).resolved(root, (path,))
+    whole = _Includes(path, finder).resolved(root, (path,))
+    compiler = read_compiler(path, whole)
+    copied, earlier = _without_replicates(whole, compiler)
+    return MjcfDocument(path, copied, compiler, Defaults(copied), earlier, remarks)
 
 
 class _Includes:
     """Copies elements, with the content of included files.
+
+    Paths are relative to the main file, or else to the including one, as in MuJoCo. It refuses a
+    missing file, one that the description may not read, one twice, and includes nested too deeply.
 
     Args:
         main: the main file.
@@ -105,33 +148,14 @@ def _included_root(file: Path) -> Element:
     return root
 
 
-@dataclass
-class Copies:
-    """The names that `<replicate>` gave to sites and joints.
-
-    Attributes:
-        earlier: for tag and name of each copy, the names that it had before, the one in the file
-            first.
-    """
-
-    earlier: dict[tuple[str, str], list[str]] = field(default_factory=dict)
-
-    def suffixes(self, tag: str, name: str) -> list[str]:
-        """Return what was added to a name for each of its copies, "" if there are none."""
-        found = [
-            copy.removeprefix(name)
-            for (kind, copy), names in self.earlier.items()
-            if kind == tag and name in names
-        ]
-        return found or [""]
-
-
 _REFERRED_TAGS = ("site", "joint")
 """Elements of a body that actuators refer to, which are copied with them."""
 
 
-def without_replicates(root: Element, compiler: Compiler) -> tuple[Element, Copies]:
-    """Return a document with each `<replicate>` replaced by a `<frame>` for each copy.
+def _without_replicates(
+    root: Element, compiler: Compiler
+) -> tuple[Element, dict[tuple[str, str], list[str]]]:
+    """Return a document with a `<frame>` for each copy of a `<replicate>`, and their earlier names.
 
     The i-th copy is turned by i times `euler`, and shifted from the one before by `offset`, turned
     like that one. Names get the number of the copy, with as many digits as `count` has (MuJoCo's
@@ -144,7 +168,7 @@ def without_replicates(root: Element, compiler: Compiler) -> tuple[Element, Copi
     Raises:
         WorkbenchError: for an invalid count, or too many copies.
     """
-    copies = Copies()
+    earlier: dict[tuple[str, str], list[str]] = {}
     numbered = count(1)
 
     def copied(element: Element) -> Element:
@@ -194,7 +218,7 @@ def without_replicates(root: Element, compiler: Compiler) -> tuple[Element, Copi
             p = p + R.multiply(offset)
         for tag in _REFERRED_TAGS:
             for each in (each for child in originals for each in child.iter(tag)):
-                copies.earlier.pop((tag, each.get("name", "")), None)
+                earlier.pop((tag, each.get("name", "")), None)
 
     def limit(element: Element) -> None:
         if next(numbered) > MAX_REPLICATED_ELEMENTS:
@@ -210,12 +234,12 @@ def without_replicates(root: Element, compiler: Compiler) -> tuple[Element, Copi
         if name:
             copy.set("name", name + suffix)
             if element.tag in _REFERRED_TAGS:
-                before = copies.earlier.get((element.tag, name), [])
-                copies.earlier[element.tag, name + suffix] = [*before, name]
+                before = earlier.get((element.tag, name), [])
+                earlier[element.tag, name + suffix] = [*before, name]
         copy.extend([renamed(child, suffix) for child in elements(element)])
         return copy
 
-    return copied(root), copies
+    return copied(root), earlier
 
 
 def _numbers_text(values: np.ndarray) -> str:
