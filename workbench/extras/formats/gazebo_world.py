@@ -14,7 +14,7 @@ from workbench.extras.formats.sdf_include import SdfFile, SdfFiles
 from workbench.extras.formats.sdf_node import Node, sdf_number, sdf_triple
 from workbench.extras.formats.sdf_poses import MODEL_FRAME_NAME, Poses
 from workbench.extras.formats.sdf_shapes import ShapeReader
-from workbench.extras.formats.sdf_tree import SdfTree, build_world_tree
+from workbench.extras.formats.sdf_tree import SdfTree, build_sdf_tree
 from workbench.extras.formats.sdf_world import (
     gazebo_scenery_name,
     has_motors,
@@ -99,7 +99,7 @@ def _world_models(file: SdfFile, files: SdfFiles, remarks: Remarks) -> list[SdfT
         if gazebo_scenery_name(top):
             continue
         try:
-            tree = build_world_tree(file, top, files, trees)
+            tree = build_sdf_tree(file, top, files, trees)
             tree.check_complete()
         except WorkbenchError as fault:
             text = str(fault).removeprefix(f"{file.path}:{top.element.line}: ")

@@ -23,7 +23,7 @@ from workbench.extras.formats.sdf_poses import (
     joint_end,
 )
 from workbench.extras.formats.sdf_shapes import ShapeReader, part_solid
-from workbench.extras.formats.sdf_tree import SdfTree, build_world_tree
+from workbench.extras.formats.sdf_tree import SdfTree, build_sdf_tree
 from workbench.extras.formats.sdf_words import note_unknown_sdf
 from workbench.extras.formats.sdf_world import (
     choose_model,
@@ -173,7 +173,7 @@ def _with_models(
         remarks: receives remarks on the others.
     """
     world = dataclasses.replace(top, element=world_element(file))
-    drone, *trees = [build_world_tree(file, each, files, ()) for each in (top, *others)]
+    drone, *trees = [build_sdf_tree(file, each, files, ()) for each in (top, *others)]
     for tree in trees:
         tree.check_complete()
     poses = Poses(world_of(file, world, [drone, *trees]), Remarks())
