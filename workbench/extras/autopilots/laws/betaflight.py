@@ -72,8 +72,6 @@ from workbench.controllers import (
     gain,
     into_body,
     level_heading,
-    loops_about,
-    loops_along,
     points,
     position_error,
     probe,
@@ -92,6 +90,7 @@ from workbench.extras.autopilots.filters import (
     first_order_filtered,
     low_passed,
 )
+from workbench.extras.autopilots.loop_stages import stage_loops
 from workbench.extras.autopilots.mixers import (
     MAX_MIXER_MOTORS,
     MIXER_NUMBER_NAMES,
@@ -261,18 +260,12 @@ _BETAFLIGHT_LEVEL_GAINS, _BETAFLIGHT_CLIMB_GAINS = (
     ("outer_p_velocity", "outer_i_velocity"),
     ("outer_p_climb", "outer_i_climb"),
 )
-_BETAFLIGHT_POSITION_GAINS = (("outer_p_position",), ("outer_p_position",), ("outer_p_height",))
-_BETAFLIGHT_ANGLE_GAINS = (("angle_p_gain",), ("angle_p_gain",))
-_BETAFLIGHT_RATE_GAINS = [tuple(f"{term}_{name}" for term in "pid") for name in _BETAFLIGHT_AXES]
-LOOPS = (
-    *loops_along(
-        "velocity", "", (_BETAFLIGHT_LEVEL_GAINS, _BETAFLIGHT_LEVEL_GAINS, _BETAFLIGHT_CLIMB_GAINS)
-    ),
-    *loops_about(("roll", "pitch"), "angle", "", _BETAFLIGHT_ANGLE_GAINS),
-    *loops_about(
-        [f"{name}_rate" for name in _BETAFLIGHT_AXES], "rate", "torque", _BETAFLIGHT_RATE_GAINS
-    ),
-    *loops_along("position", "", _BETAFLIGHT_POSITION_GAINS, hold=True),
+LOOPS = stage_loops(
+    (("outer_p_position",), ("outer_p_position",), ("outer_p_height",)),
+    (_BETAFLIGHT_LEVEL_GAINS, _BETAFLIGHT_LEVEL_GAINS, _BETAFLIGHT_CLIMB_GAINS),
+    (("angle_p_gain",), ("angle_p_gain",)),
+    [tuple(f"{term}_{name}" for term in "pid") for name in _BETAFLIGHT_AXES],
+    "angle",
 )
 
 DESIGNED = (

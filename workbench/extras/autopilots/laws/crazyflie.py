@@ -48,10 +48,7 @@ from workbench.controllers import (
     gain,
     into_body,
     level_heading,
-    loops_about,
-    loops_along,
     place_weights,
-    points,
     position_error,
     probe,
     probe3,
@@ -78,6 +75,8 @@ from workbench.extras.autopilots.loop_stages import (
     RATE_STAGE_POINT,
     TILT_SETPOINT_POINT,
     TORQUE_STAGE_POINT,
+    stage_loops,
+    stage_points,
 )
 from workbench.plant.vehicle import Vehicle
 
@@ -194,40 +193,18 @@ MEMORY = (
     State("runs", "1"),
 )
 
-POINTS = points(
-    {
-        "position_{}_error": "m",
-        "velocity_{}_error": "m/s",
-        "attitude_{}_error": "deg",
-        "rate_{}_error": "deg/s",
-        "torque_{}": "1",
-    }
-) | {
-    "roll_setpoint": "deg",
-    "pitch_setpoint": "deg",
-    "roll_rate_setpoint": "deg/s",
-    "pitch_rate_setpoint": "deg/s",
-}
+POINTS = stage_points("deg", "deg")
 
 
 def _named(group: str, axis: str, names: str) -> tuple[str, ...]:
     return tuple(f"{group}_{axis}{name}" for name in names.split())
 
 
-_CRAZYFLIE_ANGLES = ("roll", "pitch", "yaw")
-_CRAZYFLIE_POSITION_GAINS = [_named("posCtlPid", axis, "Kp Ki") for axis in "xyz"]
-_CRAZYFLIE_VELOCITY_GAINS = [_named("velCtlPid", f"v{axis}", "Kp Ki") for axis in "xyz"]
-_CRAZYFLIE_ATTITUDE_GAINS = [
-    _named("pid_attitude", f"{name}_", "kp ki") for name in _CRAZYFLIE_ANGLES
-]
-_CRAZYFLIE_RATE_GAINS = [_named("pid_rate", f"{name}_", "kp ki kd") for name in _CRAZYFLIE_ANGLES]
-LOOPS = (
-    *loops_along("velocity", "", _CRAZYFLIE_VELOCITY_GAINS),
-    *loops_about(_CRAZYFLIE_ANGLES, "attitude", "", _CRAZYFLIE_ATTITUDE_GAINS),
-    *loops_about(
-        [f"{name}_rate" for name in _CRAZYFLIE_ANGLES], "rate", "torque", _CRAZYFLIE_RATE_GAINS
-    ),
-    *loops_along("position", "", _CRAZYFLIE_POSITION_GAINS, hold=True),
+LOOPS = stage_loops(
+    [_named("posCtlPid", axis, "Kp Ki") for axis in "xyz"],
+    [_named("velCtlPid", f"v{axis}", "Kp Ki") for axis in "xyz"],
+    [_named("pid_attitude", name, "kp ki") for name in ANGLE_PREFIXES],
+    [_named("pid_rate", name, "kp ki kd") for name in ANGLE_PREFIXES],
 )
 
 DESIGNED = (
