@@ -54,9 +54,10 @@ def rotation_quaternion(x: float, y: float, z: float) -> Quaternion:
 @register_jitable
 def state_with_error(state: Numbers, error: Numbers) -> tuple[float, ...]:
     """Return what the flight computer takes a state for (13), see `ESTIMATE_ERROR_SIZE`."""
+    q_w, q_x, q_y, q_z, p_x, p_y, p_z, w_x, w_y, w_z, v_x, v_y, v_z = state
     tilt = rotation_quaternion(-error[7] / GRAVITY, error[6] / GRAVITY, 0.0)
-    known = product(tilt, product(state[0:4], rotation_quaternion(error[8], error[9], error[10])))
-    _, _, _, _, p_x, p_y, p_z, w_x, w_y, w_z, v_x, v_y, v_z = state
+    turned = product((q_w, q_x, q_y, q_z), rotation_quaternion(error[8], error[9], error[10]))
+    known = product(tilt, turned)
     p = (p_x + error[0], p_y + error[1], p_z + error[2])
     v = (v_x + error[3], v_y + error[4], v_z + error[5])
     return known + p + (w_x, w_y, w_z) + v
