@@ -101,6 +101,7 @@ from workbench.extras.autopilots.mixers import (
     MIXER_NUMBER_NAMES,
     column_numbers,
     effects_per_thrust,
+    flies_with_defaults,
     hover_authority,
     mixer_columns,
     moment_shares,
@@ -670,8 +671,6 @@ X500_RATE_P = 15.3
 """Its roll rate P with ArduPilot's defaults [1/s]."""
 X500_LIFT = 15.0
 """Its vertical acceleration over throttle, in hover [m/s²]."""
-ARDUPILOT_DEFAULTS_RATIO = 1.6
-"""A vehicle within this factor of these values flies with ArduPilot's defaults."""
 
 
 def rule(vehicle: Vehicle) -> dict[str, float]:
@@ -697,11 +696,7 @@ def rule(vehicle: Vehicle) -> dict[str, float]:
     *turned, force = hover_authority(rotors, frame, mix, per_share).tolist()
     lift = force / vehicle.mass
     values = {"MOT_THST_HOVER": float(np.mean(shares)), "motor_speed": fastest}
-    own = (*turned, lift)
-    if all(
-        1.0 / ARDUPILOT_DEFAULTS_RATIO < a / b < ARDUPILOT_DEFAULTS_RATIO
-        for a, b in zip(own, (*X500_ANGULAR_ACCELERATION, X500_LIFT), strict=True)
-    ):
+    if all(flies_with_defaults((*turned, lift), (*X500_ANGULAR_ACCELERATION, X500_LIFT))):
         return values
     for (name, axis), kp, place in zip(
         _ARDUPILOT_AXES, ("kd_roll", "kd_pitch", "kp_yaw_rate"), range(3), strict=True

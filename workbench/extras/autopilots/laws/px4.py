@@ -91,6 +91,7 @@ from workbench.extras.autopilots.mixers import (
     TORQUE_SCALE_NAMES,
     column_numbers,
     effects_per_thrust,
+    flies_with_defaults,
     hover_authority,
     mixer_columns,
     with_motor,
@@ -449,8 +450,6 @@ def update(
 
 X500_TORQUE_EFFECT = (231.0, 230.0, 16.3)
 """Angular acceleration of PX4's X500 in Gazebo over torque about x, y and z, in hover [rad/s²]."""
-PX4_DEFAULTS_RATIO = 1.6
-"""A vehicle within this factor of these values flies with PX4's defaults."""
 IDLE_SPEED_RATIO = 0.15
 """Speed at a signal of 0, over the largest one."""
 
@@ -473,10 +472,7 @@ def rule(vehicle: Vehicle) -> dict[str, float]:
         "SIM_GZ_EC_MIN": least,
         "SIM_GZ_EC_MAX": fastest,
     }
-    if all(
-        1.0 / PX4_DEFAULTS_RATIO < a / b < PX4_DEFAULTS_RATIO
-        for a, b in zip(turned, X500_TORQUE_EFFECT, strict=True)
-    ):
+    if all(flies_with_defaults(turned, X500_TORQUE_EFFECT)):
         return values
     for axis, kp, place in (
         ("ROLL", "kd_roll", 0),
