@@ -3,7 +3,7 @@
 from workbench.design.translate.forms import DEG_PER_RAD, Form, form_rows
 from workbench.plant.gravity import GRAVITY
 
-_TURNS = "roll pitch yaw"
+_FORM_TURNS = "roll pitch yaw"
 
 PX4_FORM = Form(
     (
@@ -17,14 +17,14 @@ PX4_FORM = Form(
         *form_rows(
             "MPC_Z_VEL_P_ACC MPC_Z_VEL_I_ACC MPC_Z_VEL_D_ACC", "z", "speed speed_integral slope"
         ),
-        *form_rows("MC_{1}_P", _TURNS, "angle"),
+        *form_rows("MC_{1}_P", _FORM_TURNS, "angle"),
         *form_rows(
             "MC_{1}RATE_P MC_{1}RATE_I MC_{1}RATE_D",
-            _TURNS,
+            _FORM_TURNS,
             "rate rate_integral slope",
             factor="MC_{1}RATE_K",
         ),
-        *form_rows("MC_{1}RATE_FF", _TURNS, "ahead"),
+        *form_rows("MC_{1}RATE_FF", _FORM_TURNS, "ahead"),
     ),
     hover=("MPC_THR_HOVER", "thrust"),
     filters=("IMU_GYRO_CUTOFF", "IMU_DGYRO_CUTOFF", "MC_YAW_TQ_CUTOFF"),
@@ -52,12 +52,12 @@ CRAZYFLIE_FORM = Form(
         ),
         *form_rows(
             "pid_attitude_{}_kp pid_attitude_{}_ki pid_attitude_{}_kd",
-            _TURNS,
+            _FORM_TURNS,
             "angle angle_integral angle_rate",
         ),
         *form_rows(
             "pid_rate_{}_kp pid_rate_{}_ki pid_rate_{}_kd pid_rate_{}_kff",
-            _TURNS,
+            _FORM_TURNS,
             "rate rate_integral slope ahead",
             DEG_PER_RAD,
         ),
@@ -154,10 +154,10 @@ BETAFLIGHT_FORM = Form(
         *form_rows(
             "angle_p_gain", "roll pitch", "angle", 0.1, near="a low-pass PT3 of 50 Hz is after it"
         ),
-        *form_rows("p_{}", _TURNS, "rate", _BETAFLIGHT_P),
+        *form_rows("p_{}", _FORM_TURNS, "rate", _BETAFLIGHT_P),
         *form_rows("i_{}", "roll pitch", "rate_integral", _BETAFLIGHT_I),
         *form_rows("i_{}", "yaw", "rate_integral", 2.5 * _BETAFLIGHT_I),
-        *form_rows("d_{}", _TURNS, "slope", _BETAFLIGHT_D),
+        *form_rows("d_{}", _FORM_TURNS, "slope", _BETAFLIGHT_D),
     ),
     filters=(
         "gyro_lpf1_dyn_min_hz",

@@ -12,7 +12,7 @@ TORQUE_STAGE_POINT = 12
 TILT_SETPOINT_POINT = 15
 RATE_SETPOINT_POINT = 17
 """Index of the first of the three points of each stage, or of the two setpoints."""
-_TURNS = ("roll", "pitch", "yaw")
+_STAGE_TURNS = ("roll", "pitch", "yaw")
 
 
 def stage_points(angle: str, tilt: str) -> dict[str, str]:
@@ -25,7 +25,7 @@ def stage_points(angle: str, tilt: str) -> dict[str, str]:
         "torque_{}": "1",
     }
     setpoints = {"{}_setpoint": tilt, "{}_rate_setpoint": f"{angle}/s"}
-    return points(stages) | points(setpoints, _TURNS[:2])
+    return points(stages) | points(setpoints, _STAGE_TURNS[:2])
 
 
 def stage_loops(
@@ -46,7 +46,7 @@ def stage_loops(
     """
     return (
         *loops_along("velocity", "", velocity),
-        *loops_about(_TURNS[: len(attitude)], angle, "", attitude),
-        *loops_about([f"{name}_rate" for name in _TURNS], "rate", "torque", rate),
+        *loops_about(_STAGE_TURNS[: len(attitude)], angle, "", attitude),
+        *loops_about([f"{name}_rate" for name in _STAGE_TURNS], "rate", "torque", rate),
         *loops_along("position", "", position, hold=True),
     )
