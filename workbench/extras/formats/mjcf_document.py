@@ -72,70 +72,55 @@ def read_mjcf_document(
     Raises:
         WorkbenchError: naming file and element, for invalid content.
     """
-    whole = _Includes(path, finder).resolved(root, (path,))
+    whole = _with_includes(path, root, finder)
     compiler = read_compiler(path, whole)
     copied, earlier = _without_replicates(whole, compiler)
     return MjcfDocument(path, copied, compiler, Defaults(copied), earlier, remarks)
 
 
-class _Includes:
-    """Copies elements, with the content of included files.
+def _with_includes(main: Path, root: Element, finder: PackageFinder) -> Element:
+    """Return a copy of a document with the content of included files.
 
     Paths are relative to the main file, or else to the including one, as in MuJoCo. It refuses a
     missing file, one that the description may not read, one twice, and includes nested too deeply.
-
-    Args:
-        main: the main file.
-        finder: knows which files the description may read.
     """
+    numbered = count(1)
+    seen: set[Path] = set()
 
-    def __init__(self, main: Path, finder: PackageFinder) -> None:
-        self._main = main
-        self._finder = finder
-        self._numbered = count(1)
-        self._seen: set[Path] = set()
-
-    def resolved(self, element: Element, files: tuple[Path, ...]) -> Element:
+    def resolved(element: Element, files: tuple[Path, ...]) -> Element:
         """Return a copy of an element of the last of the files that lead to it, main file first."""
-        if next(self._numbered) > MAX_XML_ELEMENTS:
-            raise WorkbenchError(f"{self._main}: with includes there are too many elements")
+        if next(numbered) > MAX_XML_ELEMENTS:
+            raise WorkbenchError(f"{main}: with includes there are too many elements")
         copy = element.like(element.attrib)
         copy.text = element.text
         if len(files) > 1:  # messages name the main file
-            copy.file, copy.line = self._main, 0
+            copy.file, copy.line = main, 0
             copy.owner = f"{files[-1].name}:{element.line}"
         for child in elements(element):
             if child.tag == "include":
-                file = self._included(child, files)
-                copy.extend(self.resolved(_included_root(file), (*files, file)))
+                file = included(child, files)
+                copy.extend(resolved(_included_root(file), (*files, file)))
             else:
-                copy.append(self.resolved(child, files))
+                copy.append(resolved(child, files))
         return copy
 
-    def _included(self, include: Element, files: tuple[Path, ...]) -> Path:
-        """Return the file of an include."""
+    def included(include: Element, files: tuple[Path, ...]) -> Path:
         name = include.get("file", "")
         what = f"{element_location(include)}: <include file='{shortened_text(name)}'>"
-        file = next(
-            (
-                each.parent / name
-                for each in (files[0], files[-1])
-                if (each.parent / name).is_file()
-            ),
-            None,
-        )
+        places = [each.parent / name for each in (files[0], files[-1])]
+        file = next((each for each in places if each.is_file()), None)
         if not name or file is None:
             raise WorkbenchError(f"{what}: no such file")
-        if (
-            file.resolve() in [each.resolve() for each in files]
-            or len(files) > MAX_MJCF_INCLUDE_DEPTH
-        ):
+        path = file.resolve()
+        if path in [each.resolve() for each in files] or len(files) > MAX_MJCF_INCLUDE_DEPTH:
             raise WorkbenchError(f"{what} includes itself")
-        if file.resolve() in self._seen:
+        if path in seen:
             raise WorkbenchError(f"{what}: it is included already, which MuJoCo refuses")
-        self._finder.allowed(file, what)
-        self._seen.add(file.resolve())
+        finder.allowed(file, what)
+        seen.add(path)
         return file
+
+    return resolved(root, (main,))
 
 
 def _included_root(file: Path) -> Element:

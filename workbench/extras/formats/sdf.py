@@ -22,7 +22,7 @@ from workbench.extras.formats.sdf_poses import (
     Poses,
     joint_end,
 )
-from workbench.extras.formats.sdf_shapes import ShapeReader, part_solid
+from workbench.extras.formats.sdf_shapes import link_shapes, part_solid
 from workbench.extras.formats.sdf_tree import SdfTree, build_sdf_tree
 from workbench.extras.formats.sdf_words import note_unknown_sdf
 from workbench.extras.formats.sdf_world import (
@@ -237,7 +237,6 @@ def _model(path: Path, tree: SdfTree, finder: PackageFinder, remarks: Remarks) -
     if not tree.links:
         raise WorkbenchError(f"{path}: model '{shortened_text(tree.name)}' has no link: add one")
     poses = Poses(tree, remarks)
-    shapes = ShapeReader(poses, finder, remarks)
     for joint in tree.joints:
         for sensor in joint.children("sensor"):
             remarks.add("ignored", sensor.file, sensor.title, "sensors of joints are not used")
@@ -250,8 +249,8 @@ def _model(path: Path, tree: SdfTree, finder: PackageFinder, remarks: Remarks) -
                 name=link.full_name,
                 X_ML=poses.X_MF(link.full_name),
                 inertial=read_inertial(link, poses, remarks),
-                visuals=tuple(shapes.shapes(link, "visual")),
-                collisions=tuple(shapes.shapes(link, "collision")),
+                visuals=tuple(link_shapes(link, "visual", poses, finder, remarks)),
+                collisions=tuple(link_shapes(link, "collision", poses, finder, remarks)),
             )
             for link in tree.links
         ),
