@@ -1,15 +1,26 @@
 """The physical meaning of the gains of the autopilots' laws, by which gains are translated."""
 
-from workbench.design.translate.forms import DEG_PER_RAD, Form, form_rows
+from collections.abc import Iterator
+
+from workbench.design.translate.forms import DEG_PER_RAD, Form, FormRow, form_rows
 from workbench.plant.gravity import GRAVITY
 
 _FORM_TURNS = "roll pitch yaw"
+
+
+def _rows_by_axis(
+    names: str, axes: str, parts: str, scale: float = 1.0, **others: str
+) -> Iterator[FormRow]:
+    """Yield the rows of `form_rows`, all of one axis before those of the next."""
+    for axis in axes.split():
+        yield from form_rows(names, axis, parts, scale, **others)
+
 
 PX4_FORM = Form(
     (
         *form_rows("MPC_XY_P", "x y", "place"),
         *form_rows("MPC_Z_P", "z", "place"),
-        *form_rows(
+        *_rows_by_axis(
             "MPC_XY_VEL_P_ACC MPC_XY_VEL_I_ACC MPC_XY_VEL_D_ACC",
             "x y",
             "speed speed_integral slope",
@@ -18,7 +29,7 @@ PX4_FORM = Form(
             "MPC_Z_VEL_P_ACC MPC_Z_VEL_I_ACC MPC_Z_VEL_D_ACC", "z", "speed speed_integral slope"
         ),
         *form_rows("MC_{1}_P", _FORM_TURNS, "angle"),
-        *form_rows(
+        *_rows_by_axis(
             "MC_{1}RATE_P MC_{1}RATE_I MC_{1}RATE_D",
             _FORM_TURNS,
             "rate rate_integral slope",
@@ -34,28 +45,26 @@ PX4_FORM = Form(
         "with THR_MDL_FAC other than the rotors' curve gains change with the thrust",
     ),
 )
+_PER_DEGREE = GRAVITY / DEG_PER_RAD
 CRAZYFLIE_FORM = Form(
     (
         *form_rows("posCtlPid_{}Kp posCtlPid_{}Ki", "x y z", "place place_integral"),
         *(
             row
-            for axes, scale in (("x y", GRAVITY / DEG_PER_RAD), ("z", 1.0))
+            for axis, scale in (("x", _PER_DEGREE), ("y", _PER_DEGREE), ("z", 1.0))
             for names, parts, near in (
-                (
-                    "velCtlPid_v{}Kp velCtlPid_v{}Ki velCtlPid_v{}KFF",
-                    "speed speed_integral ahead",
-                    "",
-                ),
+                ("velCtlPid_v{}Kp velCtlPid_v{}Ki", "speed speed_integral", ""),
                 ("velCtlPid_v{}Kd", "slope", "a low-pass of 20 Hz is before it"),
+                ("velCtlPid_v{}KFF", "ahead", ""),
             )
-            for row in form_rows(names, axes, parts, scale, near=near)
+            for row in form_rows(names, axis, parts, scale, near=near)
         ),
-        *form_rows(
+        *_rows_by_axis(
             "pid_attitude_{}_kp pid_attitude_{}_ki pid_attitude_{}_kd",
             _FORM_TURNS,
             "angle angle_integral angle_rate",
         ),
-        *form_rows(
+        *_rows_by_axis(
             "pid_rate_{}_kp pid_rate_{}_ki pid_rate_{}_kd pid_rate_{}_kff",
             _FORM_TURNS,
             "rate rate_integral slope ahead",
@@ -67,17 +76,24 @@ CRAZYFLIE_FORM = Form(
 )
 MELLINGER_FORM = Form(
     (
-        *form_rows(
+        *_rows_by_axis(
             "ctrlMel_kp_xy ctrlMel_kd_xy ctrlMel_ki_xy",
             "x y",
             "pull speed pull_integral",
             divisor="ctrlMel_mass",
         ),
         *form_rows("ctrlMel_kp_z ctrlMel_kd_z ctrlMel_ki_z", "z", "pull speed pull_integral"),
-        *form_rows(
-            "ctrlMel_kR_xy ctrlMel_ki_m_xy", "roll pitch", "stiffness stiffness_integral", 2.0
+        *(
+            row
+            for axis in ("roll", "pitch")
+            for name, part, scale in (
+                ("kR_xy", "stiffness", 2.0),
+                ("kw_xy", "rate", 1.0),
+                ("ki_m_xy", "stiffness_integral", 2.0),
+                ("kd_omega_rp", "slope", 1.0),
+            )
+            for row in form_rows(f"ctrlMel_{name}", axis, part, scale)
         ),
-        *form_rows("ctrlMel_kw_xy ctrlMel_kd_omega_rp", "roll pitch", "rate slope"),
         *form_rows("ctrlMel_kw_z", "yaw", "rate"),
     ),
     remarks=(
@@ -102,13 +118,15 @@ ARDUPILOT_FORM = Form(
         *(
             row
             for axis, name in _ARDUPILOT_TURNS
-            for row in (
-                *form_rows(f"ATC_ANG_{name}_P", axis, "angle", never_zero=_SQUARE_ROOT_REMARK),
-                *form_rows(
-                    " ".join(f"ATC_RAT_{name}_{term}" for term in ("P", "I", "D", "FF")),
-                    axis,
-                    "rate rate_integral slope ahead",
-                ),
+            for row in form_rows(f"ATC_ANG_{name}_P", axis, "angle", never_zero=_SQUARE_ROOT_REMARK)
+        ),
+        *(
+            row
+            for axis, name in _ARDUPILOT_TURNS
+            for row in form_rows(
+                " ".join(f"ATC_RAT_{name}_{term}" for term in ("P", "I", "D", "FF")),
+                axis,
+                "rate rate_integral slope ahead",
             )
         ),
     ),
