@@ -13,7 +13,7 @@ def states(name: str, unit: str, axes: str = "xyz", initial: float = 0.0) -> tup
     return tuple(State(f"{name}_{axis}", unit, initial) for axis in axes)
 
 
-def points(units: Mapping[str, str], axes: str = "xyz") -> dict[str, str]:
+def points(units: Mapping[str, str], axes: Sequence[str] = "xyz") -> dict[str, str]:
     """Return loop points for each axis, with their units; {} in a name stands for the axis."""
     return {name.format(axis): unit for name, unit in units.items() for axis in axes}
 

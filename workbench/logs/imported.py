@@ -19,6 +19,7 @@ from workbench.common.flight import Flight
 from workbench.common.series import Series, make_series
 from workbench.link.drone_topics import drone_signals
 from workbench.link.ros_messages.definitions import SCHEMA_SEPARATOR
+from workbench.link.ros_messages.namespace import ros_name
 from workbench.link.topics import PART_NAMES, PREFIX, value_names
 from workbench.logs.logged_topic import LoggedTopic, MessageColumn
 from workbench.logs.readers.rotations import (
@@ -119,9 +120,7 @@ def _ros_names(names: Collection[str]) -> dict[str, str]:
         if name not in found:
             signs = unicodedata.normalize("NFKD", name).lower()
             letters = "".join(each for each in signs if not unicodedata.combining(each))
-            plain = re.sub(r"[^a-z0-9_]+", "_", letters).strip("_")
-            allowed = plain if _ROS_NAME_PATTERN.fullmatch(plain) else f"n_{plain}".rstrip("_")
-            found[name] = free_name(found.values(), allowed)
+            found[name] = free_name(found.values(), ros_name(letters, "n"))
     return found
 
 

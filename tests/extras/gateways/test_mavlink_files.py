@@ -15,8 +15,8 @@ from pymavlink.mavftp_op import FTP_OP, OP_CalcFileCRC32
 
 from workbench.extras.gateways.mavlink_files import (
     ComponentMetadata,
-    FileServer,
     file_crc,
+    file_replies,
     metadata_files,
 )
 from workbench.link.hello import ParameterRow
@@ -33,11 +33,11 @@ class Wire:
 
     source_system, source_component, target_system, target_component = 255, 190, 1, 1
 
-    def __init__(self, server):
-        self.server, self.waiting, self.mav = server, [], self
+    def __init__(self, files):
+        self.files, self.waiting, self.mav = files, [], self
 
     def file_transfer_protocol_send(self, network, system, component, payload):
-        for reply in self.server.replies(bytes(payload)):
+        for reply in file_replies(self.files, bytes(payload)):
             message = mavlink.MAVLink_file_transfer_protocol_message(0, 255, 190, list(reply))
             message._header = mavlink.MAVLink_header(110, srcSystem=1, srcComponent=1)
             self.waiting.append(message)
@@ -46,10 +46,10 @@ class Wire:
         return self.waiting.pop(0) if self.waiting else None
 
 
-def read(server, name, folder):
+def read(files, name, folder):
     """Return a file as pymavlink reads it."""
     target = folder / name
-    ftp = MAVFTP(Wire(server), 1, 1)
+    ftp = MAVFTP(Wire(files), 1, 1)
     ftp.cmd_get([f"/{name}", str(target)])
     ftp.process_ftp_reply("OpenFileRO", timeout=30)
     return target.read_bytes()
@@ -58,16 +58,16 @@ def read(server, name, folder):
 @pytest.mark.parametrize("size", [0, 1, 239, 240, 20_000])
 def test_pymavlink_reads_a_file(size, tmp_path):
     content = bytes(i * 7 % 251 for i in range(size))
-    assert read(FileServer({"a.bin": content, "b": b"x"}), "a.bin", tmp_path) == content
+    assert read({"a.bin": content, "b": b"x"}, "a.bin", tmp_path) == content
 
 
 def test_a_read_has_one_answer_and_a_burst_has_many_of_which_the_last_says_so():
     """Codes of the protocol's description: 5 reads, 15 reads in a burst, 128 acknowledges."""
-    server = FileServer({"a": bytes(600)})
+    files = {"a": bytes(600)}
     answers = {}
     for opcode in (5, 15):
         request = FTP_OP(0, 0, opcode, 239, 0, 0, 0).pack()
-        answers[opcode] = [(reply[3], reply[4], reply[6]) for reply in server.replies(request)]
+        answers[opcode] = [(reply[3], reply[4], reply[6]) for reply in file_replies(files, request)]
     assert answers == {5: [(128, 239, 0)], 15: [(128, 239, 0), (128, 239, 0), (128, 122, 1)]}
 
 
@@ -80,19 +80,19 @@ def test_the_checksum_is_that_of_mavlink():
             crc = crc >> 1 ^ (0xEDB88320 if crc & 1 else 0)
     assert file_crc(content) == crc
     request = FTP_OP(0, 0, OP_CalcFileCRC32, 2, 0, 0, 0, bytearray(b"/a")).pack()
-    [reply] = FileServer({"a": content}).replies(bytes(request))
+    [reply] = file_replies({"a": content}, bytes(request))
     assert struct.unpack_from("<I", reply, 12) == (crc,)
 
 
 def test_what_is_no_request_has_no_answer_and_unknown_files_are_refused():
-    server = FileServer({"a": b"x"})
-    assert list(server.replies(b"short")) == []
+    files = {"a": b"x"}
+    assert list(file_replies(files, b"short")) == []
     for opcode, data, error in ((4, b"../etc/passwd", 10), (7, b"a", 7), (5, b"", 6)):
         request = FTP_OP(1, 0, opcode, len(data), 0, 0, 99, bytearray(data)).pack()
-        [reply] = server.replies(bytes(request))
+        [reply] = file_replies(files, bytes(request))
         assert (reply[3], reply[12]) == (129, error), opcode
     request = FTP_OP(1, 9, 5, 9, 0, 0, 0).pack()
-    [reply] = server.replies(bytes(request))
+    [reply] = file_replies(files, bytes(request))
     assert (reply[3], reply[12]) == (129, 4)
 
 

@@ -14,7 +14,7 @@ from workbench.common.errors import WorkbenchError
 from workbench.extras.gateways import ros2
 from workbench.extras.gateways.ros2 import run_ros2, serve_ros2
 from workbench.extras.gateways.ros2_options import Ros2Options
-from workbench.extras.gateways.running import MESSAGE_REPEAT_S, LinkOptions, MessageThrottle
+from workbench.extras.gateways.running import MESSAGE_REPEAT_S, LinkOptions, throttled
 from workbench.link.messages import Role
 
 DOMAIN = 101 + (os.getpid() + 25) % 100
@@ -25,7 +25,7 @@ needs_cyclone = pytest.mark.skipif(
 
 def test_a_sentence_is_not_said_again_and_again():
     said, now = [], [0.0]
-    say = MessageThrottle(said.append, lambda: now[0])
+    say = throttled(said.append, lambda: now[0])
     for sentence in ("a", "a", "b", "a"):
         say(sentence)
     assert said == ["a", "b"]

@@ -216,10 +216,26 @@ class Form:
     off: tuple[str, ...] = ()
 
 
-def form_rows(names: str, axes: str, parts: str) -> tuple[FormRow, ...]:
-    """Return rows of gains common to several axes."""
+def form_rows(
+    names: str, axes: str, parts: str, scale: float = 1.0, **others: str
+) -> tuple[FormRow, ...]:
+    """Return rows of gains of several axes.
+
+    Args:
+        names: of the gains, with `{}` for the name of the axis, or `{1}` for that in capitals.
+        axes: for which each of the gains is.
+        parts: of the loop, one for each name.
+        scale: of all rows.
+        others: texts of all rows, by their fields, with the axis as in `names`.
+    """
     return tuple(
-        FormRow(name, axis, part)
+        FormRow(
+            name.format(axis, axis.upper()),
+            axis,
+            part,
+            scale,
+            **{field: text.format(axis, axis.upper()) for field, text in others.items()},
+        )
         for name, part in zip(names.split(), parts.split(), strict=True)
         for axis in axes.split()
     )
@@ -233,10 +249,8 @@ PD_FORM = Form(
     (
         *form_rows("kp_position_xy", "x y", "place"),
         FormRow("kp_position_z", "z", "place"),
-        *(FormRow(f"kp_velocity_{axis}", axis, "speed") for axis in MOVE_AXES),
-        *(FormRow(f"kd_velocity_{axis}", axis, "slope") for axis in MOVE_AXES),
-        *(FormRow(f"kp_{axis}", axis, "stiffness") for axis in TURN_AXES[:2]),
-        *(FormRow(f"kd_{axis}", axis, "rate") for axis in TURN_AXES[:2]),
+        *form_rows("kp_velocity_{} kd_velocity_{}", "x y z", "speed slope"),
+        *form_rows("kp_{} kd_{}", "roll pitch", "stiffness rate"),
         FormRow("kp_yaw_rate", "yaw", "rate"),
     ),
     remarks=(_DRAG_REMARK,),

@@ -1,32 +1,41 @@
 """The physical meaning of the gains of the autopilots' laws, by which gains are translated."""
 
-from workbench.design.translate.forms import (
-    DEG_PER_RAD,
-    MOVE_AXES,
-    TURN_AXES,
-    Form,
-    FormRow,
-    form_rows,
-)
+from collections.abc import Iterator
+
+from workbench.design.translate.forms import DEG_PER_RAD, Form, FormRow, form_rows
 from workbench.plant.gravity import GRAVITY
+
+_FORM_TURNS = "roll pitch yaw"
+
+
+def _rows_by_axis(
+    names: str, axes: str, parts: str, scale: float = 1.0, **others: str
+) -> Iterator[FormRow]:
+    """Yield the rows of `form_rows`, all of one axis before those of the next."""
+    for axis in axes.split():
+        yield from form_rows(names, axis, parts, scale, **others)
+
 
 PX4_FORM = Form(
     (
         *form_rows("MPC_XY_P", "x y", "place"),
-        FormRow("MPC_Z_P", "z", "place"),
-        *(
-            FormRow(f"MPC_{name}_VEL_{letter}_ACC", axis, part)
-            for name, axes in (("XY", "xy"), ("Z", "z"))
-            for axis in axes
-            for letter, part in zip("PID", ("speed", "speed_integral", "slope"), strict=True)
+        *form_rows("MPC_Z_P", "z", "place"),
+        *_rows_by_axis(
+            "MPC_XY_VEL_P_ACC MPC_XY_VEL_I_ACC MPC_XY_VEL_D_ACC",
+            "x y",
+            "speed speed_integral slope",
         ),
-        *(FormRow(f"MC_{axis.upper()}_P", axis, "angle") for axis in TURN_AXES),
-        *(
-            FormRow(f"MC_{axis.upper()}RATE_{letter}", axis, part, 1.0, f"MC_{axis.upper()}RATE_K")
-            for axis in TURN_AXES
-            for letter, part in zip("PID", ("rate", "rate_integral", "slope"), strict=True)
+        *form_rows(
+            "MPC_Z_VEL_P_ACC MPC_Z_VEL_I_ACC MPC_Z_VEL_D_ACC", "z", "speed speed_integral slope"
         ),
-        *(FormRow(f"MC_{axis.upper()}RATE_FF", axis, "ahead") for axis in TURN_AXES),
+        *form_rows("MC_{1}_P", _FORM_TURNS, "angle"),
+        *_rows_by_axis(
+            "MC_{1}RATE_P MC_{1}RATE_I MC_{1}RATE_D",
+            _FORM_TURNS,
+            "rate rate_integral slope",
+            factor="MC_{1}RATE_K",
+        ),
+        *form_rows("MC_{1}RATE_FF", _FORM_TURNS, "ahead"),
     ),
     hover=("MPC_THR_HOVER", "thrust"),
     filters=("IMU_GYRO_CUTOFF", "IMU_DGYRO_CUTOFF", "MC_YAW_TQ_CUTOFF"),
@@ -36,40 +45,30 @@ PX4_FORM = Form(
         "with THR_MDL_FAC other than the rotors' curve gains change with the thrust",
     ),
 )
+_PER_DEGREE = GRAVITY / DEG_PER_RAD
 CRAZYFLIE_FORM = Form(
     (
-        *(FormRow(f"posCtlPid_{axis}Kp", axis, "place") for axis in MOVE_AXES),
-        *(FormRow(f"posCtlPid_{axis}Ki", axis, "place_integral") for axis in MOVE_AXES),
+        *form_rows("posCtlPid_{}Kp posCtlPid_{}Ki", "x y z", "place place_integral"),
         *(
-            FormRow(
-                f"velCtlPid_v{axis}{name}",
-                axis,
-                part,
-                1.0 if axis == "z" else GRAVITY / DEG_PER_RAD,
-                near=near,
+            row
+            for axis, scale in (("x", _PER_DEGREE), ("y", _PER_DEGREE), ("z", 1.0))
+            for names, parts, near in (
+                ("velCtlPid_v{}Kp velCtlPid_v{}Ki", "speed speed_integral", ""),
+                ("velCtlPid_v{}Kd", "slope", "a low-pass of 20 Hz is before it"),
+                ("velCtlPid_v{}KFF", "ahead", ""),
             )
-            for axis in MOVE_AXES
-            for name, part, near in (
-                ("Kp", "speed", ""),
-                ("Ki", "speed_integral", ""),
-                ("Kd", "slope", "a low-pass of 20 Hz is before it"),
-                ("KFF", "ahead", ""),
-            )
+            for row in form_rows(names, axis, parts, scale, near=near)
         ),
-        *(
-            FormRow(f"pid_attitude_{axis}_{name}", axis, part)
-            for axis in TURN_AXES
-            for name, part in (("kp", "angle"), ("ki", "angle_integral"), ("kd", "angle_rate"))
+        *_rows_by_axis(
+            "pid_attitude_{}_kp pid_attitude_{}_ki pid_attitude_{}_kd",
+            _FORM_TURNS,
+            "angle angle_integral angle_rate",
         ),
-        *(
-            FormRow(f"pid_rate_{axis}_{name}", axis, part, DEG_PER_RAD)
-            for axis in TURN_AXES
-            for name, part in (
-                ("kp", "rate"),
-                ("ki", "rate_integral"),
-                ("kd", "slope"),
-                ("kff", "ahead"),
-            )
+        *_rows_by_axis(
+            "pid_rate_{}_kp pid_rate_{}_ki pid_rate_{}_kd pid_rate_{}_kff",
+            _FORM_TURNS,
+            "rate rate_integral slope ahead",
+            DEG_PER_RAD,
         ),
     ),
     hover=("posCtlPid_thrustBase", "thrust"),
@@ -77,26 +76,25 @@ CRAZYFLIE_FORM = Form(
 )
 MELLINGER_FORM = Form(
     (
-        *(
-            FormRow(f"ctrlMel_{name}_xy", axis, part, divisor="ctrlMel_mass")
-            for axis in "xy"
-            for name, part in (("kp", "pull"), ("kd", "speed"), ("ki", "pull_integral"))
+        *_rows_by_axis(
+            "ctrlMel_kp_xy ctrlMel_kd_xy ctrlMel_ki_xy",
+            "x y",
+            "pull speed pull_integral",
+            divisor="ctrlMel_mass",
         ),
+        *form_rows("ctrlMel_kp_z ctrlMel_kd_z ctrlMel_ki_z", "z", "pull speed pull_integral"),
         *(
-            FormRow(f"ctrlMel_{name}_z", "z", part)
-            for name, part in (("kp", "pull"), ("kd", "speed"), ("ki", "pull_integral"))
-        ),
-        *(
-            FormRow(f"ctrlMel_{name}", axis, part, scale)
-            for axis in TURN_AXES[:2]
+            row
+            for axis in ("roll", "pitch")
             for name, part, scale in (
                 ("kR_xy", "stiffness", 2.0),
                 ("kw_xy", "rate", 1.0),
                 ("ki_m_xy", "stiffness_integral", 2.0),
                 ("kd_omega_rp", "slope", 1.0),
             )
+            for row in form_rows(f"ctrlMel_{name}", axis, part, scale)
         ),
-        FormRow("ctrlMel_kw_z", "yaw", "rate"),
+        *form_rows("ctrlMel_kw_z", "yaw", "rate"),
     ),
     remarks=(
         "the error of attitude is twice the sine of the angle: with large ones it is softer",
@@ -106,37 +104,29 @@ MELLINGER_FORM = Form(
 _INNER_LOOP_REMARK = "a loop of the acceleration is inside it, PSC_D_ACC"
 _SLOPE_REMARK = "it differentiates the velocity, where others have the estimated acceleration"
 _SQUARE_ROOT_REMARK = "0 would leave the square root of the error, not nothing"
-_SHORT_AXIS_NAMES = dict(zip(TURN_AXES, ("RLL", "PIT", "YAW"), strict=True))
+_ARDUPILOT_TURNS = (("roll", "RLL"), ("pitch", "PIT"), ("yaw", "YAW"))
 ARDUPILOT_FORM = Form(
     (
         *form_rows("PSC_NE_POS_P PSC_NE_VEL_P PSC_NE_VEL_I", "x y", "place speed speed_integral"),
-        *(FormRow("PSC_NE_VEL_D", axis, "slope", near=_SLOPE_REMARK) for axis in MOVE_AXES[:2]),
-        *(
-            FormRow(f"PSC_D_{name}", "z", part, near=_INNER_LOOP_REMARK)
-            for name, part in (
-                ("POS_P", "place"),
-                ("VEL_P", "speed"),
-                ("VEL_I", "speed_integral"),
-                ("VEL_D", "slope"),
-            )
+        *form_rows("PSC_NE_VEL_D", "x y", "slope", near=_SLOPE_REMARK),
+        *form_rows(
+            "PSC_D_POS_P PSC_D_VEL_P PSC_D_VEL_I PSC_D_VEL_D",
+            "z",
+            "place speed speed_integral slope",
+            near=_INNER_LOOP_REMARK,
         ),
         *(
-            FormRow(
-                f"ATC_ANG_{_SHORT_AXIS_NAMES[axis]}_P",
+            row
+            for axis, name in _ARDUPILOT_TURNS
+            for row in form_rows(f"ATC_ANG_{name}_P", axis, "angle", never_zero=_SQUARE_ROOT_REMARK)
+        ),
+        *(
+            row
+            for axis, name in _ARDUPILOT_TURNS
+            for row in form_rows(
+                " ".join(f"ATC_RAT_{name}_{term}" for term in ("P", "I", "D", "FF")),
                 axis,
-                "angle",
-                never_zero=_SQUARE_ROOT_REMARK,
-            )
-            for axis in TURN_AXES
-        ),
-        *(
-            FormRow(f"ATC_RAT_{_SHORT_AXIS_NAMES[axis]}_{name}", axis, part)
-            for axis in TURN_AXES
-            for name, part in (
-                ("P", "rate"),
-                ("I", "rate_integral"),
-                ("D", "slope"),
-                ("FF", "ahead"),
+                "rate rate_integral slope ahead",
             )
         ),
     ),
@@ -152,7 +142,7 @@ ARDUPILOT_FORM = Form(
         "PSC_D_ACC_FLTD",
         *(
             f"ATC_RAT_{each}_{low}"
-            for each in _SHORT_AXIS_NAMES.values()
+            for _, each in _ARDUPILOT_TURNS
             for low in ("FLTT", "FLTE", "FLTD")
         ),
     ),
@@ -179,18 +169,13 @@ BETAFLIGHT_FORM = Form(
             "place speed speed_integral",
         ),
         *form_rows("outer_p_height outer_p_climb outer_i_climb", "z", "place speed speed_integral"),
-        *(
-            FormRow("angle_p_gain", axis, "angle", 0.1, near="a low-pass PT3 of 50 Hz is after it")
-            for axis in TURN_AXES[:2]
+        *form_rows(
+            "angle_p_gain", "roll pitch", "angle", 0.1, near="a low-pass PT3 of 50 Hz is after it"
         ),
-        *(FormRow(f"p_{axis}", axis, "rate", _BETAFLIGHT_P) for axis in TURN_AXES),
-        *(
-            FormRow(
-                f"i_{axis}", axis, "rate_integral", (2.5 if axis == "yaw" else 1.0) * _BETAFLIGHT_I
-            )
-            for axis in TURN_AXES
-        ),
-        *(FormRow(f"d_{axis}", axis, "slope", _BETAFLIGHT_D) for axis in TURN_AXES),
+        *form_rows("p_{}", _FORM_TURNS, "rate", _BETAFLIGHT_P),
+        *form_rows("i_{}", "roll pitch", "rate_integral", _BETAFLIGHT_I),
+        *form_rows("i_{}", "yaw", "rate_integral", 2.5 * _BETAFLIGHT_I),
+        *form_rows("d_{}", _FORM_TURNS, "slope", _BETAFLIGHT_D),
     ),
     filters=(
         "gyro_lpf1_dyn_min_hz",

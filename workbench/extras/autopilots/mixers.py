@@ -1,6 +1,6 @@
 """Mixers of the autopilots, for up to eight motors: from torques and thrust to motor signals."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import TypeVarTuple
 
 import numpy as np
@@ -28,6 +28,8 @@ MIXER_NUMBER_NAMES = tuple(
 """Names of the numbers of `column_numbers`."""
 MIN_MOMENT_SHARE = 1e-9
 """A moment below this share of the largest one counts as zero."""
+DEFAULTS_VALID_RATIO = 1.6
+"""A vehicle within this factor of what an autopilot's defaults are for flies with them."""
 TORQUE_SCALE_NAMES = ("roll_scale", "pitch_scale", "yaw_scale")
 """Torque in a column's unit over the moment for a thrust of 1 at each motor [1/m]."""
 
@@ -78,6 +80,12 @@ def hover_authority(
     effects = np.array([[each.m_x, each.m_y, each.m_z, each.force] for each in rotors])
     found = (effects * mix * slopes[:, None]).sum(axis=0)
     return found / [*np.diagonal(frame.inertia_T), 1.0]
+
+
+def flies_with_defaults(own: Iterable[float], reference: Iterable[float]) -> list[bool]:
+    """Return for each effect of a vehicle whether it is near that which defaults are for."""
+    pairs = zip(own, reference, strict=True)
+    return [1.0 / DEFAULTS_VALID_RATIO < a / b < DEFAULTS_VALID_RATIO for a, b in pairs]
 
 
 def check_motors(effects: np.ndarray, mixer: str) -> None:

@@ -34,6 +34,8 @@ from workbench.common.plain_text import file_stem
 from workbench.extras.flightdata.predict_command import found_logs
 
 if TYPE_CHECKING:
+    import numpy as np
+
     from workbench.common.flight import Flight
     from workbench.extras.flightdata.identify.report import IdentificationReport
     from workbench.extras.flightdata.identify.trim import RotorTrim
@@ -142,16 +144,24 @@ def _identified(
         return make_report(vehicle, flights, args.logs, progress, stopped)
 
 
-def _trims(vehicle: "Vehicle", records: "list[Flight]", order: list[int]) -> "list[RotorTrim]":
-    """Return the state of rotors in the hover of the first log, or nothing if unknown."""
-    from workbench.extras.flightdata.identify.trim import SHARE_THRUST_EXPONENT, trim
+def _hover_commands(
+    vehicle: "Vehicle", record: "Flight", order: list[int]
+) -> "tuple[np.ndarray, np.ndarray, float]":
+    """Return times and motor commands of a log, and the exponent of thrust over them."""
+    from workbench.extras.flightdata.identify.trim import SHARE_THRUST_EXPONENT
     from workbench.logs.motor_commands import ROTOR_SPEED_COMMANDS, motor_commands
 
-    time, commands, kind = motor_commands(records[0], len(vehicle.rotors), order)
+    time, commands, kind = motor_commands(record, len(vehicle.rotors), order)
+    return time, commands, 2.0 if kind == ROTOR_SPEED_COMMANDS else SHARE_THRUST_EXPONENT
+
+
+def _trims(vehicle: "Vehicle", records: "list[Flight]", order: list[int]) -> "list[RotorTrim]":
+    """Return the state of rotors in the hover of the first log, or nothing if unknown."""
+    from workbench.extras.flightdata.identify.trim import trim
+
+    commands = _hover_commands(vehicle, records[0], order)
     try:
-        return trim(
-            vehicle, time, commands, 2.0 if kind == ROTOR_SPEED_COMMANDS else SHARE_THRUST_EXPONENT
-        )
+        return trim(vehicle, *commands)
     except WorkbenchError as reason:
         print_message(f"single rotors are not judged: {reason}")
         return []
@@ -159,22 +169,15 @@ def _trims(vehicle: "Vehicle", records: "list[Flight]", order: list[int]) -> "li
 
 def _report_trims(args: argparse.Namespace, vehicle: "Vehicle", records: "list[Flight]") -> int:
     """Report only on rotors, for logs without an IMU."""
-    from workbench.extras.flightdata.identify.trim import SHARE_THRUST_EXPONENT, trim
-    from workbench.logs.motor_commands import ROTOR_SPEED_COMMANDS, motor_commands
+    from workbench.extras.flightdata.identify.trim import trim
 
     told = []
     for record in records:
-        time, commands, kind = motor_commands(record, len(vehicle.rotors), args.order)
+        commands = _hover_commands(vehicle, record, args.order)
         try:
-            rows = trim(
-                vehicle,
-                time,
-                commands,
-                2.0 if kind == ROTOR_SPEED_COMMANDS else SHARE_THRUST_EXPONENT,
-            )
+            told.append((record, trim(vehicle, *commands)))
         except WorkbenchError as error:
             raise WorkbenchError(f"{record.source}: {error}") from None
-        told.append((record, rows))
     reason = "the log has no gyro and accelerometer: it shows only the rotors' shares in hover"
     result = [
         {"log": record.source, "refused": {"all else": reason}, "trim": rows}

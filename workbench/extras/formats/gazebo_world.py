@@ -13,8 +13,8 @@ from workbench.extras.formats.detachable_joint import held_models
 from workbench.extras.formats.sdf_include import SdfFile, SdfFiles
 from workbench.extras.formats.sdf_node import Node, sdf_number, sdf_triple
 from workbench.extras.formats.sdf_poses import MODEL_FRAME_NAME, Poses
-from workbench.extras.formats.sdf_shapes import ShapeReader
-from workbench.extras.formats.sdf_tree import SdfTree, build_world_tree
+from workbench.extras.formats.sdf_shapes import link_shapes
+from workbench.extras.formats.sdf_tree import SdfTree, build_sdf_tree
 from workbench.extras.formats.sdf_world import (
     gazebo_scenery_name,
     has_motors,
@@ -99,7 +99,7 @@ def _world_models(file: SdfFile, files: SdfFiles, remarks: Remarks) -> list[SdfT
         if gazebo_scenery_name(top):
             continue
         try:
-            tree = build_world_tree(file, top, files, trees)
+            tree = build_sdf_tree(file, top, files, trees)
             tree.check_complete()
         except WorkbenchError as fault:
             text = str(fault).removeprefix(f"{file.path}:{top.element.line}: ")
@@ -146,7 +146,6 @@ def _base(tree: SdfTree) -> str:
 
 def _links(tree: SdfTree, poses: Poses, finder: PackageFinder, remarks: Remarks) -> list[Link]:
     """Return the links of all models, with poses in the world."""
-    reader = ShapeReader(poses, finder, remarks)
     links = []
     for node in tree.links:
         solid = without_planes(node, poses, remarks)
@@ -155,8 +154,8 @@ def _links(tree: SdfTree, poses: Poses, finder: PackageFinder, remarks: Remarks)
                 name=node.full_name,
                 X_ML=poses.X_MF(node.full_name),
                 inertial=None,
-                visuals=tuple(reader.shapes(solid, "visual")),
-                collisions=tuple(reader.shapes(solid, "collision")),
+                visuals=tuple(link_shapes(solid, "visual", poses, finder, remarks)),
+                collisions=tuple(link_shapes(solid, "collision", poses, finder, remarks)),
             )
         )
     return links

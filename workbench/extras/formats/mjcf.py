@@ -10,9 +10,9 @@ from pydrake.math import RigidTransform
 
 from workbench.common.errors import WorkbenchError
 from workbench.extras.formats.mjcf_body import MjcfBodyReader
-from workbench.extras.formats.mjcf_compiler import Compiler, read_compiler
+from workbench.extras.formats.mjcf_compiler import Compiler
 from workbench.extras.formats.mjcf_defaults import Defaults
-from workbench.extras.formats.mjcf_document import Copies, with_includes, without_replicates
+from workbench.extras.formats.mjcf_document import MjcfDocument, read_mjcf_document
 from workbench.extras.formats.mjcf_elements import elements, elements_of, padded_numbers
 from workbench.extras.formats.mjcf_meshes import Meshes
 from workbench.extras.formats.mjcf_motors import SitePoses, joint_servos, read_actuators
@@ -62,25 +62,23 @@ def read_mjcf(path: Path, root: Element, finder: PackageFinder, remarks: Remarks
         WorkbenchError: naming file and element, for invalid content, and for any that may decide
             mass, inertia or thrust and is not read.
     """
-    root = with_includes(path, root, finder)
-    compiler = read_compiler(path, root)
-    root, copies = without_replicates(root, compiler)
-    defaults = Defaults(root)
-    drive_by_joints(root, defaults)
+    document = read_mjcf_document(path, root, finder, remarks)
+    root, compiler = document.root, document.compiler
+    drive_by_joints(root, document.defaults)
     tops = [
         each
         for world in elements(root, "worldbody")
         for each in _bodies(world, "", RigidTransform(), compiler)
     ]
-    drone, loads = _free_bodies(path, root, tops, defaults, remarks)
+    drone, loads = _free_bodies(document, tops)
     flying = (drone, *loads)
     check_mjcf_attributes(path, root, [each.element for each in flying], remarks)
     bodies, geoms = (
         sum(1 for each in flying for _ in each.element.iter(tag)) for tag in ("body", "geom")
     )
     refuse_too_many(path, bodies, geoms, 0)
-    meshes = Meshes(path, root, compiler, defaults, finder)
-    reader = MjcfBodyReader(path, root, compiler, defaults, meshes, remarks)
+    meshes = Meshes(document, finder)
+    reader = MjcfBodyReader(document, meshes)
     reader.add(drone.element, RigidTransform(), "", drone.childclass)
     base, hung = reader.links[0].name, []
     for load in loads:
@@ -92,10 +90,12 @@ def read_mjcf(path: Path, root: Element, finder: PackageFinder, remarks: Remarks
     links = reader.links
     refuse_too_many(path, 0, 0, sum(len(link.collisions) for link in links))
     if compiler.settotalmass > 0.0:
-        others = MjcfBodyReader(path, root, compiler, defaults, meshes, Remarks())
+        others = MjcfBodyReader(document._replace(remarks=Remarks()), meshes)
         for top in tops:
             others.add(top.element, RigidTransform(), "", top.childclass)
         links = _scaled_to_total_mass(path, links, others.links, compiler.settotalmass)
+    freedoms = (each for joint in reader.joints for each in joint.freedoms)
+    names = [each.name for each in freedoms if each.kind != "ball"]
     model = Model(
         source=path,
         name=root.get("model") or path.name.partition(".")[0],
@@ -104,27 +104,11 @@ def read_mjcf(path: Path, root: Element, finder: PackageFinder, remarks: Remarks
         frames=(),
         sensors=(),
         plugins=(),
-        actuators=tuple(
-            read_actuators(
-                path,
-                root,
-                compiler,
-                defaults,
-                reader.sites,
-                copies,
-                remarks,
-                driven=[
-                    each.name
-                    for joint in reader.joints
-                    for each in joint.freedoms
-                    if each.kind != "ball"
-                ],
-            )
-        ),
-        cables=tuple(read_tendons(path, root, compiler, defaults, reader.sites, hung, remarks)),
+        actuators=tuple(read_actuators(document, reader.sites, names)),
+        cables=tuple(read_tendons(document, reader.sites, hung)),
     )
-    driven = _driven_joints(path, root, compiler, defaults, copies, reader, remarks)
-    mimics = _equal_joints(path, root, driven, copies, reader.sites, body_roots(model, base))
+    driven = _driven_joints(document, reader)
+    mimics = _equal_joints(document, driven, reader.sites, body_roots(model, base))
     joints = tuple(replace(joint, mimic=mimics.get(joint.name)) for joint in driven)
     return replace(model, joints=joints)
 
@@ -174,17 +158,12 @@ class _TopBody(NamedTuple):
     X_WB: RigidTransform
 
 
-def _free_bodies(
-    path: Path,
-    root: Element,
-    tops: list[_TopBody],
-    defaults: Defaults,
-    remarks: Remarks,
-) -> tuple[_TopBody, list[_TopBody]]:
+def _free_bodies(document: MjcfDocument, tops: list[_TopBody]) -> tuple[_TopBody, list[_TopBody]]:
     """Return the drone, and the loads that hang on it by tendons; a remark has what is left out.
 
     Of several free bodies the drone is the one with actuators, or the first.
     """
+    path, root, _, defaults, _, remarks = document
     free = [top for top in tops if list(_free_joints(top.element, top.childclass, defaults))]
     if not free:
         names = listed_names([top.element.get("name", "without a name") for top in tops])
@@ -275,21 +254,12 @@ def _free_joints(body: Element, childclass: str, defaults: Defaults) -> Iterator
                 yield joint
 
 
-def _driven_joints(
-    path: Path,
-    root: Element,
-    compiler: Compiler,
-    defaults: Defaults,
-    copies: Copies,
-    reader: MjcfBodyReader,
-    remarks: Remarks,
-) -> list[Joint]:
+def _driven_joints(document: MjcfDocument, reader: MjcfBodyReader) -> list[Joint]:
     """Return the joints of a body with their servos, and with what actuators add to them."""
     servos: dict[str, Servo] = {}
     added: dict[str, np.ndarray] = {}
-    for driven in joint_servos(path, root, compiler, defaults, copies, remarks):
-        name, servo = driven.name, driven.servo
-        added[name] = added.get(name, np.zeros(2)) + (driven.armature, driven.damping)
+    for name, servo, more in joint_servos(document):
+        added[name] = added.get(name, np.zeros(2)) + more
         if servo is None:
             continue
         before = servos.get(name)
@@ -298,7 +268,8 @@ def _driven_joints(
             servos[name] = replace(before, damping=damping)
         elif before:
             text = "another actuator drives it; not used"
-            remarks.add("ignored", path, f"actuator of joint '{shortened_text(name)}'", text)
+            what = f"actuator of joint '{shortened_text(name)}'"
+            document.remarks.add("ignored", document.path, what, text)
         else:
             servos[name] = servo.shifted(-reader.references.get(name, 0.0))
 
@@ -320,20 +291,16 @@ def _driven_joints(
 
 
 def _equal_joints(
-    path: Path,
-    root: Element,
+    document: MjcfDocument,
     joints: Sequence[Joint],
-    copies: Copies,
     sites: SitePoses,
     roots: Mapping[str, str],
 ) -> dict[str, Mimic]:
     """Return what joints follow, by their names, from `<equality>`.
 
     Args:
-        path: of the file.
-        root: of the document.
+        document: with the equalities.
         joints: of the drone and its loads.
-        copies: what `<replicate>` did to the names of joints.
         sites: link and pose of the sites.
         roots: for each link, the first of those that fly as one body with it.
 
@@ -344,7 +311,7 @@ def _equal_joints(
     known = {name for joint in joints for name in joint.freedom_names}
     followers = {joint.name for joint in joints if len(joint.freedoms) <= 1}
     found = {}
-    for element in elements_of(root, "equality"):
+    for element in elements_of(document.root, "equality"):
         name = shortened_text(element.get("name", ""))
         what = f"{element_location(element)}: <{element.tag} {name}>"
         if element.get("active", "true") == "false":
@@ -372,7 +339,7 @@ def _equal_joints(
             )
         offset, multiplier = coefficients[:2]
         follower = element.get("joint1", "")
-        for suffix in copies.suffixes("joint", follower):
+        for suffix in document.suffixes("joint", follower):
             own = leader + suffix if leader + suffix in known else leader
             if follower + suffix in known - followers:
                 raise WorkbenchError(

@@ -3,7 +3,6 @@
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 from pydrake.math import RigidTransform, RotationMatrix
@@ -11,7 +10,7 @@ from pydrake.math import RigidTransform, RotationMatrix
 from workbench.common.errors import WorkbenchError
 from workbench.common.vectors import float_triple
 from workbench.extras.formats.mjcf_compiler import Compiler
-from workbench.extras.formats.mjcf_defaults import Defaults
+from workbench.extras.formats.mjcf_document import MjcfDocument
 from workbench.extras.formats.mjcf_elements import (
     elements,
     elements_of,
@@ -29,7 +28,7 @@ from workbench.extras.formats.mjcf_geom import (
 from workbench.extras.formats.mjcf_limits import joint_range, stated_limits
 from workbench.extras.formats.mjcf_meshes import Meshes
 from workbench.extras.formats.mjcf_pose import pose_of
-from workbench.extras.formats.solids import HomogeneousSolid, combined_inertial
+from workbench.extras.formats.solids import solid_inertial
 from workbench.plant.formats.colours import Colour
 from workbench.plant.formats.joint_limits import has_range
 from workbench.plant.formats.values import (
@@ -39,8 +38,8 @@ from workbench.plant.formats.values import (
     shortened_text,
 )
 from workbench.plant.formats.xml import Element, element_location
+from workbench.plant.gathered import whole_inertial
 from workbench.plant.model import Freedom, Inertial, Joint, Link, LinkShape, inertial_of
-from workbench.plant.remarks import Remarks
 from workbench.plant.sensors import free_name
 from workbench.plant.shapes import Box, Capsule, Cylinder, Ellipsoid, GeometryShape, Sphere
 
@@ -68,35 +67,21 @@ class _Geom:
     element: Element
     X_LG: RigidTransform
     shape: GeometryShape | None
-    solid: HomogeneousSolid | None
+    solid: Inertial | None
 
 
 class MjcfBodyReader:
     """Reads links, joints and sites of a body and its descendants.
 
     Args:
-        path: of the file.
-        root: of the document.
-        compiler: its settings.
-        defaults: its defaults.
+        document: with the body.
         meshes: its meshes.
-        remarks: receives remarks on unusable parts.
     """
 
-    def __init__(
-        self,
-        path: Path,
-        root: Element,
-        compiler: Compiler,
-        defaults: Defaults,
-        meshes: Meshes,
-        remarks: Remarks,
-    ) -> None:
-        self._path = path
-        self._compiler = compiler
-        self._defaults = defaults
-        self._meshes = meshes
-        self._remarks = remarks
+    def __init__(self, document: MjcfDocument, meshes: Meshes) -> None:
+        self._path, self._remarks = document.path, document.remarks
+        self._compiler, self._defaults = document.compiler, document.defaults
+        self._meshes, root = meshes, document.root
         self._colours: dict[str, Colour] = {}
         self.sites: dict[str, tuple[str, RigidTransform]] = {}
         self.links: list[Link] = []
@@ -172,12 +157,13 @@ class MjcfBodyReader:
                     yield child, X_LF, childclass
 
     def _inertial(
-        self, body: Element, given: list[PlacedElement], solids: list[HomogeneousSolid]
+        self, body: Element, given: list[PlacedElement], solids: list[Inertial]
     ) -> Inertial | None:
         """Return mass and inertia of a body (mjCBody::Compile)."""
         compiler = self._compiler
-        if solids:
-            found = combined_inertial(solids)
+        whole = whole_inertial([(RigidTransform(), solid) for solid in solids])
+        if whole:
+            found = whole
         elif given:
             found = self._given_inertial(*given[0])
         elif compiler.boundmass > 0.0:  # MuJoCo takes the pose of the body as that of its inertia
@@ -348,7 +334,7 @@ class MjcfBodyReader:
             name, element, X_LG, shape, geom_solid(element, X_LG, shape) if weighs else None
         )
 
-    def _mesh_solid(self, element: Element, X_LG: RigidTransform) -> HomogeneousSolid | None:
+    def _mesh_solid(self, element: Element, X_LG: RigidTransform) -> Inertial | None:
         """Return a mesh as a solid."""
         if is_true_attribute(element, "shellinertia", "false"):
             raise mjcf_error(
@@ -357,7 +343,7 @@ class MjcfBodyReader:
         mesh = self._meshes.inertia(element)
         X_LS = X_LG @ RigidTransform(RotationMatrix(mesh.R), mesh.p)
         mass = geom_mass(element, mesh.size)
-        return HomogeneousSolid(mass, X_LS, mesh.moments) if mass > MIN_GEOM_MASS_KG else None
+        return solid_inertial(mass, X_LS, mesh.moments) if mass > MIN_GEOM_MASS_KG else None
 
     def _sized(
         self, element: Element, kind: str, pose: RigidTransform

@@ -1,15 +1,16 @@
 """The document of an MJCF file as MuJoCo sees it: includes, copies, settings and defaults."""
 
 import math
-from collections.abc import Iterator
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import count
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
 from workbench.common.errors import WorkbenchError
-from workbench.extras.formats.mjcf_compiler import Compiler
+from workbench.extras.formats.mjcf_compiler import Compiler, read_compiler
+from workbench.extras.formats.mjcf_defaults import Defaults
 from workbench.extras.formats.mjcf_elements import attribute_fault, elements
 from workbench.extras.formats.mjcf_pose import rotation_from_euler
 from workbench.plant.formats.values import (
@@ -19,6 +20,7 @@ from workbench.plant.formats.values import (
 )
 from workbench.plant.formats.xml import MAX_XML_ELEMENTS, Element, element_location, read_xml
 from workbench.plant.packages import PackageFinder
+from workbench.plant.remarks import Remarks
 
 MAX_MJCF_INCLUDE_DEPTH = 20
 """Largest depth of nested includes."""
@@ -26,73 +28,99 @@ MAX_REPLICATED_ELEMENTS = 20_000
 """Largest number of elements that `<replicate>` makes, more than any drone has."""
 
 
-def with_includes(path: Path, root: Element, finder: PackageFinder) -> Element:
-    """Return a document with its `<include>` elements replaced by the included content.
+class MjcfDocument(NamedTuple):
+    """A document as it is read.
 
-    Paths are relative to the main file, or else to the including one, as in MuJoCo.
-
-    Raises:
-        WorkbenchError: naming an include of a missing file, of one that the description may not
-            read, of one twice, or nested too deeply.
+    Attributes:
+        path: of the main file.
+        root: its root, without includes and `<replicate>`.
+        compiler: its settings.
+        defaults: its defaults.
+        earlier: for tag and name of each copy that `<replicate>` made of a site or a joint, the
+            names that it had before, the one in the file first.
+        remarks: receives remarks on what is not read, or otherwise.
     """
-    return _Includes(path, finder).resolved(root, (path,))
+
+    path: Path
+    root: Element
+    compiler: Compiler
+    defaults: Defaults
+    earlier: Mapping[tuple[str, str], Sequence[str]]
+    remarks: Remarks
+
+    def suffixes(self, tag: str, name: str) -> list[str]:
+        """Return what was added to a name for each of its copies, "" if there are none."""
+        found = [
+            copy.removeprefix(name)
+            for (kind, copy), names in self.earlier.items()
+            if kind == tag and name in names
+        ]
+        return found or [""]
 
 
-class _Includes:
-    """Copies elements, with the content of included files.
+def read_mjcf_document(
+    path: Path, root: Element, finder: PackageFinder, remarks: Remarks
+) -> MjcfDocument:
+    """Return a document with included files, and with copies in place of `<replicate>`.
 
     Args:
-        main: the main file.
+        path: the main file.
+        root: its root element.
         finder: knows which files the description may read.
+        remarks: see `MjcfDocument`.
+
+    Raises:
+        WorkbenchError: naming file and element, for invalid content.
     """
+    whole = _with_includes(path, root, finder)
+    compiler = read_compiler(path, whole)
+    copied, earlier = _without_replicates(whole, compiler)
+    return MjcfDocument(path, copied, compiler, Defaults(copied), earlier, remarks)
 
-    def __init__(self, main: Path, finder: PackageFinder) -> None:
-        self._main = main
-        self._finder = finder
-        self._numbered = count(1)
-        self._seen: set[Path] = set()
 
-    def resolved(self, element: Element, files: tuple[Path, ...]) -> Element:
+def _with_includes(main: Path, root: Element, finder: PackageFinder) -> Element:
+    """Return a copy of a document with the content of included files.
+
+    Paths are relative to the main file, or else to the including one, as in MuJoCo. It refuses a
+    missing file, one that the description may not read, one twice, and includes nested too deeply.
+    """
+    numbered = count(1)
+    seen: set[Path] = set()
+
+    def resolved(element: Element, files: tuple[Path, ...]) -> Element:
         """Return a copy of an element of the last of the files that lead to it, main file first."""
-        if next(self._numbered) > MAX_XML_ELEMENTS:
-            raise WorkbenchError(f"{self._main}: with includes there are too many elements")
+        if next(numbered) > MAX_XML_ELEMENTS:
+            raise WorkbenchError(f"{main}: with includes there are too many elements")
         copy = element.like(element.attrib)
         copy.text = element.text
         if len(files) > 1:  # messages name the main file
-            copy.file, copy.line = self._main, 0
+            copy.file, copy.line = main, 0
             copy.owner = f"{files[-1].name}:{element.line}"
         for child in elements(element):
             if child.tag == "include":
-                file = self._included(child, files)
-                copy.extend(self.resolved(_included_root(file), (*files, file)))
+                file = included(child, files)
+                copy.extend(resolved(_included_root(file), (*files, file)))
             else:
-                copy.append(self.resolved(child, files))
+                copy.append(resolved(child, files))
         return copy
 
-    def _included(self, include: Element, files: tuple[Path, ...]) -> Path:
-        """Return the file of an include."""
+    def included(include: Element, files: tuple[Path, ...]) -> Path:
         name = include.get("file", "")
         what = f"{element_location(include)}: <include file='{shortened_text(name)}'>"
-        file = next(
-            (
-                each.parent / name
-                for each in (files[0], files[-1])
-                if (each.parent / name).is_file()
-            ),
-            None,
-        )
+        places = [each.parent / name for each in (files[0], files[-1])]
+        file = next((each for each in places if each.is_file()), None)
         if not name or file is None:
             raise WorkbenchError(f"{what}: no such file")
-        if (
-            file.resolve() in [each.resolve() for each in files]
-            or len(files) > MAX_MJCF_INCLUDE_DEPTH
-        ):
+        path = file.resolve()
+        if path in [each.resolve() for each in files] or len(files) > MAX_MJCF_INCLUDE_DEPTH:
             raise WorkbenchError(f"{what} includes itself")
-        if file.resolve() in self._seen:
+        if path in seen:
             raise WorkbenchError(f"{what}: it is included already, which MuJoCo refuses")
-        self._finder.allowed(file, what)
-        self._seen.add(file.resolve())
+        finder.allowed(file, what)
+        seen.add(path)
         return file
+
+    return resolved(root, (main,))
 
 
 def _included_root(file: Path) -> Element:
@@ -105,33 +133,14 @@ def _included_root(file: Path) -> Element:
     return root
 
 
-@dataclass
-class Copies:
-    """The names that `<replicate>` gave to sites and joints.
-
-    Attributes:
-        earlier: for tag and name of each copy, the names that it had before, the one in the file
-            first.
-    """
-
-    earlier: dict[tuple[str, str], list[str]] = field(default_factory=dict)
-
-    def suffixes(self, tag: str, name: str) -> list[str]:
-        """Return what was added to a name for each of its copies, "" if there are none."""
-        found = [
-            copy.removeprefix(name)
-            for (kind, copy), names in self.earlier.items()
-            if kind == tag and name in names
-        ]
-        return found or [""]
-
-
 _REFERRED_TAGS = ("site", "joint")
 """Elements of a body that actuators refer to, which are copied with them."""
 
 
-def without_replicates(root: Element, compiler: Compiler) -> tuple[Element, Copies]:
-    """Return a document with each `<replicate>` replaced by a `<frame>` for each copy.
+def _without_replicates(
+    root: Element, compiler: Compiler
+) -> tuple[Element, dict[tuple[str, str], list[str]]]:
+    """Return a document with a `<frame>` for each copy of a `<replicate>`, and their earlier names.
 
     The i-th copy is turned by i times `euler`, and shifted from the one before by `offset`, turned
     like that one. Names get the number of the copy, with as many digits as `count` has (MuJoCo's
@@ -144,7 +153,7 @@ def without_replicates(root: Element, compiler: Compiler) -> tuple[Element, Copi
     Raises:
         WorkbenchError: for an invalid count, or too many copies.
     """
-    copies = Copies()
+    earlier: dict[tuple[str, str], list[str]] = {}
     numbered = count(1)
 
     def copied(element: Element) -> Element:
@@ -194,7 +203,7 @@ def without_replicates(root: Element, compiler: Compiler) -> tuple[Element, Copi
             p = p + R.multiply(offset)
         for tag in _REFERRED_TAGS:
             for each in (each for child in originals for each in child.iter(tag)):
-                copies.earlier.pop((tag, each.get("name", "")), None)
+                earlier.pop((tag, each.get("name", "")), None)
 
     def limit(element: Element) -> None:
         if next(numbered) > MAX_REPLICATED_ELEMENTS:
@@ -210,12 +219,12 @@ def without_replicates(root: Element, compiler: Compiler) -> tuple[Element, Copi
         if name:
             copy.set("name", name + suffix)
             if element.tag in _REFERRED_TAGS:
-                before = copies.earlier.get((element.tag, name), [])
-                copies.earlier[element.tag, name + suffix] = [*before, name]
+                before = earlier.get((element.tag, name), [])
+                earlier[element.tag, name + suffix] = [*before, name]
         copy.extend([renamed(child, suffix) for child in elements(element)])
         return copy
 
-    return copied(root), copies
+    return copied(root), earlier
 
 
 def _numbers_text(values: np.ndarray) -> str:

@@ -1,17 +1,17 @@
 """A geom of MJCF: its mass, its solid, its ends and its colour."""
 
 import numpy as np
+from pydrake.geometry import CalcVolume
 from pydrake.math import RigidTransform
 
 from workbench.common.errors import WorkbenchError
 from workbench.extras.formats.mjcf_elements import is_true_attribute
 from workbench.extras.formats.mjcf_pose import shortest_rotation_to
 from workbench.extras.formats.solids import (
-    HomogeneousSolid,
     shell_moments,
+    solid_inertial,
     surface_area,
     unit_moments,
-    volume,
 )
 from workbench.plant.formats.colours import Colour
 from workbench.plant.formats.values import (
@@ -21,7 +21,9 @@ from workbench.plant.formats.values import (
     shortened_text,
 )
 from workbench.plant.formats.xml import Element, element_location
+from workbench.plant.model import Inertial
 from workbench.plant.shapes import GeometryShape
+from workbench.plant.worlds.geometry import drake_shape
 
 _TWO_POINT_GEOMS = ("capsule", "cylinder", "box", "ellipsoid")
 MIN_GEOM_MASS_KG = 1e-14
@@ -44,15 +46,13 @@ def geom_mass(element: Element, size: float) -> float:
     return attribute_number(element, "density", "1000") * size
 
 
-def geom_solid(
-    element: Element, X_LG: RigidTransform, shape: GeometryShape
-) -> HomogeneousSolid | None:
+def geom_solid(element: Element, X_LG: RigidTransform, shape: GeometryShape) -> Inertial | None:
     """Return a geom as a solid, or as a shell."""
     shell = is_true_attribute(element, "shellinertia", "false")
-    mass = geom_mass(element, surface_area(shape) if shell else volume(shape))
+    mass = geom_mass(element, surface_area(shape) if shell else CalcVolume(drake_shape(shape)))
     if mass <= MIN_GEOM_MASS_KG:
         return None
-    return HomogeneousSolid(mass, X_LG, shell_moments(shape) if shell else unit_moments(shape))
+    return solid_inertial(mass, X_LG, shell_moments(shape) if shell else unit_moments(shape))
 
 
 def pose_from_two_points(element: Element, kind: str) -> tuple[RigidTransform, float]:

@@ -12,8 +12,7 @@ from workbench.extras.formats.mesh_inertia import (
     mesh_inertia,
     read_triangles,
 )
-from workbench.extras.formats.mjcf_compiler import Compiler
-from workbench.extras.formats.mjcf_defaults import Defaults
+from workbench.extras.formats.mjcf_document import MjcfDocument
 from workbench.extras.formats.mjcf_elements import attribute_fault, elements_of, keyword_attribute
 from workbench.extras.formats.mjcf_pose import pose_of
 from workbench.plant.drawable import MeshUse, convert_meshes
@@ -32,32 +31,22 @@ class Meshes:
     """The meshes by name.
 
     Args:
-        path: of the file.
-        root: of the document.
-        compiler: its settings.
-        defaults: of the document.
+        document: with the assets.
         finder: of files.
     """
 
-    def __init__(
-        self,
-        path: Path,
-        root: Element,
-        compiler: Compiler,
-        defaults: Defaults,
-        finder: PackageFinder,
-    ) -> None:
-        self._compiler = compiler
+    def __init__(self, document: MjcfDocument, finder: PackageFinder) -> None:
+        self._compiler = compiler = document.compiler
         self._elements: dict[str, Element] = {}
         self._shapes: dict[str, Mesh] = {}
         self._inertias: dict[str, MeshInertia] = {}
         self._files: dict[MeshUse, Path | WorkbenchError] = {}
-        for asset in elements_of(root, "asset", "mesh"):
-            element = defaults.applied(asset, "")
+        for asset in elements_of(document.root, "asset", "mesh"):
+            element = document.defaults.applied(asset, "")
             file = element.get("file", "")
             name = element.get("name") or PurePosixPath(file).stem
             inner = PurePosixPath(file).name if compiler.strippath else file
-            found = finder.resolve(str(PurePosixPath(compiler.meshdir) / inner), path)
+            found = finder.resolve(str(PurePosixPath(compiler.meshdir) / inner), document.path)
             scale = attribute_triple(element, "scale", "1 1 1")
             self._elements[name] = element
             self._shapes[name] = Mesh(file, found if file else None, scale)

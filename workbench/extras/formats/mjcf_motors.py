@@ -2,15 +2,14 @@
 
 import math
 from collections.abc import Collection, Iterator, Mapping
-from pathlib import Path
-from typing import NamedTuple
 
+import numpy as np
 from pydrake.math import RigidTransform
 
 from workbench.common.errors import WorkbenchError
 from workbench.extras.formats.mjcf_compiler import Compiler
-from workbench.extras.formats.mjcf_defaults import Defaults, servo_of
-from workbench.extras.formats.mjcf_document import Copies
+from workbench.extras.formats.mjcf_defaults import servo_of
+from workbench.extras.formats.mjcf_document import MjcfDocument
 from workbench.extras.formats.mjcf_elements import (
     attribute_fault,
     elements,
@@ -27,7 +26,6 @@ from workbench.plant.formats.values import (
 )
 from workbench.plant.formats.xml import Element, element_location
 from workbench.plant.model import DeclaredActuator
-from workbench.plant.remarks import Remarks
 from workbench.plant.servo import Servo
 
 SitePoses = Mapping[str, tuple[str, RigidTransform]]
@@ -42,28 +40,15 @@ _ACTUATOR_ADVICE = (
 
 
 def read_actuators(
-    path: Path,
-    root: Element,
-    compiler: Compiler,
-    defaults: Defaults,
-    sites: SitePoses,
-    copies: Copies,
-    remarks: Remarks,
-    *,
-    driven: Collection[str],
+    document: MjcfDocument, sites: SitePoses, driven: Collection[str]
 ) -> Iterator[DeclaredActuator]:
     """Yield the actuators that apply a force or moment at a site of the drone, in MuJoCo's order.
 
     An actuator at a site that `<replicate>` copied is copied too.
 
     Args:
-        path: of the file.
-        root: of the document.
-        compiler: its settings.
-        defaults: its defaults.
+        document: with the actuators.
         sites: of the drone.
-        copies: what `<replicate>` did to the names of sites.
-        remarks: receives remarks on other actuators.
         driven: joints whose actuators are read elsewhere, see `joint_servos`.
 
     Raises:
@@ -71,30 +56,33 @@ def read_actuators(
     """
     disabled = {
         group
-        for option in elements(root, "option")
+        for option in elements(document.root, "option")
         for group in attribute_numbers(option, "actuatorgroupdisable", "")
     }
     found: list[tuple[str, str, Element]] = []
-    for index, child in enumerate(elements_of(root, "actuator")):
-        element = defaults.applied(child, "")
+    for index, child in enumerate(elements_of(document.root, "actuator")):
+        element = document.defaults.applied(child, "")
         name = element.get("name") or f"actuator_{index}"
         site = element.get("site", "")
         joint = actuated_joint(element)
-        if not site and any(joint + copy in driven for copy in copies.suffixes("joint", joint)):
+        if not site and any(joint + copy in driven for copy in document.suffixes("joint", joint)):
             continue  # see `joint_servos`
         if not site:
             text = (
                 f"a <{shortened_text(child.tag)}> that does not push a site of the drone; not used"
             )
-            remarks.add("ignored", path, f"actuator '{shortened_text(name)}'", text)
+            document.remarks.add(
+                "ignored", document.path, f"actuator '{shortened_text(name)}'", text
+            )
             continue
         if attribute_number(element, "group", "0") in disabled:
             raise attribute_fault(
                 element, "group", "<option actuatorgroupdisable> switches it off: enable it"
             )
-        found += [(suffix, name, element) for suffix in copies.suffixes("site", site)]
+        found += [(suffix, name, element) for suffix in document.suffixes("site", site)]
     for suffix, name, element in sorted(found, key=lambda each: each[0]):
-        yield _actuator(element, name + suffix, element.get("site", "") + suffix, compiler, sites)
+        site = element.get("site", "") + suffix
+        yield _actuator(element, name + suffix, site, document.compiler, sites)
 
 
 def _actuator(
@@ -163,55 +151,26 @@ def _filter_time_constant(element: Element) -> float | None:
     return value if value > 0.0 else None
 
 
-class DrivenJoint(NamedTuple):
-    """A joint that an actuator drives.
-
-    Attributes:
-        name: of the joint.
-        servo: what the actuator is to it, None if its force is not that of a servo.
-        armature: inertia that the actuator adds to it [kg m² or kg].
-        damping: that the actuator adds to it [N m s/rad or N s/m].
-    """
-
-    name: str
-    servo: Servo | None
-    armature: float
-    damping: float
-
-
 def actuated_joint(element: Element) -> str:
     """Return the joint that an actuator drives, "" for none."""
     return element.get("joint", "") or element.get("jointinparent", "")
 
 
-def joint_servos(
-    path: Path,
-    root: Element,
-    compiler: Compiler,
-    defaults: Defaults,
-    copies: Copies,
-    remarks: Remarks,
-) -> Iterator[DrivenJoint]:
-    """Yield each joint that an actuator drives.
+def joint_servos(document: MjcfDocument) -> Iterator[tuple[str, Servo | None, np.ndarray]]:
+    """Yield each joint that an actuator drives: its name, the servo that the actuator is to it, None
+    if its force is not that of a servo, and what it adds to armature [kg m² or kg] and damping
+    [N m s/rad or N s/m].
 
     MuJoCo's force is f = gain u + b0 + b1 l + b2 dl/dt for the control u and the length l, which is
     gear times the position of the joint, on which gear times f acts. So with b1 the servo is one of
     position, with b2 alone one of velocity, else one of effort, and its setpoint is that of the
     joint: l / gear.
 
-    Args:
-        path: of the file.
-        root: of the document.
-        compiler: its settings.
-        defaults: its defaults.
-        copies: what `<replicate>` did to the names of joints.
-        remarks: receives remarks on what is read otherwise.
-
     Raises:
         WorkbenchError: for an invalid number.
     """
-    for index, child in enumerate(elements_of(root, "actuator")):
-        element = defaults.applied(child, "")
+    for index, child in enumerate(elements_of(document.root, "actuator")):
+        element = document.defaults.applied(child, "")
         joint = actuated_joint(element)
         if not joint:
             continue
@@ -219,23 +178,24 @@ def joint_servos(
         name = shortened_text(element.get("name") or f"actuator_{index}")
         if kind not in _SERVO_TAGS:
             text = f"a <{shortened_text(kind)}> on a joint; not used"
-            remarks.add("ignored", path, f"actuator '{name}'", text)
+            document.remarks.add("ignored", document.path, f"actuator '{name}'", text)
             continue
-        servo: Servo | None = _joint_servo(element, kind, compiler)
+        servo: Servo | None = _joint_servo(element, kind, document.compiler)
         integrates = kind == "intvelocity" or element.get("dyntype") == "integrator"
         if _has_other_force(element) or (integrates and servo and servo.kind != "position"):
-            text = "its force is not gain times control plus bias, with a filter of first order "
-            remarks.add("ignored", path, f"actuator '{name}'", f"{text}or without; not used")
+            text = (
+                "its force is not gain times control plus bias, with a filter of first order or "
+                "without; not used"
+            )
+            document.remarks.add("ignored", document.path, f"actuator '{name}'", text)
             servo = None
         elif integrates:
             text = "it takes a position in place of a velocity"
-            remarks.add("assumed", path, f"actuator '{name}'", text)
-        square = attribute_numbers(element, "gear", "1")[0] ** 2
-        armature, damping = (
-            square * attribute_numbers(element, word, "0")[0] for word in ("armature", "damping")
-        )
-        for suffix in copies.suffixes("joint", joint):
-            yield DrivenJoint(joint + suffix, servo, armature, damping)
+            document.remarks.add("assumed", document.path, f"actuator '{name}'", text)
+        own = [attribute_numbers(element, word, "0")[0] for word in ("armature", "damping")]
+        added = attribute_numbers(element, "gear", "1")[0] ** 2 * np.array(own)
+        for suffix in document.suffixes("joint", joint):
+            yield joint + suffix, servo, added
 
 
 def _has_other_force(element: Element) -> bool:

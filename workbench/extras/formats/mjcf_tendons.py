@@ -1,7 +1,6 @@
 """Tendons of MJCF: those between two sites, as cables, and those over joints, which drive them."""
 
 from collections.abc import Collection, Iterator, Mapping
-from pathlib import Path
 
 from pydrake.math import RigidTransform
 
@@ -9,6 +8,7 @@ from workbench.common.errors import WorkbenchError
 from workbench.common.vectors import float_triple
 from workbench.extras.formats.mjcf_compiler import Compiler
 from workbench.extras.formats.mjcf_defaults import Defaults
+from workbench.extras.formats.mjcf_document import MjcfDocument
 from workbench.extras.formats.mjcf_elements import (
     elements,
     elements_of,
@@ -18,7 +18,6 @@ from workbench.extras.formats.mjcf_elements import (
 from workbench.plant.formats.values import attribute_number, attribute_numbers, shortened_text
 from workbench.plant.formats.xml import Element, element_location
 from workbench.plant.model import Cable
-from workbench.plant.remarks import Remarks
 
 
 def drive_by_joints(root: Element, defaults: Defaults) -> None:
@@ -72,34 +71,26 @@ def tendon_sites(root: Element) -> set[str]:
 
 
 def read_tendons(
-    path: Path,
-    root: Element,
-    compiler: Compiler,
-    defaults: Defaults,
+    document: MjcfDocument,
     sites: Mapping[str, tuple[str, RigidTransform]],
     loads: Collection[str],
-    remarks: Remarks,
 ) -> Iterator[Cable]:
     """Yield the tendons that fly, as cables; a remark has those that do not.
 
     Args:
-        path: of the file.
-        root: of the document.
-        compiler: its settings.
-        defaults: its defaults.
+        document: with the tendons.
         sites: of the drone and its loads: link and pose.
         loads: links that fly freely.
-        remarks: receives remarks.
 
     Raises:
         WorkbenchError: for one that a load hangs on, and that is no straight cable.
     """
-    for number, tendon in enumerate(elements_of(root, "tendon", "spatial")):
+    for number, tendon in enumerate(elements_of(document.root, "tendon", "spatial")):
         passed = [each.get("site", "") for each in elements(tendon)]
-        element = defaults.applied(tendon, "")
+        element = document.defaults.applied(tendon, "")
         name = element.get("name") or f"tendon_{number + 1}"
         links = [sites[site][0] for site in passed if site in sites]
-        length, why_not = _free_length(element, compiler)
+        length, why_not = _free_length(element, document.compiler)
         if len(passed) != 2 or len(links) != 2:
             why_not = "it does not run straight between two sites of the drone and its load"
         what = f"tendon '{shortened_text(name)}'"
@@ -109,7 +100,7 @@ def read_tendons(
                 "with range='0 L', or with a stiffness and springlength='0 L'"
             )
         if why_not:
-            remarks.add("ignored", path, what, f"{why_not}; not used")
+            document.remarks.add("ignored", document.path, what, f"{why_not}; not used")
             continue
         ends = [sites[site] for site in passed]
         if ends[0][0] in loads and ends[1][0] not in loads:

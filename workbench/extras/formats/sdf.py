@@ -4,6 +4,7 @@ import dataclasses
 from collections.abc import Sequence
 from pathlib import Path
 
+from pydrake.geometry import CalcVolume
 from pydrake.math import RigidTransform
 
 from workbench.common.errors import WorkbenchError
@@ -21,8 +22,8 @@ from workbench.extras.formats.sdf_poses import (
     Poses,
     joint_end,
 )
-from workbench.extras.formats.sdf_shapes import ShapeReader, part_solid
-from workbench.extras.formats.sdf_tree import SdfTree, build_world_tree
+from workbench.extras.formats.sdf_shapes import link_shapes, part_solid
+from workbench.extras.formats.sdf_tree import SdfTree, build_sdf_tree
 from workbench.extras.formats.sdf_words import note_unknown_sdf
 from workbench.extras.formats.sdf_world import (
     choose_model,
@@ -31,25 +32,23 @@ from workbench.extras.formats.sdf_world import (
     world_element,
     world_of,
 )
-from workbench.extras.formats.solids import (
-    HomogeneousSolid,
-    combined_inertial,
-    unit_moments,
-    volume,
-)
+from workbench.extras.formats.solids import solid_inertial, unit_moments
 from workbench.plant.formats.sdf_pose import sdf_flag
 from workbench.plant.formats.values import shortened_text
 from workbench.plant.formats.xml import Element
+from workbench.plant.gathered import whole_inertial
 from workbench.plant.model import (
     DeclaredSensor,
     Inertial,
     Link,
     Model,
     NamedFrame,
+    inertial_of,
     refuse_too_many,
 )
 from workbench.plant.packages import PackageFinder
 from workbench.plant.remarks import Remarks
+from workbench.plant.worlds.geometry import drake_shape
 
 _SDF_DENSITY_KG_M3 = 1000.0
 """Density of water [kg/m³], the default of SDF."""
@@ -94,7 +93,7 @@ def read_inertial(link: Node, poses: Poses, remarks: Remarks) -> Inertial:
 
 def _from_collisions(link: Node, inertial: Node, poses: Poses, remarks: Remarks) -> Inertial:
     """Return the inertia of `<inertial auto="true">`, from collisions, scaled by `mass`."""
-    bodies = []
+    solids = []
     density = sdf_number(inertial, "density", _SDF_DENSITY_KG_M3)
     for node in link.children("collision"):
         shape = part_solid(node)
@@ -104,14 +103,15 @@ def _from_collisions(link: Node, inertial: Node, poses: Poses, remarks: Remarks)
             remarks.add("assumed", link.file, link.title, text)
             continue
         X_LS = poses.X_LF(node, link.full_name)
-        mass = sdf_number(node, "density", density) * volume(shape)
-        bodies.append(HomogeneousSolid(mass, X_LS, unit_moments(shape)))
-    total = sum(body.mass for body in bodies)
-    if not bodies or min(body.mass for body in bodies) <= 0.0:
+        mass = sdf_number(node, "density", density) * CalcVolume(drake_shape(shape))
+        solids.append(solid_inertial(mass, X_LS, unit_moments(shape)))
+    whole = whole_inertial([(RigidTransform(), solid) for solid in solids])
+    if whole is None or min(solid.mass for solid in solids) <= 0.0:
         text = "automatic inertia has no collision with a mass; SDF's defaults of 1 kg and 1 kg·m² "
         remarks.add("assumed", link.file, link.title, text + "hold")
         return _DEFAULT_INERTIAL
-    return combined_inertial(bodies, sdf_number(inertial, "mass", total) / total)
+    mass = sdf_number(inertial, "mass", whole.mass)
+    return inertial_of(mass, whole.X_LI, mass / whole.mass * whole.matrix)
 
 
 def read_sdf(
@@ -173,7 +173,7 @@ def _with_models(
         remarks: receives remarks on the others.
     """
     world = dataclasses.replace(top, element=world_element(file))
-    drone, *trees = [build_world_tree(file, each, files, ()) for each in (top, *others)]
+    drone, *trees = [build_sdf_tree(file, each, files, ()) for each in (top, *others)]
     for tree in trees:
         tree.check_complete()
     poses = Poses(world_of(file, world, [drone, *trees]), Remarks())
@@ -237,7 +237,6 @@ def _model(path: Path, tree: SdfTree, finder: PackageFinder, remarks: Remarks) -
     if not tree.links:
         raise WorkbenchError(f"{path}: model '{shortened_text(tree.name)}' has no link: add one")
     poses = Poses(tree, remarks)
-    shapes = ShapeReader(poses, finder, remarks)
     for joint in tree.joints:
         for sensor in joint.children("sensor"):
             remarks.add("ignored", sensor.file, sensor.title, "sensors of joints are not used")
@@ -250,8 +249,8 @@ def _model(path: Path, tree: SdfTree, finder: PackageFinder, remarks: Remarks) -
                 name=link.full_name,
                 X_ML=poses.X_MF(link.full_name),
                 inertial=read_inertial(link, poses, remarks),
-                visuals=tuple(shapes.shapes(link, "visual")),
-                collisions=tuple(shapes.shapes(link, "collision")),
+                visuals=tuple(link_shapes(link, "visual", poses, finder, remarks)),
+                collisions=tuple(link_shapes(link, "collision", poses, finder, remarks)),
             )
             for link in tree.links
         ),

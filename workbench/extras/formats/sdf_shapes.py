@@ -25,71 +25,77 @@ _PlacedShape = tuple[GeometryShape, RigidTransform]
 """A shape S, and its pose in the frame F of its visual or collision."""
 
 
-class ShapeReader:
-    """Reads the shapes of links."""
+def link_shapes(
+    link: Node, tag: str, poses: Poses, finder: PackageFinder, remarks: Remarks
+) -> Iterator[LinkShape]:
+    """Yield the shapes of a link for drawing (tag `visual`) or contact (`collision`).
 
-    def __init__(self, poses: Poses, finder: PackageFinder, remarks: Remarks) -> None:
-        self._poses = poses
-        self._finder = finder
-        self._remarks = remarks
+    Args:
+        link: its element.
+        tag: of the shapes.
+        poses: of the model.
+        finder: of meshes.
+        remarks: receives remarks on what is left out, or taken for something else.
+    """
+    for index, node in enumerate(link.children(tag)):
+        title = _shape_title(node, index, link)
+        geometry = node.child("geometry")
+        if tag == "collision" and geometry and geometry.child("plane"):
+            text = "an endless plane cannot be part of a drone; left out"
+            remarks.add("ignored", node.file, title, text)
+            continue
+        placed = _placed_shape(node, title, finder, remarks)
+        if placed:
+            shape, X_FS = placed
+            yield LinkShape(
+                name=node.attribute("name") or f"{tag}_{index}",
+                X_LS=poses.X_LF(node, link.full_name) @ X_FS,
+                shape=shape,
+                rgba=_sdf_colour(node) if tag == "visual" else None,
+            )
 
-    def shapes(self, link: Node, tag: str) -> Iterator[LinkShape]:
-        """Yield the shapes of a link for drawing (tag `visual`) or contact (`collision`)."""
-        for index, node in enumerate(link.children(tag)):
-            title = _shape_title(node, index, link)
-            geometry = node.child("geometry")
-            if tag == "collision" and geometry and geometry.child("plane"):
-                text = "an endless plane cannot be part of a drone; left out"
-                self._remarks.add("ignored", node.file, title, text)
-                continue
-            placed = self._placed(node, title)
-            if placed:
-                shape, X_FS = placed
-                yield LinkShape(
-                    name=node.attribute("name") or f"{tag}_{index}",
-                    X_LS=self._poses.X_LF(node, link.full_name) @ X_FS,
-                    shape=shape,
-                    rgba=_sdf_colour(node) if tag == "visual" else None,
-                )
 
-    def _placed(self, part: Node, title: str) -> _PlacedShape | None:
-        """Return the shape of a visual or collision; None, with a remark, without a usable one."""
-        shape = part_solid(part)
-        if shape:
-            return (shape, RigidTransform())
-        geometry = part.child("geometry")
-        tags = [node.element.tag for node in geometry.children()] if geometry else []
-        for node in geometry.children("mesh", "cone", "plane") if geometry else []:
-            match node.element.tag:
-                case "mesh":
-                    return (self._mesh(node), RigidTransform())
-                case "cone":
-                    text = "a cone is taken as the cylinder around it"
-                    self._remarks.add("repaired", part.file, title, text)
-                    return (_cylinder(node), RigidTransform())
-                case "plane":
-                    return _plane(node)
-        what = f"a <{shortened_text(tags[0])}> is not a supported shape" if tags else "no geometry"
-        self._remarks.add("ignored", part.file, title, f"{what}; left out")
-        return None
+def _placed_shape(
+    part: Node, title: str, finder: PackageFinder, remarks: Remarks
+) -> _PlacedShape | None:
+    """Return the shape of a visual or collision; None, with a remark, without a usable one."""
+    shape = part_solid(part)
+    if shape:
+        return (shape, RigidTransform())
+    geometry = part.child("geometry")
+    tags = [node.element.tag for node in geometry.children()] if geometry else []
+    for node in geometry.children("mesh", "cone", "plane") if geometry else []:
+        match node.element.tag:
+            case "mesh":
+                return (_mesh(node, finder), RigidTransform())
+            case "cone":
+                text = "a cone is taken as the cylinder around it"
+                remarks.add("repaired", part.file, title, text)
+                return (_cylinder(node), RigidTransform())
+            case "plane":
+                return _plane(node)
+    what = f"a <{shortened_text(tags[0])}> is not a supported shape" if tags else "no geometry"
+    remarks.add("ignored", part.file, title, f"{what}; left out")
+    return None
 
-    def _mesh(self, node: Node) -> Mesh:
-        """Return a mesh, found or not."""
-        uri = node.text_of("uri")
-        if not uri:
-            raise node.fault("<mesh> without a <uri>: say which file it is")
-        scale = sdf_triple(node, "scale", (1.0, 1.0, 1.0))
-        if 0.0 in scale:
-            raise node.fault("<scale> of a <mesh> has a 0: give it three numbers, none 0")
-        submesh = node.child("submesh")
-        center = submesh.child("center") if submesh else None
-        return Mesh(
-            uri=uri,
-            path=self._finder.resolve(uri, node.file),
-            scale=scale,
-            submesh=submesh.text_of("name") if submesh else "",
-            center=sdf_flag(center.element, center.text) if center else False,
-        )
+
+def _mesh(node: Node, finder: PackageFinder) -> Mesh:
+    """Return a mesh, found or not."""
+    uri = node.text_of("uri")
+    if not uri:
+        raise node.fault("<mesh> without a <uri>: say which file it is")
+    scale = sdf_triple(node, "scale", (1.0, 1.0, 1.0))
+    if 0.0 in scale:
+        raise node.fault("<scale> of a <mesh> has a 0: give it three numbers, none 0")
+    submesh = node.child("submesh")
+    center = submesh.child("center") if submesh else None
+    return Mesh(
+        uri=uri,
+        path=finder.resolve(uri, node.file),
+        scale=scale,
+        submesh=submesh.text_of("name") if submesh else "",
+        center=sdf_flag(center.element, center.text) if center else False,
+    )
 
 
 def part_solid(part: Node) -> GeometryShape | None:

@@ -75,13 +75,17 @@ class SdfTree:
             raise fault
 
 
-def build_sdf_tree(file: SdfFile, top: Node, files: SdfFiles) -> SdfTree:
+def build_sdf_tree(
+    file: SdfFile, top: Node, files: SdfFiles, taken: Container[str] | None = None
+) -> SdfTree:
     """Return a model with all its parts; missing includes are listed and left out.
 
     Args:
         file: that contains it.
         top: its `<model>`, or the `<include>` of it.
         files: finds included ones.
+        taken: for a part of a world, whose names have its own name as their scope: names of other
+            models there; a second model with a name gets a number.
 
     Raises:
         WorkbenchError: naming file and line, for an include in a circle, models nested too deeply,
@@ -89,23 +93,8 @@ def build_sdf_tree(file: SdfFile, top: Node, files: SdfFiles) -> SdfTree:
     """
     grower = _SdfTreeBuilder(files, file, top)
     found = grower.follow(_NestedModel(top, (), (file.path,)))
-    return grower.grown(found, found.model, found.name)
-
-
-def build_world_tree(file: SdfFile, top: Node, files: SdfFiles, taken: Container[str]) -> SdfTree:
-    """Return a model as a part of its world, with its own name as the scope of its names.
-
-    Args:
-        file: see `build_sdf_tree`.
-        top: see `build_sdf_tree`.
-        files: see `build_sdf_tree`.
-        taken: names of other models; a second model with a name gets a number.
-
-    Raises:
-        WorkbenchError: see `build_sdf_tree`.
-    """
-    grower = _SdfTreeBuilder(files, file, top)
-    found = grower.follow(_NestedModel(top, (), (file.path,)))
+    if taken is None:
+        return grower.grown(found, found.model, found.name)
     names = (f"{found.name}_{number}" if number else found.name for number in count())
     name = next(name for name in names if name not in taken)
     return grower.grown(found, _nested(found, name), name)

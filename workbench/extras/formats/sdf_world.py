@@ -72,7 +72,7 @@ def world_of(file: SdfFile, world: Node, trees: list[SdfTree]) -> SdfTree:
     Args:
         file: of the world.
         world: its `<world>`, or the element that contains the models.
-        trees: of the models, see `grow_in_world`.
+        trees: of the models, see `build_sdf_tree`.
     """
     root = SdfFrame(
         world.model, owner=world, pose=None, base=MODEL_FRAME_NAME, inside=world, carrier=""

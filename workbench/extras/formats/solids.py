@@ -1,88 +1,41 @@
-"""Mass and inertia of homogeneous solids, and of several combined."""
+"""Mass and inertia of homogeneous solids and shells."""
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from pydrake.math import RigidTransform
+from pydrake.multibody.tree import UnitInertia
 
-from workbench.plant.model import Inertial, inertial_of
+from workbench.plant.model import Inertial
 from workbench.plant.shapes import Box, Capsule, Cylinder, Ellipsoid, GeometryShape, Sphere
 
 
-@dataclass(frozen=True)
-class HomogeneousSolid:
-    """A homogeneous body.
+def solid_inertial(mass: float, X_LS: RigidTransform, moments: np.ndarray) -> Inertial:
+    """Return mass and inertia of a homogeneous body.
 
-    Attributes:
+    Args:
         mass: in kg.
         X_LS: pose of its principal axes at its centre of mass in a link L.
         moments: its moments of inertia about them for 1 kg (3,) [m²].
     """
-
-    mass: float
-    X_LS: RigidTransform
-    moments: np.ndarray
-
-
-def combined_inertial(solids: Sequence[HomogeneousSolid], scale: float = 1.0) -> Inertial:
-    """Return mass and inertia of solids as one body.
-
-    Args:
-        solids: one or more, with positive masses.
-        scale: factor on mass and inertia.
-    """
-    total = sum(solid.mass for solid in solids)
-    p_LLcm = sum((solid.mass * solid.X_LS.translation() for solid in solids), np.zeros(3)) / total
-    I_L = np.zeros((3, 3))
-    for solid in solids:
-        R_LS = solid.X_LS.rotation().matrix()
-        I_L += R_LS @ np.diag(solid.mass * solid.moments) @ R_LS.T
-        p = solid.X_LS.translation() - p_LLcm
-        I_L += solid.mass * (p @ p * np.eye(3) - np.outer(p, p))
-    return inertial_of(scale * total, RigidTransform(p_LLcm), scale * I_L)
-
-
-def volume(shape: GeometryShape) -> float:
-    """Return the volume of a solid [m³]."""
-    match shape:
-        case Box(size=size):
-            return math.prod(size)
-        case Sphere(radius=r):
-            return 4.0 / 3.0 * math.pi * r**3
-        case Cylinder(radius=r, length=length):
-            return math.pi * r**2 * length
-        case Capsule(radius=r, length=length):
-            return math.pi * r**2 * (length + 4.0 / 3.0 * r)
-        case Ellipsoid(radii=radii):
-            return 4.0 / 3.0 * math.pi * math.prod(radii)
-    raise AssertionError(f"{shape} has no volume")
+    x, y, z = (mass * moments).tolist()
+    return Inertial(mass, X_LS, (x, y, z), (0.0, 0.0, 0.0))
 
 
 def unit_moments(shape: GeometryShape) -> np.ndarray:
-    """Return the moments of inertia about the centre for 1 kg [m²].
-
-    Source: any table of moments of inertia. A capsule is a cylinder and two hemispheres, with
-    centres of mass 3/8 of the radius from their flat sides.
-    """
+    """Return the moments of inertia of a solid about its centre for 1 kg [m²]."""
     match shape:
         case Box(size=(x, y, z)):
-            return np.array([y * y + z * z, x * x + z * z, x * x + y * y]) / 12.0
+            unit = UnitInertia.SolidBox(x, y, z)
         case Sphere(radius=r):
-            return np.full(3, 0.4 * r * r)
+            unit = UnitInertia.SolidSphere(r)
         case Cylinder(radius=r, length=length):
-            across = r * r / 4.0 + length**2 / 12.0
-            return np.array([across, across, r * r / 2.0])
+            unit = UnitInertia.SolidCylinder(r, length, (0.0, 0.0, 1.0))
         case Capsule(radius=r, length=length):
-            ends = 4.0 / 3.0 * r / (length + 4.0 / 3.0 * r)
-            tube = 1.0 - ends
-            across = tube * (r * r / 4.0 + length**2 / 12.0)
-            across += ends * (0.4 * r * r + length**2 / 4.0 + 3.0 / 8.0 * length * r)
-            return np.array([across, across, tube * r * r / 2.0 + ends * 0.4 * r * r])
+            unit = UnitInertia.SolidCapsule(r, length, (0.0, 0.0, 1.0))
         case Ellipsoid(radii=(a, b, c)):
-            return np.array([b * b + c * c, a * a + c * c, a * a + b * b]) / 5.0
-    raise AssertionError(f"{shape} has no moments")
+            unit = UnitInertia.SolidEllipsoid(a, b, c)
+    return np.asarray(unit.get_moments())
 
 
 def surface_area(shape: GeometryShape) -> float:

@@ -6,7 +6,7 @@ It checks neither Origin nor Host and has no login, so anybody who can reach it 
 import importlib
 from collections.abc import Sequence
 from types import ModuleType
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 from workbench.common.errors import WorkbenchError
 from workbench.link.address import Address, is_loopback
@@ -59,7 +59,7 @@ class Foxglove:
                 f"cannot listen at {address}: {error}; name another address with --listen"
             ) from None
         self.address = Address(address.host, self._server.port)
-        self._ways: dict[int, _TopicConversion] = {}
+        self._ways: dict[int, tuple[Conversion, list[foxglove.Channel]]] = {}
 
     def announce(self, topics: Sequence[Topic]) -> None:
         """Offer topics before their first message."""
@@ -70,30 +70,34 @@ class Foxglove:
         """Send a sample to all viewers."""
         if sample.definition.id == CLOCK_SIGNAL.id:
             self._server.broadcast_time(sample.t_ns)
-        way = self._way(sample.definition)
-        if not any(channel.base.has_sinks() for channel in way.channels):
+        converted, channels = self._way(sample.definition)
+        if not any(channel.base.has_sinks() for channel in channels):
             return
-        made = way.conversion.messages(sample.t_ns, sample.payload)
-        for channel, (kind, values) in zip(way.channels, made, strict=True):
+        made = converted.messages(sample.t_ns, sample.payload)
+        for channel, (kind, values) in zip(channels, made, strict=True):
             channel.log(encode(kind.type, values), log_time=sample.t_ns)
 
     def close(self) -> None:
         """End the server."""
-        for way in self._ways.values():
-            way.close()
+        for number in list(self._ways):
+            self._withdraw(number)
         self._server.stop()
 
-    def _way(self, topic: Topic) -> "_TopicConversion":
-        """Return the channels of a topic; a server that was restarted may have other topics."""
+    def _way(self, topic: Topic) -> "tuple[Conversion, list[foxglove.Channel]]":
+        """Return conversion and channels of a topic; a restarted server may have other topics."""
         way = self._ways.get(topic.id)
-        if way is not None and way.conversion.topic is topic:
-            return way
-        if way is not None:
-            way.close()
-        made = conversion(topic)
-        channels = tuple(self._channel(topic, each) for each in made.channels)
-        self._ways[topic.id] = _TopicConversion(made, channels)
-        return self._ways[topic.id]
+        if way is None or way[0].topic is not topic:
+            self._withdraw(topic.id)
+            made = conversion(topic)
+            way = made, [self._channel(topic, each) for each in made.channels]
+            self._ways[topic.id] = way
+        return way
+
+    def _withdraw(self, number: int) -> None:
+        """Offer a topic no longer."""
+        _, channels = self._ways.pop(number, (None, []))
+        for channel in channels:
+            channel.close()
 
     def _channel(self, topic: Topic, channel: RosChannel) -> "foxglove.Channel":
         schema = self._foxglove.Schema(
@@ -106,18 +110,6 @@ class Foxglove:
             context=self._context,
             metadata={"link_topic": topic.name},
         )
-
-
-class _TopicConversion(NamedTuple):
-    """The conversion of a topic, and its channels."""
-
-    conversion: Conversion
-    channels: tuple["foxglove.Channel", ...]
-
-    def close(self) -> None:
-        """Offer it no longer."""
-        for channel in self.channels:
-            channel.close()
 
 
 def check_reach(address: Address, anybody: bool) -> None:

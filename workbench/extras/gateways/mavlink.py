@@ -12,10 +12,10 @@ from workbench.common.parameter import is_servo_parameter
 from workbench.extras.gateways.ground_station import GroundStation
 from workbench.extras.gateways.running import (
     LinkOptions,
-    MessageThrottle,
     all_of,
     report_connection,
     run_until_interrupted,
+    throttled,
 )
 from workbench.link.address import Address, is_loopback
 
@@ -65,7 +65,7 @@ def run_mavlink(
     check_stations(stations, link)
     if find_spec("pymavlink") is None:
         raise WorkbenchError("MAVLink needs the package pymavlink: `pip install pymavlink`")
-    run_until_interrupted(serve_mavlink(link, stations, MessageThrottle(say), ready))
+    run_until_interrupted(serve_mavlink(link, stations, throttled(say), ready))
 
 
 async def serve_mavlink(

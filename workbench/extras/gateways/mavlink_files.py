@@ -25,71 +25,62 @@ PARAMETER_METADATA_TYPE = 1
 GENERAL_FILE, PARAMETER_FILE = "general.json", "parameter.json"
 
 
-class FileServer:
-    """Answers requests for files.
+def file_replies(files: Mapping[str, bytes], request: bytes) -> Iterator[bytes]:
+    """Yield the payloads of the replies to the payload of a request for files.
 
     Args:
         files: contents by name.
+        request: of MAVLink's file transfer.
     """
+    names = sorted(files)
+    if len(request) < FTP_HEADER.size:
+        return
+    seq, session, opcode, size, _, _, offset = FTP_HEADER.unpack_from(request)
+    data = request[FTP_HEADER.size : FTP_HEADER.size + size]
 
-    def __init__(self, files: Mapping[str, bytes]) -> None:
-        self._names = sorted(files)
-        self._files = files
+    def reply(
+        content: bytes,
+        at: int = offset,
+        number: int = 1,
+        end: int = 0,
+        kind: int = mavlink.MAV_FTP_OPCODE_ACK,
+    ) -> bytes:
+        head = FTP_HEADER.pack(
+            (seq + number) & 0xFFFF, session, kind, len(content), opcode, end, at
+        )
+        return (head + content).ljust(FTP_PAYLOAD_BYTES, b"\0")
 
-    def replies(self, request: bytes) -> Iterator[bytes]:
-        """Yield the payloads of the replies to the payload of a request."""
-        if len(request) < FTP_HEADER.size:
+    def refusal(error: int) -> bytes:
+        return reply(bytes([error]), kind=mavlink.MAV_FTP_OPCODE_NAK)
+
+    if opcode in (mavlink.MAV_FTP_OPCODE_TERMINATESESSION, mavlink.MAV_FTP_OPCODE_RESETSESSION):
+        yield reply(b"")
+    elif opcode == mavlink.MAV_FTP_OPCODE_LISTDIRECTORY:
+        lines = [f"F{name}\t{len(files[name])}\0".encode() for name in names[offset:]]
+        yield reply(b"".join(lines)) if lines else refusal(mavlink.MAV_FTP_ERR_EOF)
+    elif opcode in (mavlink.MAV_FTP_OPCODE_OPENFILERO, mavlink.MAV_FTP_OPCODE_CALCFILECRC):
+        name = data.split(b"\0")[0].decode("ascii", "replace").lstrip("/")
+        if name not in files:
+            yield refusal(mavlink.MAV_FTP_ERR_FILENOTFOUND)
             return
-        seq, session, opcode, size, _, _, offset = FTP_HEADER.unpack_from(request)
-        data = request[FTP_HEADER.size : FTP_HEADER.size + size]
-
-        def reply(
-            content: bytes,
-            at: int = offset,
-            number: int = 1,
-            end: int = 0,
-            kind: int = mavlink.MAV_FTP_OPCODE_ACK,
-        ) -> bytes:
-            head = FTP_HEADER.pack(
-                (seq + number) & 0xFFFF, session, kind, len(content), opcode, end, at
-            )
-            return (head + content).ljust(FTP_PAYLOAD_BYTES, b"\0")
-
-        def refusal(error: int) -> bytes:
-            return reply(bytes([error]), kind=mavlink.MAV_FTP_OPCODE_NAK)
-
-        if opcode in (mavlink.MAV_FTP_OPCODE_TERMINATESESSION, mavlink.MAV_FTP_OPCODE_RESETSESSION):
-            yield reply(b"")
-        elif opcode == mavlink.MAV_FTP_OPCODE_LISTDIRECTORY:
-            lines = [
-                f"F{name}\t{len(self._files[name])}\0".encode() for name in self._names[offset:]
-            ]
-            yield reply(b"".join(lines)) if lines else refusal(mavlink.MAV_FTP_ERR_EOF)
-        elif opcode in (mavlink.MAV_FTP_OPCODE_OPENFILERO, mavlink.MAV_FTP_OPCODE_CALCFILECRC):
-            name = data.split(b"\0")[0].decode("ascii", "replace").lstrip("/")
-            if name not in self._files:
-                yield refusal(mavlink.MAV_FTP_ERR_FILENOTFOUND)
-                return
-            content = self._files[name]
-            session = self._names.index(name)
-            number = (
-                len(content) if opcode == mavlink.MAV_FTP_OPCODE_OPENFILERO else file_crc(content)
-            )
-            yield reply(struct.pack("<I", number))
-        elif opcode not in (mavlink.MAV_FTP_OPCODE_READFILE, mavlink.MAV_FTP_OPCODE_BURSTREADFILE):
-            yield refusal(mavlink.MAV_FTP_ERR_UNKNOWNCOMMAND)
-        elif session >= len(self._names):
-            yield refusal(mavlink.MAV_FTP_ERR_INVALIDSESSION)
-        else:
-            content = self._files[self._names[session]]
-            step = min(size or MAX_FTP_DATA_BYTES, MAX_FTP_DATA_BYTES)
-            count = MAX_BURST_REPLIES if opcode == mavlink.MAV_FTP_OPCODE_BURSTREADFILE else 1
-            places = range(offset, len(content), step)[:count]
-            for number, at in enumerate(places, start=1):
-                end = int(opcode == mavlink.MAV_FTP_OPCODE_BURSTREADFILE and number == len(places))
-                yield reply(content[at : at + step], at, number, end)
-            if not places:
-                yield refusal(mavlink.MAV_FTP_ERR_EOF)
+        content = files[name]
+        session = names.index(name)
+        number = len(content) if opcode == mavlink.MAV_FTP_OPCODE_OPENFILERO else file_crc(content)
+        yield reply(struct.pack("<I", number))
+    elif opcode not in (mavlink.MAV_FTP_OPCODE_READFILE, mavlink.MAV_FTP_OPCODE_BURSTREADFILE):
+        yield refusal(mavlink.MAV_FTP_ERR_UNKNOWNCOMMAND)
+    elif session >= len(names):
+        yield refusal(mavlink.MAV_FTP_ERR_INVALIDSESSION)
+    else:
+        content = files[names[session]]
+        step = min(size or MAX_FTP_DATA_BYTES, MAX_FTP_DATA_BYTES)
+        count = MAX_BURST_REPLIES if opcode == mavlink.MAV_FTP_OPCODE_BURSTREADFILE else 1
+        places = range(offset, len(content), step)[:count]
+        for number, at in enumerate(places, start=1):
+            end = int(opcode == mavlink.MAV_FTP_OPCODE_BURSTREADFILE and number == len(places))
+            yield reply(content[at : at + step], at, number, end)
+        if not places:
+            yield refusal(mavlink.MAV_FTP_ERR_EOF)
 
 
 def file_crc(content: bytes) -> int:

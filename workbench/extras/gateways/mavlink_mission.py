@@ -207,23 +207,9 @@ def integer_item(message: Any) -> Any:
     if message.get_type() == "MISSION_ITEM_INT":
         return message
     scale = 1e7 if message.frame in GLOBAL_FRAMES else 1e4
-    return mavlink.MAVLink_mission_item_int_message(
-        message.target_system,
-        message.target_component,
-        message.seq,
-        message.frame,
-        message.command,
-        message.current,
-        message.autocontinue,
-        message.param1,
-        message.param2,
-        message.param3,
-        message.param4,
-        round(scale * message.x),
-        round(scale * message.y),
-        message.z,
-        message.mission_type,
-    )
+    values = {name: getattr(message, name) for name in message.fieldnames}
+    place = {"x": round(scale * message.x), "y": round(scale * message.y)}
+    return mavlink.MAVLink_mission_item_int_message(**values | place)
 
 
 def step_of(item: Any, home: Sequence[float]) -> MissionStep:

@@ -19,8 +19,8 @@ from workbench.extras.gateways.mavlink_files import (
     GENERAL_FILE,
     METADATA_MESSAGE_ID,
     ComponentMetadata,
-    FileServer,
     file_crc,
+    file_replies,
     metadata_files,
 )
 from workbench.extras.gateways.mavlink_flight import MissionFlight
@@ -82,7 +82,6 @@ class MavlinkVehicle:
         self._texts = 0
         self._parameters = ParameterProtocol(client, station, ids, self._set)
         self._metadata = metadata_files(client.hello.parameters, ids)
-        self._files = FileServer(self._metadata)
         self._mission = Mission(home_of(client))
         self._flying: asyncio.Task[None] | None = None
         self._gimbal = GimbalProtocol(client, gimbal, self._aim) if gimbal else None
@@ -155,7 +154,7 @@ class MavlinkVehicle:
             await self._parameters.answer(message)
 
     def _send_files(self, message: Any) -> None:
-        for reply in self._files.replies(bytes(message.payload)):
+        for reply in file_replies(self._metadata, bytes(message.payload)):
             self._station.send(
                 mavlink.MAVLink_file_transfer_protocol_message(
                     0, message.get_srcSystem(), message.get_srcComponent(), list(reply)

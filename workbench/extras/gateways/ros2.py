@@ -1,7 +1,8 @@
 """The gateway to ROS 2: a client of the link that uses DDS, without ROS installed."""
 
 import asyncio
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from functools import partial
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, NoReturn
 
@@ -11,16 +12,16 @@ from workbench.extras.gateways.ros2_trajectory import TrajectoryOrder
 from workbench.extras.gateways.running import (
     MESSAGE_CHECK_PERIOD_S,
     LinkOptions,
-    MessageThrottle,
     all_of,
     report_connection,
     run_until_interrupted,
+    throttled,
 )
 from workbench.link.ros_messages.namespace import ros_namespace
 
 if TYPE_CHECKING:
     from workbench.extras.gateways.ros2_node import FlightNode
-    from workbench.extras.gateways.ros2_orders import OrderExecutor, OrderReader
+    from workbench.extras.gateways.ros2_orders import OrderExecutor, RosOrder
     from workbench.extras.gateways.ros2_publishing import RosPublisher
     from workbench.extras.gateways.ros2_servos import ServoMover
     from workbench.link import AsyncClient
@@ -52,7 +53,7 @@ def run_ros2(link: LinkOptions, options: Ros2Options, say: Callable[[str], None]
             "ROS 2 topics need the package cyclonedds: `pip install cyclonedds`; it comes for "
             "Python 3.11 to 3.13"
         )
-    run_until_interrupted(serve_ros2(link, options, MessageThrottle(say)))
+    run_until_interrupted(serve_ros2(link, options, throttled(say)))
 
 
 async def serve_ros2(link: LinkOptions, options: Ros2Options, say: Callable[[str], None]) -> None:
@@ -61,7 +62,7 @@ async def serve_ros2(link: LinkOptions, options: Ros2Options, say: Callable[[str
 
     from workbench.extras.gateways.ros2_dds import DdsDomain
     from workbench.extras.gateways.ros2_node import FlightNode
-    from workbench.extras.gateways.ros2_orders import OrderExecutor, OrderReader
+    from workbench.extras.gateways.ros2_orders import OrderExecutor, order_readers, take_orders
     from workbench.extras.gateways.ros2_publishing import RosPublisher
     from workbench.extras.gateways.ros2_servos import ServoMover
 
@@ -73,7 +74,8 @@ async def serve_ros2(link: LinkOptions, options: Ros2Options, say: Callable[[str
                 publishing = RosPublisher(domain.participant, namespace)
                 publishing.announce(client.hello.topics)
                 await _describe(client, publishing, say)
-                orders, commanding = OrderReader(domain, namespace), OrderExecutor(client, say)
+                readers, commanding = order_readers(domain, namespace), OrderExecutor(client, say)
+                orders = partial(take_orders, readers)
                 flies = options.allow_commands
                 node = FlightNode(
                     client,
@@ -123,7 +125,10 @@ async def _publish(
 
 
 async def _take_orders(
-    commanding: "OrderExecutor", orders: "OrderReader", node: "FlightNode", servos: "ServoMover"
+    commanding: "OrderExecutor",
+    orders: "Callable[[], Iterator[RosOrder]]",
+    node: "FlightNode",
+    servos: "ServoMover",
 ) -> None:
     """Pass orders on as they come, and answer requests."""
     now = asyncio.get_running_loop().time
@@ -131,7 +136,7 @@ async def _take_orders(
     try:
         while True:
             since, looked = looked, now()
-            for order in list(orders.take()):  # all orders since the last check
+            for order in list(orders()):  # all orders since the last check
                 if isinstance(order, TrajectoryOrder):
                     await servos.start(order)
                 else:
@@ -147,11 +152,11 @@ async def _take_orders(
 
 
 async def _refuse_orders(
-    orders: "OrderReader", node: "FlightNode", say: Callable[[str], None]
+    orders: "Callable[[], Iterator[RosOrder]]", node: "FlightNode", say: Callable[[str], None]
 ) -> None:
     """Report that orders are not accepted, and answer requests with that."""
     while True:
-        if list(orders.take()):
+        if list(orders()):
             say(f"a ROS 2 program wants to fly, but {ONLY_WATCHES}")
         await node.serve()
         await asyncio.sleep(MESSAGE_CHECK_PERIOD_S)

@@ -6,11 +6,12 @@ Orders are velocities, flight operations and trajectories of joints. One program
 import asyncio
 import math
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, cast
 
 from cyclonedds.idl import IdlStruct
+from cyclonedds.sub import DataReader
 
 from workbench.common.errors import WorkbenchError
 from workbench.extras.gateways.ros2_dds import DdsDomain
@@ -91,48 +92,32 @@ class OperationOrder:
     height: float = TAKE_OFF_HEIGHT_M
 
 
-@dataclass(frozen=True)
-class InvalidOrder:
-    """A message that is not a valid order, with a sentence."""
-
-    said: str
+FlightOrder = VelocityOrder | OperationOrder
+RosOrder = FlightOrder | TrajectoryOrder | str
+"""What a message asks for; a sentence for one that is no valid order."""
 
 
-FlightOrder = VelocityOrder | OperationOrder | InvalidOrder
-RosOrder = FlightOrder | TrajectoryOrder
-
-
-class OrderReader:
-    """Reads the topics for orders of ROS 2 programs; the gateway does not write to these.
+def order_readers(domain: DdsDomain, namespace: str) -> list[tuple[str, str, DataReader]]:
+    """Return name, type and reader of each topic for orders; the gateway does not write to these.
 
     Args:
         domain: open; `cmd_vel` has two types, so that one has a participant of its own.
         namespace: of the drone, without slashes.
     """
+    found = []
+    for topic, kind in ORDER_TYPES:
+        own = domain.add_participant() if kind == TWIST_TYPE else domain.participant
+        name = in_namespace(topic, namespace)
+        found.append((name, kind, make_reader(own, name, kind)))
+    return found
 
-    def __init__(self, domain: DdsDomain, namespace: str) -> None:
-        self._namespace = namespace
-        self._readers = [
-            (
-                name,
-                kind,
-                make_reader(
-                    domain.add_participant() if kind == TWIST_TYPE else domain.participant,
-                    in_namespace(name, namespace),
-                    kind,
-                ),
-            )
-            for name, kind in ORDER_TYPES
-        ]
 
-    def take(self) -> Iterator[RosOrder]:
-        """Yield orders that have arrived; for each topic at most as many as are kept."""
-        for name, kind, reader in self._readers:
-            for publisher, message, error in take_messages(reader):
-                order = InvalidOrder(error) if error else order_of(kind, message, publisher)
-                if isinstance(order, InvalidOrder):
-                    order = InvalidOrder(f"{in_namespace(name, self._namespace)}: {order.said}")
-                yield order
+def take_orders(readers: Sequence[tuple[str, str, DataReader]]) -> Iterator[RosOrder]:
+    """Yield orders that have arrived; for each topic at most as many as are kept."""
+    for name, kind, reader in readers:
+        for publisher, message, error in take_messages(reader):
+            order = error or order_of(kind, message, publisher)
+            yield f"{name}: {order}" if isinstance(order, str) else order
 
 
 def order_of(kind: str, message: IdlStruct | None, publisher: int) -> RosOrder:
@@ -163,7 +148,7 @@ def _stamped(message: Any, publisher: int) -> RosOrder:
         return _velocity(message.twist, publisher, levelled=False)
     if plain in LEVELLED_FRAMES:
         return _velocity(message.twist, publisher, levelled=True)
-    return InvalidOrder(
+    return (
         f"its frame_id is {frame[:40]!r}: write {ROS_BODY_FRAME} for forward, left and up, or "
         f"{', '.join(WORLD_FRAMES)} for east, north and up"
     )
@@ -177,7 +162,7 @@ def _velocity(twist: Any, publisher: int, levelled: bool) -> VelocityOrder:
 def _masked(message: Any, publisher: int) -> RosOrder:
     """Return the order of a CommandVelocity, with the axes that it does not use at zero."""
     if not 1 <= message.axes <= ALL_COMMAND_AXES:
-        return InvalidOrder(
+        return (
             f"axes is {message.axes}: set bits 0 to 3 for those that count, {ALL_COMMAND_AXES} "
             "for all"
         )
@@ -195,7 +180,7 @@ def _operation(text: str, publisher: int) -> RosOrder:
             return OperationOrder(publisher, what)
         case ["take_off", number] if _HEIGHT_PATTERN.fullmatch(number):
             return OperationOrder(publisher, "take_off", float(number))
-    return InvalidOrder(
+    return (
         f"{text[:40]!r} is not an operation: write arm, take_off, take_off HEIGHT [m], hold, land "
         "or stop"
     )
@@ -232,15 +217,15 @@ class OrderExecutor:
         self._operated = -math.inf  # start of the last operation of a service, simulated [s]
         self._kept = False  # whether control is kept even if the rotors stand still
 
-    async def execute(self, order: FlightOrder, since: float) -> None:
+    async def execute(self, order: FlightOrder | str, since: float) -> None:
         """Execute an order, or report why not.
 
         Args:
-            order: the order.
+            order: the order, or the sentence why it is none.
             since: earliest arrival time of the order, by the clock of the loop [s].
         """
-        if isinstance(order, InvalidOrder):
-            self._say(order.said)
+        if isinstance(order, str):
+            self._say(order)
             return
         try:
             await self.look()
@@ -328,7 +313,7 @@ class OrderExecutor:
         if control is not None:
             await control.__aexit__(None, None, None)
 
-    def _is_late(self, order: VelocityOrder | OperationOrder, since: float) -> bool:
+    def _is_late(self, order: FlightOrder, since: float) -> bool:
         """Return whether an order has become too old."""
         if isinstance(order, OperationOrder) and order.what in ENDING_OPERATIONS:
             return False
@@ -337,7 +322,7 @@ class OrderExecutor:
             self._say(f"an order was not carried out: it waited up to {waited:.1f} s for others")
         return waited > MAX_ORDER_AGE_S
 
-    def _may(self, order: VelocityOrder | OperationOrder) -> bool:
+    def _may(self, order: FlightOrder) -> bool:
         """Return whether the program of an order may give it."""
         if isinstance(order, OperationOrder) or order.publisher == self._holder:
             return True
@@ -370,9 +355,7 @@ class OrderExecutor:
         self._say("control was granted: a ROS 2 program flies")
         return control
 
-    async def _carry_out(
-        self, order: VelocityOrder | OperationOrder, control: AsyncControl
-    ) -> None:
+    async def _carry_out(self, order: FlightOrder, control: AsyncControl) -> None:
         if isinstance(order, VelocityOrder):
             control.stop_repeating()  # from now on its silence counts
             if control.scaled:  # from the order before, as a rejection takes time

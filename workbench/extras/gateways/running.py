@@ -118,24 +118,23 @@ async def report_connection(client: AsyncClient, say: Callable[[str], None]) -> 
         await asyncio.sleep(MESSAGE_CHECK_PERIOD_S)
 
 
-class MessageThrottle:
-    """Shows sentences, without frequent repetition.
+def throttled(
+    say: Callable[[str], None], clock: Callable[[], float] = monotonic
+) -> Callable[[str], None]:
+    """Return a function that shows sentences, without frequent repetition.
 
     Args:
         say: shows the user a sentence.
         clock: time now [s].
     """
+    shown: dict[str, float] = {}
 
-    def __init__(self, say: Callable[[str], None], clock: Callable[[], float] = monotonic) -> None:
-        self._say = say
-        self._clock = clock
-        self._said: dict[str, float] = {}
+    def show(sentence: str) -> None:
+        now = clock()
+        for each in [each for each, when in shown.items() if now - when >= MESSAGE_REPEAT_S]:
+            del shown[each]
+        if sentence not in shown:
+            shown[sentence] = now
+            say(sentence)
 
-    def __call__(self, sentence: str) -> None:
-        now = self._clock()
-        self._said = {
-            each: when for each, when in self._said.items() if now - when < MESSAGE_REPEAT_S
-        }
-        if sentence not in self._said:
-            self._said[sentence] = now
-            self._say(sentence)
+    return show

@@ -8,18 +8,21 @@ DEFAULT_NAMESPACE = "drone"
 """Namespace of a vehicle whose name has no letter or digit of ROS."""
 
 
-def ros_namespace(vehicle: str) -> str:
-    """Return the ROS 2 namespace of a vehicle, such as `crazyflie`, without slashes.
-
-    What ROS does not allow in names becomes an underscore; a name does not begin with a digit.
+def ros_name(text: str, prefix: str) -> str:
+    """Return a name that ROS 2 allows: what it does not allow becomes a single underscore.
 
     Args:
-        vehicle: its name.
+        text: the name.
+        prefix: before a name that would begin with a digit, and in place of one without any letter
+            or digit of ROS.
     """
-    name = re.sub(r"__+", "_", re.sub(r"[^A-Za-z0-9]", "_", vehicle)).strip("_")
-    if not name:
-        return DEFAULT_NAMESPACE
-    return f"{DEFAULT_NAMESPACE}_{name}" if name[0].isdigit() else name
+    name = re.sub(r"[^A-Za-z0-9]+", "_", text).strip("_")
+    return name if name[:1].isalpha() else f"{prefix}_{name}".rstrip("_")
+
+
+def ros_namespace(vehicle: str) -> str:
+    """Return the ROS 2 namespace of a vehicle by its name, as `crazyflie`, without slashes."""
+    return ros_name(vehicle, DEFAULT_NAMESPACE)
 
 
 def in_namespace(topic: str, namespace: str) -> str:

@@ -29,7 +29,7 @@ DEFAULT_OBSTACLE_RGBA: ObstacleRgba = (0.7, 0.7, 0.7, 1.0)
 
 def collision(name: str, X_OG: RigidTransform, shape: GeometryShape) -> GeometryInstance:
     """Return a geometry for contact; the file of a mesh is its convex hull."""
-    geometry = GeometryInstance(X_OG, _touched(shape), name)
+    geometry = GeometryInstance(X_OG, drake_shape(shape), name)
     geometry.set_proximity_properties(contact_properties())
     return geometry
 
@@ -84,11 +84,11 @@ def _seen(geometry: GeometryInstance, colour: ObstacleRgba | None) -> GeometryIn
 
 def _drawn(shape: GeometryShape) -> drake.Shape:
     """Return Drake's shape for drawing."""
-    return drake.Mesh(str(shape.path)) if isinstance(shape, Mesh) else _touched(shape)
+    return drake.Mesh(str(shape.path)) if isinstance(shape, Mesh) else drake_shape(shape)
 
 
-def _touched(shape: GeometryShape) -> drake.Shape:
-    """Return Drake's shape for touching."""
+def drake_shape(shape: GeometryShape) -> drake.Shape:
+    """Return Drake's shape for touching, that of a mesh its convex hull."""
     match shape:
         case Box((x, y, z)):
             return drake.Box(x, y, z)

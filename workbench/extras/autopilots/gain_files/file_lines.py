@@ -148,81 +148,54 @@ class FileLines:
 
     def old_names(self) -> Iterator[ParameterFileRemark]:
         """Yield remarks on names that the version does not have, and on names with a scale."""
-        own = self.firmware.table.names(self.release)
+        own, version = self.firmware.table.names(self.release), self.release.version
         foreign = [name for name in self.settings if name not in own]
-        if foreign:
-            yield _on(
-                f"{len(foreign)} names are not of {self.release.version}, and each is read as in "
-                f"its own version: {joined_names(foreign)}",
-                self.lines,
-                foreign,
-            )
-        renamed = [
-            (name, setting)
+        renamed = {
+            name: f"{name} is {self.firmware.file_name(setting.law)}"
+            + (f" times {1.0 / setting.scale:g}" if setting.scale != 1.0 else "")
             for name, setting in self.settings.items()
             if setting.law and self.firmware.file_name(setting.law) != name and not setting.pair
-        ]
-        if renamed:
-            listed = [
-                f"{name} is {self.firmware.file_name(each.law)}"
-                + (f" times {1.0 / each.scale:g}" if each.scale != 1.0 else "")
-                for name, each in renamed
-            ]
-            yield _on(
-                f"names of earlier versions: {joined_names(listed)}",
-                self.lines,
-                [name for name, _ in renamed],
-            )
+        }
         pairs = [name for name, setting in self.settings.items() if setting.pair]
-        if pairs:
-            yield _on(
-                f"d and d_min of {self.release.version} are read as d_max and d",
-                self.lines,
-                pairs,
-            )
+        yield from self._remarks(
+            (
+                foreign,
+                f"{len(foreign)} names are not of {version}, and each is read as in its own "
+                f"version: {joined_names(foreign)}",
+            ),
+            (renamed, f"names of earlier versions: {joined_names(list(renamed.values()))}"),
+            (pairs, f"d and d_min of {version} are read as d_max and d"),
+        )
 
-    def _said(self, name: str) -> str:
-        return f"{name} {self.entries[name].text[:20]}"
+    def _remarks(self, *rows: tuple[Collection[str], str]) -> Iterator[ParameterFileRemark]:
+        """Yield a remark on the names of each row that has some, at the first of their lines."""
+        for names, said in rows:
+            if names:
+                line = min(self.lines[name] for name in names)
+                yield ParameterFileRemark(said, line, len(names))
+
+    def _listed(self, names: Collection[str], *most: int) -> str:
+        return joined_names([f"{name} {self.entries[name].text[:20]}" for name in names], *most)
 
     def strangers(self) -> Iterator[ParameterFileRemark]:
         """Yield remarks on names that the table does not have."""
-        table = self.firmware.table
+        table, whose = self.firmware.table, f"{self.firmware.name} {self.release.version}"
         refused = [
             name for name in self.unknown if table.others and not table.knows(name, self.release)
         ]
-        others = [name for name in self.unknown if name not in refused]
-        if self.refused:
-            yield _on(
-                f"beyond what {self.firmware.name} {self.release.version} takes, which refuses "
-                f"the line: {', '.join(self.refused.values())}",
-                self.lines,
+        near = [] if table.others else [name for name in self.unknown if table.is_near(name)]
+        others = [name for name in self.unknown if name not in (*refused, *near)]
+        unsure = "" if table.others else ", or unknown"
+        yield from self._remarks(
+            (
                 self.refused,
-            )
-        if refused:
-            yield _on(
-                f"unknown to {self.firmware.name} {self.release.version}, which refuses the line: "
-                f"{joined_names([self._said(name) for name in refused])}",
-                self.unknown,
-                refused,
-            )
-        near = [] if table.others else [name for name in others if table.is_near(name)]
-        others = [name for name in others if name not in near]
-        if near:
-            yield _on(
-                f"of flight control, but not known to {self.firmware.name} {self.release.version}, "
-                f"and not flown: {joined_names([self._said(name) for name in near])}",
-                self.unknown,
+                f"beyond what {whose} takes, which refuses the line: "
+                f"{', '.join(self.refused.values())}",
+            ),
+            (refused, f"unknown to {whose}, which refuses the line: {self._listed(refused)}"),
+            (
                 near,
-            )
-        if others:
-            said = "of other parts" if table.others else "of other parts, or unknown"
-            yield _on(
-                f"{said}: {joined_names([self._said(name) for name in others], 3)}",
-                self.unknown,
-                others,
-            )
-
-
-def _on(said: str, lines: Mapping[str, int], names: Collection[str]) -> ParameterFileRemark:
-    """Return a remark on names, at the first of their lines."""
-    return ParameterFileRemark(said, min(lines[name] for name in names), len(names))
+                f"of flight control, but not known to {whose}, and not flown: {self._listed(near)}",
+            ),
+            (others, f"of other parts{unsure}: {self._listed(others, 3)}"),
+        )

@@ -72,8 +72,6 @@ from workbench.controllers import (
     clipped,
     gain,
     into_body,
-    loops_about,
-    loops_along,
     position_error,
     probe,
     probe3,
@@ -91,17 +89,19 @@ from workbench.extras.autopilots.filters import (
 )
 from workbench.extras.autopilots.loop_stages import (
     ATTITUDE_STAGE_POINT,
-    RADIAN_STAGE_POINTS,
     RATE_SETPOINT_POINT,
     RATE_STAGE_POINT,
     TILT_SETPOINT_POINT,
     TORQUE_STAGE_POINT,
+    stage_loops,
+    stage_points,
 )
 from workbench.extras.autopilots.mixers import (
     MAX_MIXER_MOTORS,
     MIXER_NUMBER_NAMES,
     column_numbers,
     effects_per_thrust,
+    flies_with_defaults,
     hover_authority,
     mixer_columns,
     moment_shares,
@@ -241,24 +241,15 @@ MEMORY = (
     State("runs", "1"),
 )
 
-POINTS = RADIAN_STAGE_POINTS
+POINTS = stage_points("rad", "1")
 
 _ARDUPILOT_LEVEL_GAINS = tuple(f"PSC_NE_VEL_{each}" for each in "PID")
 _ARDUPILOT_CLIMB_GAINS = ("PSC_D_VEL_P", "PSC_D_ACC_P", "PSC_D_ACC_I")
-_ARDUPILOT_POSITION_GAINS = (("PSC_NE_POS_P",), ("PSC_NE_POS_P",), ("PSC_D_POS_P",))
-_ARDUPILOT_ATTITUDE_GAINS = [(f"ATC_ANG_{name}_P",) for name, _ in _ARDUPILOT_AXES]
-_ARDUPILOT_RATE_GAINS = [
-    tuple(f"ATC_RAT_{name}_{term}" for term in "PID") for name, _ in _ARDUPILOT_AXES
-]
-LOOPS = (
-    *loops_along(
-        "velocity", "", (_ARDUPILOT_LEVEL_GAINS, _ARDUPILOT_LEVEL_GAINS, _ARDUPILOT_CLIMB_GAINS)
-    ),
-    *loops_about([axis for _, axis in _ARDUPILOT_AXES], "attitude", "", _ARDUPILOT_ATTITUDE_GAINS),
-    *loops_about(
-        [f"{axis}_rate" for _, axis in _ARDUPILOT_AXES], "rate", "torque", _ARDUPILOT_RATE_GAINS
-    ),
-    *loops_along("position", "", _ARDUPILOT_POSITION_GAINS, hold=True),
+LOOPS = stage_loops(
+    (("PSC_NE_POS_P",), ("PSC_NE_POS_P",), ("PSC_D_POS_P",)),
+    (_ARDUPILOT_LEVEL_GAINS, _ARDUPILOT_LEVEL_GAINS, _ARDUPILOT_CLIMB_GAINS),
+    [(f"ATC_ANG_{name}_P",) for name, _ in _ARDUPILOT_AXES],
+    [tuple(f"ATC_RAT_{name}_{term}" for term in "PID") for name, _ in _ARDUPILOT_AXES],
 )
 
 _FIRST_ORDER_CUTOFFS = (
@@ -680,8 +671,6 @@ X500_RATE_P = 15.3
 """Its roll rate P with ArduPilot's defaults [1/s]."""
 X500_LIFT = 15.0
 """Its vertical acceleration over throttle, in hover [m/s²]."""
-ARDUPILOT_DEFAULTS_RATIO = 1.6
-"""A vehicle within this factor of these values flies with ArduPilot's defaults."""
 
 
 def rule(vehicle: Vehicle) -> dict[str, float]:
@@ -707,11 +696,7 @@ def rule(vehicle: Vehicle) -> dict[str, float]:
     *turned, force = hover_authority(rotors, frame, mix, per_share).tolist()
     lift = force / vehicle.mass
     values = {"MOT_THST_HOVER": float(np.mean(shares)), "motor_speed": fastest}
-    own = (*turned, lift)
-    if all(
-        1.0 / ARDUPILOT_DEFAULTS_RATIO < a / b < ARDUPILOT_DEFAULTS_RATIO
-        for a, b in zip(own, (*X500_ANGULAR_ACCELERATION, X500_LIFT), strict=True)
-    ):
+    if all(flies_with_defaults((*turned, lift), (*X500_ANGULAR_ACCELERATION, X500_LIFT))):
         return values
     for (name, axis), kp, place in zip(
         _ARDUPILOT_AXES, ("kd_roll", "kd_pitch", "kp_yaw_rate"), range(3), strict=True

@@ -72,8 +72,6 @@ from workbench.controllers import (
     gain,
     into_body,
     level_heading,
-    loops_about,
-    loops_along,
     points,
     position_error,
     probe,
@@ -92,11 +90,13 @@ from workbench.extras.autopilots.filters import (
     first_order_filtered,
     low_passed,
 )
+from workbench.extras.autopilots.loop_stages import stage_loops
 from workbench.extras.autopilots.mixers import (
     MAX_MIXER_MOTORS,
     MIXER_NUMBER_NAMES,
     column_numbers,
     effects_per_thrust,
+    flies_with_defaults,
     hover_authority,
     mixer_columns,
     moment_shares,
@@ -261,18 +261,12 @@ _BETAFLIGHT_LEVEL_GAINS, _BETAFLIGHT_CLIMB_GAINS = (
     ("outer_p_velocity", "outer_i_velocity"),
     ("outer_p_climb", "outer_i_climb"),
 )
-_BETAFLIGHT_POSITION_GAINS = (("outer_p_position",), ("outer_p_position",), ("outer_p_height",))
-_BETAFLIGHT_ANGLE_GAINS = (("angle_p_gain",), ("angle_p_gain",))
-_BETAFLIGHT_RATE_GAINS = [tuple(f"{term}_{name}" for term in "pid") for name in _BETAFLIGHT_AXES]
-LOOPS = (
-    *loops_along(
-        "velocity", "", (_BETAFLIGHT_LEVEL_GAINS, _BETAFLIGHT_LEVEL_GAINS, _BETAFLIGHT_CLIMB_GAINS)
-    ),
-    *loops_about(("roll", "pitch"), "angle", "", _BETAFLIGHT_ANGLE_GAINS),
-    *loops_about(
-        [f"{name}_rate" for name in _BETAFLIGHT_AXES], "rate", "torque", _BETAFLIGHT_RATE_GAINS
-    ),
-    *loops_along("position", "", _BETAFLIGHT_POSITION_GAINS, hold=True),
+LOOPS = stage_loops(
+    (("outer_p_position",), ("outer_p_position",), ("outer_p_height",)),
+    (_BETAFLIGHT_LEVEL_GAINS, _BETAFLIGHT_LEVEL_GAINS, _BETAFLIGHT_CLIMB_GAINS),
+    (("angle_p_gain",), ("angle_p_gain",)),
+    [tuple(f"{term}_{name}" for term in "pid") for name in _BETAFLIGHT_AXES],
+    "angle",
 )
 
 DESIGNED = (
@@ -588,8 +582,6 @@ FIVE_INCH_ACCELERATION = (2170.0, 1860.0, 146.0)
 """Angular acceleration of a 5-inch quad over roll, pitch and yaw, in hover [rad/s²]."""
 FIVE_INCH_RATE_P = 60.0
 """Its roll rate P with Betaflight's defaults, over 1 + D [1/s]."""
-BETAFLIGHT_DEFAULTS_RATIO = 1.6
-"""A vehicle within this factor of these values flies with Betaflight's defaults."""
 MIN_YAW_SPIN_UP_S = 0.1
 """Required spin-up lead in yaw [s]: without it, the default i_yaw makes yaw oscillate."""
 IDLE_SIGNAL_SHARE = 0.055
@@ -623,10 +615,7 @@ def rule(vehicle: Vehicle) -> dict[str, float]:
         "outer_i_climb": 0.5 * pd["kp_velocity_z"],
         "max_climb_rate": pd["max_climb_rate"],
     }
-    alike = [
-        1.0 / BETAFLIGHT_DEFAULTS_RATIO < a / b < BETAFLIGHT_DEFAULTS_RATIO
-        for a, b in zip(turned, FIVE_INCH_ACCELERATION, strict=True)
-    ]
+    alike = flies_with_defaults(turned, FIVE_INCH_ACCELERATION)
     kept_level = alike[0] and alike[1]
     kept_yaw = kept_level and alike[2] and frame.spin_up_time > MIN_YAW_SPIN_UP_S
     for axis, kp, place, kept in (

@@ -48,10 +48,7 @@ from workbench.controllers import (
     gain,
     into_body,
     level_heading,
-    loops_about,
-    loops_along,
     place_weights,
-    points,
     position_error,
     probe,
     probe3,
@@ -78,6 +75,8 @@ from workbench.extras.autopilots.loop_stages import (
     RATE_STAGE_POINT,
     TILT_SETPOINT_POINT,
     TORQUE_STAGE_POINT,
+    stage_loops,
+    stage_points,
 )
 from workbench.plant.vehicle import Vehicle
 
@@ -194,40 +193,18 @@ MEMORY = (
     State("runs", "1"),
 )
 
-POINTS = points(
-    {
-        "position_{}_error": "m",
-        "velocity_{}_error": "m/s",
-        "attitude_{}_error": "deg",
-        "rate_{}_error": "deg/s",
-        "torque_{}": "1",
-    }
-) | {
-    "roll_setpoint": "deg",
-    "pitch_setpoint": "deg",
-    "roll_rate_setpoint": "deg/s",
-    "pitch_rate_setpoint": "deg/s",
-}
+POINTS = stage_points("deg", "deg")
 
 
 def _named(group: str, axis: str, names: str) -> tuple[str, ...]:
     return tuple(f"{group}_{axis}{name}" for name in names.split())
 
 
-_CRAZYFLIE_ANGLES = ("roll", "pitch", "yaw")
-_CRAZYFLIE_POSITION_GAINS = [_named("posCtlPid", axis, "Kp Ki") for axis in "xyz"]
-_CRAZYFLIE_VELOCITY_GAINS = [_named("velCtlPid", f"v{axis}", "Kp Ki") for axis in "xyz"]
-_CRAZYFLIE_ATTITUDE_GAINS = [
-    _named("pid_attitude", f"{name}_", "kp ki") for name in _CRAZYFLIE_ANGLES
-]
-_CRAZYFLIE_RATE_GAINS = [_named("pid_rate", f"{name}_", "kp ki kd") for name in _CRAZYFLIE_ANGLES]
-LOOPS = (
-    *loops_along("velocity", "", _CRAZYFLIE_VELOCITY_GAINS),
-    *loops_about(_CRAZYFLIE_ANGLES, "attitude", "", _CRAZYFLIE_ATTITUDE_GAINS),
-    *loops_about(
-        [f"{name}_rate" for name in _CRAZYFLIE_ANGLES], "rate", "torque", _CRAZYFLIE_RATE_GAINS
-    ),
-    *loops_along("position", "", _CRAZYFLIE_POSITION_GAINS, hold=True),
+LOOPS = stage_loops(
+    [_named("posCtlPid", axis, "Kp Ki") for axis in "xyz"],
+    [_named("velCtlPid", f"v{axis}", "Kp Ki") for axis in "xyz"],
+    [_named("pid_attitude", name, "kp ki") for name in ANGLE_PREFIXES],
+    [_named("pid_rate", name, "kp ki kd") for name in ANGLE_PREFIXES],
 )
 
 DESIGNED = (
@@ -447,15 +424,16 @@ def rule(vehicle: Vehicle) -> dict[str, float]:
     motors = larger_motors(vehicle)
     if motors is None:
         return {}
+    thrust_max, turned = motors
     pd = pd_rule(vehicle)
     values = {
-        "thrust_max": motors.thrust_max,
+        "thrust_max": thrust_max,
         "posCtlPid_thrustMin": 0.3 * FULL_MOTOR_SIGNAL,
         "spin_up_feedforward": pd["spin_up_feedforward"],
         "max_climb_rate": pd["max_climb_rate"],
     }
     for axis, kp in (("roll", "kd_roll"), ("pitch", "kd_pitch"), ("yaw", "kp_yaw_rate")):
-        rate = pd[kp] / RADIAN_DEG / getattr(motors, axis)
+        rate = pd[kp] / RADIAN_DEG / turned[axis]
         values[f"pid_rate_{axis}_kp"] = rate
         values[f"pid_rate_{axis}_ki"] = (0.14 if axis == "yaw" else 2.0) * rate
         values[f"pid_rate_{axis}_kd"] = (0.0 if axis == "yaw" else 0.01) * rate
@@ -466,7 +444,7 @@ def rule(vehicle: Vehicle) -> dict[str, float]:
         values[f"velCtlPid_v{axis}Kp"] = RADIAN_DEG * pd[f"kp_velocity_{axis}"] / GRAVITY
         values[f"velCtlPid_v{axis}Ki"] = 0.04 * values[f"velCtlPid_v{axis}Kp"]
         values[f"posCtlPid_{axis}Kp"] = pd["kp_position_xy"]
-    climb = vehicle.mass * FULL_MOTOR_SIGNAL / (1000.0 * len(vehicle.rotors) * motors.thrust_max)
+    climb = vehicle.mass * FULL_MOTOR_SIGNAL / (1000.0 * len(vehicle.rotors) * thrust_max)
     values["velCtlPid_vzKp"] = pd["kp_velocity_z"] * climb
     values["velCtlPid_vzKi"] = 0.6 * values["velCtlPid_vzKp"]
     values["posCtlPid_zKp"] = pd["kp_position_z"]

@@ -61,8 +61,6 @@ from workbench.controllers import (
     cosine_sine,
     gain,
     into_body,
-    loops_about,
-    loops_along,
     position_error,
     probe,
     probe3,
@@ -80,11 +78,12 @@ from workbench.extras.autopilots.filters import (
 )
 from workbench.extras.autopilots.loop_stages import (
     ATTITUDE_STAGE_POINT,
-    RADIAN_STAGE_POINTS,
     RATE_SETPOINT_POINT,
     RATE_STAGE_POINT,
     TILT_SETPOINT_POINT,
     TORQUE_STAGE_POINT,
+    stage_loops,
+    stage_points,
 )
 from workbench.extras.autopilots.mixers import (
     MAX_MIXER_MOTORS,
@@ -92,6 +91,7 @@ from workbench.extras.autopilots.mixers import (
     TORQUE_SCALE_NAMES,
     column_numbers,
     effects_per_thrust,
+    flies_with_defaults,
     hover_authority,
     mixer_columns,
     with_motor,
@@ -183,19 +183,16 @@ MEMORY = (
     State("runs", "1"),
 )
 
-POINTS = RADIAN_STAGE_POINTS
+POINTS = stage_points("rad", "1")
 
 _PX4_LEVEL_GAINS = ("MPC_XY_VEL_P_ACC", "MPC_XY_VEL_I_ACC", "MPC_XY_VEL_D_ACC")
 _PX4_CLIMB_GAINS = ("MPC_Z_VEL_P_ACC", "MPC_Z_VEL_I_ACC", "MPC_Z_VEL_D_ACC")
-_PX4_ANGLES = ("roll", "pitch", "yaw")
-_PX4_POSITION_GAINS = (("MPC_XY_P",), ("MPC_XY_P",), ("MPC_Z_P",))
-_PX4_ATTITUDE_GAINS = [(f"MC_{name.upper()}_P",) for name in _PX4_ANGLES]
-_PX4_RATE_GAINS = [tuple(f"MC_{name.upper()}RATE_{term}" for term in "PID") for name in _PX4_ANGLES]
-LOOPS = (
-    *loops_along("velocity", "", (_PX4_LEVEL_GAINS, _PX4_LEVEL_GAINS, _PX4_CLIMB_GAINS)),
-    *loops_about(_PX4_ANGLES, "attitude", "", _PX4_ATTITUDE_GAINS),
-    *loops_about([f"{name}_rate" for name in _PX4_ANGLES], "rate", "torque", _PX4_RATE_GAINS),
-    *loops_along("position", "", _PX4_POSITION_GAINS, hold=True),
+_PX4_ANGLES = ("ROLL", "PITCH", "YAW")
+LOOPS = stage_loops(
+    (("MPC_XY_P",), ("MPC_XY_P",), ("MPC_Z_P",)),
+    (_PX4_LEVEL_GAINS, _PX4_LEVEL_GAINS, _PX4_CLIMB_GAINS),
+    [(f"MC_{name}_P",) for name in _PX4_ANGLES],
+    [tuple(f"MC_{name}RATE_{term}" for term in "PID") for name in _PX4_ANGLES],
 )
 
 DESIGNED = (
@@ -453,8 +450,6 @@ def update(
 
 X500_TORQUE_EFFECT = (231.0, 230.0, 16.3)
 """Angular acceleration of PX4's X500 in Gazebo over torque about x, y and z, in hover [rad/s²]."""
-PX4_DEFAULTS_RATIO = 1.6
-"""A vehicle within this factor of these values flies with PX4's defaults."""
 IDLE_SPEED_RATIO = 0.15
 """Speed at a signal of 0, over the largest one."""
 
@@ -477,10 +472,7 @@ def rule(vehicle: Vehicle) -> dict[str, float]:
         "SIM_GZ_EC_MIN": least,
         "SIM_GZ_EC_MAX": fastest,
     }
-    if all(
-        1.0 / PX4_DEFAULTS_RATIO < a / b < PX4_DEFAULTS_RATIO
-        for a, b in zip(turned, X500_TORQUE_EFFECT, strict=True)
-    ):
+    if all(flies_with_defaults(turned, X500_TORQUE_EFFECT)):
         return values
     for axis, kp, place in (
         ("ROLL", "kd_roll", 0),

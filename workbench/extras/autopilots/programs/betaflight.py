@@ -27,13 +27,13 @@ from workbench.common.errors import FlightBrokenError, WorkbenchError
 from workbench.extras.autopilots.programs.betaflight_msp import (
     MSP_SETTER_BY_GETTER,
     MSP_STATUS,
-    MspAnswers,
     arming_block_reason,
     arming_status,
     gains_in,
     msp_request,
     payload_with_gains,
     received_bytes,
+    take_msp_answers,
 )
 from workbench.extras.autopilots.programs.betaflight_packets import (
     BETAFLIGHT_HOST,
@@ -91,7 +91,7 @@ class Betaflight:
         self._sent = self._heard = -math.inf
         self._end, self._watched = "", False
         self._console: socket.socket | None = None
-        self._answers = MspAnswers()
+        self._received = bytearray()
         self._read_back: dict[int, bytes] = {}
         self._asked: set[int] = set()
         with contextlib.ExitStack() as opened:
@@ -320,7 +320,7 @@ class Betaflight:
     def _connected(self) -> socket.socket:
         if self._console is None:
             self._console = socket.create_connection((BETAFLIGHT_HOST, CONSOLE_PORT), 1.0)
-            self._answers = MspAnswers()
+            self._received = bytearray()
         return self._console
 
     def _settled(self) -> bool:
@@ -335,7 +335,8 @@ class Betaflight:
         heard = {}
         with self._told_how_it_ended():
             told = received_bytes(self._connected())
-        for command, payload in self._answers.take(told):
+        self._received += told
+        for command, payload in take_msp_answers(self._received):
             if payload is None:
                 raise WorkbenchError(f"Betaflight refuses the MSP command {command}")
             heard[command] = payload

@@ -117,41 +117,34 @@ def msp_request(command: int, payload: bytes = b"") -> bytes:
     return b"$M<" + body + bytes([_checksum(body)])
 
 
-class MspAnswers:
-    """Splits received bytes into answers of MSP.
+def take_msp_answers(kept: bytearray) -> Iterator[tuple[int, bytes | None]]:
+    """Yield each complete answer in received bytes: its command, and its payload, None if refused.
 
     Answers have the form of requests, but begin with `$M>`, and with `$M!` where the command is
-    refused.
+    refused. Other bytes, and answers with a wrong checksum, are left out.
+
+    Args:
+        kept: what was received; the beginning of the next answer is left in it.
     """
-
-    def __init__(self) -> None:
-        self._kept = bytearray()
-
-    def take(self, data: bytes) -> Iterator[tuple[int, bytes | None]]:
-        """Yield each complete answer: its command, and its payload, None if refused.
-
-        Other bytes, and answers with a wrong checksum, are left out.
-        """
-        self._kept += data
-        while True:
-            start = self._kept.find(b"$M")
-            if start < 0:
-                del self._kept[:-1]  # a $ may begin one
-                return
-            del self._kept[:start]
-            if len(self._kept) < 6:
-                return
-            size = self._kept[3]
-            if len(self._kept) < size + 6:
-                return
-            body, check = bytes(self._kept[3 : size + 5]), self._kept[size + 5]
-            kind = chr(self._kept[2])
-            if kind not in ">!" or _checksum(body) != check:
-                del self._kept[:2]
-                continue
-            refused = kind == "!"
-            del self._kept[: size + 6]
-            yield body[1], None if refused else body[2:]
+    while True:
+        start = kept.find(b"$M")
+        if start < 0:
+            del kept[:-1]  # a $ may begin one
+            return
+        del kept[:start]
+        if len(kept) < 6:
+            return
+        size = kept[3]
+        if len(kept) < size + 6:
+            return
+        body, check = bytes(kept[3 : size + 5]), kept[size + 5]
+        kind = chr(kept[2])
+        if kind not in ">!" or _checksum(body) != check:
+            del kept[:2]
+            continue
+        refused = kind == "!"
+        del kept[: size + 6]
+        yield body[1], None if refused else body[2:]
 
 
 def _checksum(body: bytes) -> int:

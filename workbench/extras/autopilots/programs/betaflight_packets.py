@@ -16,6 +16,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from workbench.common.errors import WorkbenchError
+from workbench.extras.autopilots.programs.motion import attitude_ned, to_frd
 
 BETAFLIGHT_HOST = "127.0.0.1"
 MOTORS_PORT = 9001
@@ -64,11 +65,7 @@ def motion_packet(
         force: specific force along these (3) [m/s²].
         attitude: of forward, left, up in east, north, up (4), w x y z.
     """
-    p, q, r = rates
-    w, x, y, z = attitude
-    half = math.sqrt(0.5)  # north, west, up is east, north, up turned by -90 degrees about up
-    turned = (half * (w + z), half * (x + y), half * (x - y), half * (w - z))
-    numbers = (p, -q, -r, -force[0], -force[1], -force[2], *turned)
+    numbers = (*to_frd(rates), *(-each for each in force), *attitude_ned(attitude))
     return MOTION_FORMAT.pack(0.0, *numbers, *(0.0,) * 6, 101325.0)
 
 

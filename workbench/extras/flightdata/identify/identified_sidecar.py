@@ -12,6 +12,14 @@ from workbench.plant.vehicle import Vehicle
 
 YAW_ROWS = ("inertia_z", "rotor_inertia")
 """Rows of quantities about z."""
+YAW_FIELDS = ("moment_constant", "inertia")
+SIDECAR_ROTOR_FIELDS = (
+    *("motor_constant", "linear_motor_constant", "moment_constant"),
+    *("time_constant_up", "time_constant_down", "max_rot_velocity"),
+    *("rotor_drag_coefficient", "rolling_moment_coefficient", "inertia"),
+    *("inflow_coefficient", "ground_effect_coefficient", "propeller_radius"),
+)
+"""Numbers of a rotor about z, and all that are written."""
 
 
 def sidecar_text(vehicle: Vehicle, rows: Sequence[IdentifiedNumber], logs: Sequence[Path]) -> str:
@@ -77,25 +85,16 @@ def yaw_scale(vehicle: Vehicle) -> float:
 
 def _rotor_entry(rotor: Rotor, base_link: str, scale: float) -> dict[str, Any]:
     """Return a rotor as `plant.rotor_sources.sidecar` has it."""
-    where: dict[str, Any] = {"name": rotor.name}
-    direction = rotor.direction
-    where["link"] = base_link
-    where["position"] = [_shortened_number(each, 9) for each in rotor.p_BR]
-    where["axis"] = [_shortened_number(each, 9) for each in rotor.axis_B]
-    return where | {
-        "direction": "ccw" if direction > 0 else "cw",
-        "motor_constant": _shortened_number(rotor.motor_constant),
-        "linear_motor_constant": _shortened_number(rotor.linear_motor_constant),
-        "moment_constant": _shortened_number(scale * rotor.moment_constant),
-        "time_constant_up": _shortened_number(rotor.time_constant_up),
-        "time_constant_down": _shortened_number(rotor.time_constant_down),
-        "max_rot_velocity": _shortened_number(rotor.max_rot_velocity),
-        "rotor_drag_coefficient": _shortened_number(rotor.rotor_drag_coefficient),
-        "rolling_moment_coefficient": _shortened_number(rotor.rolling_moment_coefficient),
-        "inertia": _shortened_number(scale * rotor.inertia),
-        "inflow_coefficient": _shortened_number(rotor.inflow_coefficient),
-        "ground_effect_coefficient": _shortened_number(rotor.ground_effect_coefficient),
-        "propeller_radius": _shortened_number(rotor.propeller_radius),
+    return {
+        "name": rotor.name,
+        "link": base_link,
+        "position": [_shortened_number(each, 9) for each in rotor.p_BR],
+        "axis": [_shortened_number(each, 9) for each in rotor.axis_B],
+        "direction": "ccw" if rotor.direction > 0 else "cw",
+        **{
+            name: _shortened_number(getattr(rotor, name) * (scale if name in YAW_FIELDS else 1.0))
+            for name in SIDECAR_ROTOR_FIELDS
+        },
     }
 
 

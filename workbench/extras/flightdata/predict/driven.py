@@ -20,6 +20,7 @@ import numpy as np
 
 from workbench.common.jitable import give_unique_name, register_jitable
 from workbench.control.controller import Controller
+from workbench.control.quaternions import inverse, product
 from workbench.design.rollout.fields import get_field, get_lane
 from workbench.design.rollout.lane_motion import write_lane_state
 from workbench.design.rollout.lane_times import DelayRings, LaneTimes, PeriodClock
@@ -31,7 +32,6 @@ from workbench.extras.flightdata.predict.known import (
     ESTIMATE_ERROR_SIZE,
     WRONG_STATE,
     Observer,
-    quaternion_product,
 )
 
 if TYPE_CHECKING:
@@ -97,8 +97,7 @@ def correct_push(
     """
     state, begun = get_field(flight, "state"), get_field(began, "state")
     target = get_field(flight, "target")
-    q_w, q_x, q_y, q_z = begun[0:4]
-    between = quaternion_product(target[0:4], (q_w, -q_x, -q_y, -q_z))
+    between = product(target[0:4], inverse(begun[0:4]))
     sign, half, mass = 2.0 if between[0] >= 0.0 else -2.0, 0.5 * period, get_lane(body, "mass", i)
     lacks = np.empty(3)
     for axis in range(3):
@@ -196,7 +195,7 @@ def make_run_law(controller: Controller) -> Callable[..., Any]:
         Args:
             flights: the record of one that begins (1).
             clock: see `PeriodClock`.
-            measured: see `flown.DrivenFunctions`, and so the next four.
+            measured: see `flown.compiled_driven`, and so the next four.
             references: (K, 8).
             voltages: (K).
             told: (K, r).

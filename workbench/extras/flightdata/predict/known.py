@@ -16,6 +16,7 @@ import numpy as np
 
 from workbench.common.jitable import register_jitable
 from workbench.common.vectors import Numbers, Quaternion
+from workbench.control.quaternions import product
 from workbench.design.rollout.fields import get_field, set_field
 from workbench.design.rollout.gyro import TRUE_STATE
 from workbench.design.rollout.lane_times import PeriodClock
@@ -43,17 +44,6 @@ class Observer(NamedTuple):
 
 
 @register_jitable
-def quaternion_product(a: Numbers, b: Numbers) -> Quaternion:
-    """Return the product of two quaternions (4)."""
-    return (
-        a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3],
-        a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2],
-        a[0] * b[2] - a[1] * b[3] + a[2] * b[0] + a[3] * b[1],
-        a[0] * b[3] + a[1] * b[2] - a[2] * b[1] + a[3] * b[0],
-    )
-
-
-@register_jitable
 def rotation_quaternion(x: float, y: float, z: float) -> Quaternion:
     """Return the quaternion of a small rotation vector, right to its third power [rad]."""
     square = x * x + y * y + z * z
@@ -64,11 +54,10 @@ def rotation_quaternion(x: float, y: float, z: float) -> Quaternion:
 @register_jitable
 def state_with_error(state: Numbers, error: Numbers) -> tuple[float, ...]:
     """Return what the flight computer takes a state for (13), see `ESTIMATE_ERROR_SIZE`."""
+    q_w, q_x, q_y, q_z, p_x, p_y, p_z, w_x, w_y, w_z, v_x, v_y, v_z = state
     tilt = rotation_quaternion(-error[7] / GRAVITY, error[6] / GRAVITY, 0.0)
-    known = quaternion_product(
-        tilt, quaternion_product(state[0:4], rotation_quaternion(error[8], error[9], error[10]))
-    )
-    _, _, _, _, p_x, p_y, p_z, w_x, w_y, w_z, v_x, v_y, v_z = state
+    turned = product((q_w, q_x, q_y, q_z), rotation_quaternion(error[8], error[9], error[10]))
+    known = product(tilt, turned)
     p = (p_x + error[0], p_y + error[1], p_z + error[2])
     v = (v_x + error[3], v_y + error[4], v_z + error[5])
     return known + p + (w_x, w_y, w_z) + v

@@ -193,7 +193,7 @@ class Past:
         controller: the law.
         gains: of all its parameters, by name.
         craft: of these.
-        listen: see `flown.DrivenFunctions`.
+        listen: the second function of `flown.compiled_driven`.
     """
 
     def __init__(

@@ -16,18 +16,24 @@ Source: Ullah and Baca, "NanoBench", arXiv:2603.09908 (2026), and its files.
 """
 
 import math
-from array import array
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
 
 from workbench.common.errors import WorkbenchError
-from workbench.common.flight import Flight, LogRemark
+from workbench.common.flight import Flight
 from workbench.common.series import SIGNAL_GAP_PERIODS, Series, make_series
 from workbench.common.yaml_files import read_yaml
-from workbench.extras.flightdata.readers.axes import angles
-from workbench.extras.flightdata.readers.clock import SampleClock, read_clock, stamps_of
+from workbench.extras.flightdata.readers.clock import SampleClock
+from workbench.extras.flightdata.readers.states_csv import clocked_columns
+from workbench.extras.flightdata.readers.topic_log import (
+    MessageTable,
+    SignalRow,
+    attitude_rows,
+    scaled,
+)
+from workbench.logs.logged_signal import SETPOINT_SIGNALS, component_names
 from workbench.logs.readers.log_reader import LogReader, companion_file
 from workbench.logs.readers.packed import PackedFile, log_stem
 from workbench.logs.readers.rotations import (
@@ -61,8 +67,6 @@ NOISY_STREAMS = ("imu", "estimator", "estimator_acc", "attitude", "attitude_qw")
 """Streams with noise, which are never straight: they end with the radio link."""
 STRAIGHT_STREAMS = ("setpoint",)
 """Streams that may be straight, so that only their end is checked."""
-SignalAdder = Callable[[str, str, str, np.ndarray], None]
-"""Adds a signal: its stream, name, unit, and values in all rows."""
 _VALUE_ROUNDING = 2e-9
 """Twice the rounding error of a value in the file."""
 _SLOPE_TOLERANCE = 1e-6
@@ -95,23 +99,25 @@ def read_nanobench(path: Path) -> Flight:
         if all(column in table for column in columns)
     }
     measured, remarks = _measured_rows(time, streams, rates)
-    signals: dict[str, Series] = {}
-
-    def add(stream: str, name: str, unit: str, values: np.ndarray) -> None:
-        rows = measured.get(stream, np.ones(len(time), bool))
-        signals[name] = make_series(
-            name,
-            unit,
-            time[rows],
-            values[rows],
-            end=end,
-            rate=rates.get(stream),
-            breaks=clock.breaks,
-        )
-
-    _add_motion(table, add)
-    _add_on_board(streams, add)
     controller = _controller(streams)
+    known = {*streams, *(("vicon",) if table.keys() >= NANOBENCH_MOTION else ())}
+    known -= {"pid_output"} if controller == "Mellinger" else set()
+    signals: dict[str, Series] = {}
+    for row in NANOBENCH_SIGNAL_ROWS:
+        if row.topic not in known or not all(field in table for field in row.fields):
+            continue
+        rows = measured.get(row.topic, np.ones(len(time), bool))
+        values = row.values_of(MessageTable(time, table))[rows]
+        for name, column in zip(row.names, values.T, strict=True):
+            signals[name] = make_series(
+                name,
+                row.unit,
+                time[rows],
+                column,
+                end=end,
+                rate=rates.get(row.topic),
+                breaks=clock.breaks,
+            )
     remarks = [
         *filter(None, (file.remark, damage, said)),
         *clock.remarks,
@@ -144,37 +150,19 @@ def _nanobench_table(file: PackedFile) -> tuple[dict[str, np.ndarray], SampleClo
     names = head.split(",")
     if len(set(names)) < len(names):
         raise WorkbenchError(f"{path}: a column comes twice in its first line")
-    good, numbers, damaged = array("d"), array("q"), array("q")
     begin = None
-    for number, line in enumerate(lines, start=2):
+
+    def parse(line: str) -> list[float]:
+        nonlocal begin
         row = line.split(",")
         whole, _, rest = row[0].partition(".")
         if begin is None and len(row) == len(names) and row[0][:1].isdigit():
             begin = int(whole) if whole.isdigit() and len(whole) < 16 else 0
-        try:
-            # Convert whole seconds separately: as one number, the time would be rounded to 0.2 us.
-            values = [int(whole) - (begin or 0) + float(f"0.{rest}"), *map(float, row[1:])]
-        except (ValueError, OverflowError):
-            values = []
-        if len(values) == len(names) and all(map(math.isfinite, values)):
-            good.extend(values)
-            numbers.append(number)
-        else:
-            damaged.append(number)
-    table = np.array(good).reshape(-1, len(names))
-    stamps = stamps_of(table[:, 0], table.T[1:])
-    clock = read_clock({"rows": stamps}, 1.0, noun="line", numbers=np.array(numbers))
-    table[:, 0] = clock.times["rows"]
-    table = table[np.isfinite(table[:, 0])]
-    if len(table) < 3:
-        raise WorkbenchError(f"{path}: has fewer than three complete rows: it is empty or damaged")
-    remark = ""
-    if damaged:
-        lost, place = len(damaged), f"line {damaged[0]}"
-        remark = LogRemark(
-            f"{lost} damaged rows were left out, the first one is {place}", lost, place
-        )
-    return dict(zip(names, table.T, strict=True)), clock, remark
+        # Convert whole seconds separately: as one number, the time would be rounded to 0.2 us.
+        values = [int(whole) - (begin or 0) + float(f"0.{rest}"), *map(float, row[1:])]
+        return values if all(map(math.isfinite, values)) else []
+
+    return clocked_columns(file, lines, names, parse)
 
 
 def _metadata(path: Path) -> tuple[dict[str, object], str]:
@@ -247,73 +235,92 @@ def _bends(time: np.ndarray, values: np.ndarray) -> np.ndarray:
     return 1 + np.nonzero(~straight.all(axis=1))[0]
 
 
-def _add_motion(table: Mapping[str, np.ndarray], add: SignalAdder) -> None:
-    """Add the signals of motion capture."""
-    if not {"px", "py", "pz", "qw", "qx", "qy", "qz", "vx", "vy", "vz"} <= table.keys():
-        return
-    for axis in "xyz":
-        add("vicon", f"position_data.{axis}", "m", table[f"p{axis}"])
-    q = continuous(np.column_stack([table[f"q{x}"] for x in "wxyz"]))
-    for name, values in zip(EULER_ANGLE_NAMES, angles(q).T, strict=True):
-        add("vicon", f"position_data.{name}", "rad", values)
-    for axis in "xyz":
-        add("vicon", f"velocity_data.v_{axis}", "m/s", table[f"v{axis}"])
-    for name, values in zip(QUATERNION_NAMES, q.T, strict=True):
-        add("vicon", f"attitude.{name}", "1", values)
-    if not all(f"w{axis}_vicon" in table for axis in "xyz"):
-        return
-    body = np.column_stack([table[f"w{axis}_vicon"] for axis in "xyz"])
-    for axis, values in zip("xyz", body.T, strict=True):
-        add("vicon", f"attitude.w_{axis}", "rad/s", values)
-    for axis, values in zip("xyz", vectors_in_world(q, body).T, strict=True):
-        add("vicon", f"velocity_data.w_{axis}", "rad/s", values)
-
-
-def _add_on_board(streams: Mapping[str, np.ndarray], add: SignalAdder) -> None:
-    """Add the signals of the Crazyflie."""
-    if "imu" in streams:
-        for i, axis in enumerate("xyz"):
-            force, turn = streams["imu"][:, i], streams["imu"][:, 3 + i]
-            add("imu", f"imu.linear_acceleration.{axis}", "m/s^2", GRAVITY * force)
-            add("imu", f"imu.angular_velocity.{axis}", "rad/s", turn)
-    if "motor" in streams:
-        for i, pwm in enumerate(streams["motor"].T, start=1):
-            add("motor", f"motors.command_{i}", "1", pwm / NANOBENCH_FULL_PWM)
-    if "estimator" in streams:
-        for i, axis in enumerate("xyz"):
-            add("estimator", f"estimate.{axis}", "m", streams["estimator"][:, i])
-            add("estimator", f"estimate.v_{axis}", "m/s", streams["estimator"][:, 3 + i])
-    if "estimator_acc" in streams:
-        for axis, values in zip("xyz", streams["estimator_acc"].T, strict=True):
-            add("estimator_acc", f"estimate.a_{axis}", "m/s^2", GRAVITY * values)
-    if "attitude" in streams:
-        for name, values in zip(
-            EULER_ANGLE_NAMES, firmware_angles_in_rad(streams["attitude"]).T, strict=True
-        ):
-            add("attitude", f"estimate.{name}", "rad", values)
-    if "attitude_qw" in streams:
-        for name, values in zip(
-            QUATERNION_NAMES, continuous(streams["attitude_qw"]).T, strict=True
-        ):
-            add("attitude_qw", f"estimate.{name}", "1", values)
-    if "setpoint" in streams:
-        for axis, values in zip("xyz", streams["setpoint"].T, strict=False):
-            add("setpoint", f"setpoint.{axis}", "m", values)
-        add("setpoint", "setpoint.yaw", "rad", np.radians(streams["setpoint"][:, 3]))
-    if "pid_output" in streams and _controller(streams) != "Mellinger":
-        wanted = streams["pid_output"]
-        for name, values in zip(
-            EULER_ANGLE_NAMES, firmware_angles_in_rad(wanted[:, :3]).T, strict=True
-        ):
-            add("pid_output", f"attitude_setpoint.{name}", "rad", values)
-        add("pid_output", "attitude_setpoint.thrust", "1", wanted[:, 3] / NANOBENCH_FULL_PWM)
-    if "power" in streams:
-        add("power", "battery.voltage", "V", streams["power"][:, 0])
-
-
-def firmware_angles_in_rad(degrees: np.ndarray) -> np.ndarray:
+def _firmware_angles(degrees: np.ndarray) -> np.ndarray:
     """Return roll, pitch and yaw (n, 3) [rad] for those of the firmware [deg], pitch nose up."""
     return np.asarray(np.radians(degrees) * [1.0, -1.0, 1.0])
+
+
+def _motor_shares(pwm: np.ndarray) -> np.ndarray:
+    return pwm / NANOBENCH_FULL_PWM
+
+
+_TURN, _RATES = ("qw", "qx", "qy", "qz"), ("wx_vicon", "wy_vicon", "wz_vicon")
+_ANGLE_ROW, _TURN_ROW = attitude_rows("vicon", _TURN, "position_data", continuous, "attitude")
+NANOBENCH_MOTION = {"px", "py", "pz", *_TURN, "vx", "vy", "vz"}
+"""Columns without which a file has no motion capture."""
+NANOBENCH_SIGNAL_ROWS = (
+    SignalRow("vicon", ("px", "py", "pz"), component_names("position_data."), "m"),
+    _ANGLE_ROW,
+    SignalRow("vicon", ("vx", "vy", "vz"), component_names("velocity_data.v_"), "m/s"),
+    _TURN_ROW,
+    SignalRow("vicon", _RATES, component_names("attitude.w_"), "rad/s"),
+    SignalRow(
+        "vicon",
+        (*_TURN, *_RATES),
+        component_names("velocity_data.w_"),
+        "rad/s",
+        lambda v: vectors_in_world(continuous(v[:, :4]), v[:, 4:]),
+    ),
+    *(
+        SignalRow("imu", (f"imu_{kind}_{axis}",), (f"imu.{name}.{axis}",), unit, scaled(factor))
+        for axis in "xyz"
+        for kind, name, unit, factor in (
+            ("acc", "linear_acceleration", "m/s^2", GRAVITY),
+            ("gyro", "angular_velocity", "rad/s", 1.0),
+        )
+    ),
+    SignalRow(
+        "motor",
+        NANOBENCH_STREAMS["motor"],
+        component_names("motors.command_", "1234"),
+        "1",
+        _motor_shares,
+    ),
+    *(
+        SignalRow("estimator", (f"est_stateEstimate_{of}{x}",), (f"estimate.{name}{x}",), unit)
+        for x in "xyz"
+        for of, name, unit in (("", "", "m"), ("v", "v_", "m/s"))
+    ),
+    SignalRow(
+        "estimator_acc",
+        NANOBENCH_STREAMS["estimator_acc"],
+        component_names("estimate.a_"),
+        "m/s^2",
+        scaled(GRAVITY),
+    ),
+    SignalRow(
+        "attitude",
+        NANOBENCH_STREAMS["attitude"],
+        component_names("estimate.", EULER_ANGLE_NAMES),
+        "rad",
+        _firmware_angles,
+    ),
+    SignalRow(
+        "attitude_qw",
+        NANOBENCH_STREAMS["attitude_qw"],
+        component_names("estimate.", QUATERNION_NAMES),
+        "1",
+        continuous,
+    ),
+    SignalRow("setpoint", NANOBENCH_STREAMS["setpoint"][:3], SETPOINT_SIGNALS, "m"),
+    SignalRow("setpoint", ("sp_ctrltarget_yaw",), ("setpoint.yaw",), "rad", np.radians),
+    SignalRow(
+        "pid_output",
+        NANOBENCH_STREAMS["pid_output"][:3],
+        component_names("attitude_setpoint.", EULER_ANGLE_NAMES),
+        "rad",
+        _firmware_angles,
+    ),
+    SignalRow(
+        "pid_output",
+        ("pid_controller_cmd_thrust",),
+        ("attitude_setpoint.thrust",),
+        "1",
+        _motor_shares,
+    ),
+    SignalRow("power", ("pwr_pm_vbat",), ("battery.voltage",), "V"),
+)
+"""Signals of the columns; those of motion capture are a stream without gaps."""
 
 
 def _controller(streams: Mapping[str, np.ndarray]) -> str:

@@ -7,7 +7,7 @@ link.
 import csv
 import math
 from array import array
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +15,7 @@ import numpy as np
 from workbench.common.errors import WorkbenchError
 from workbench.common.flight import Flight, LogRemark
 from workbench.common.series import Series, make_series
-from workbench.extras.flightdata.readers.clock import read_clock, stamps_of
+from workbench.extras.flightdata.readers.clock import SampleClock, read_clock, stamps_of
 from workbench.extras.flightdata.readers.mapped_csv import is_described
 from workbench.logs.logged_signal import ACCELEROMETER_SIGNALS, GYRO_SIGNALS, component_names
 from workbench.logs.readers.log_reader import LogReader
@@ -43,25 +43,9 @@ def read_states(path: Path) -> Flight:
     """
     file = PackedFile(path)
     lines = file.lines()
-    head = next(csv.reader([next(lines)]))
-    table, numbers, damaged = _complete_rows(lines, len(head))
-    clock = read_clock(
-        {"rows": stamps_of(table[:, 0], table.T[1:])},
-        1.0,
-        noun="line",
-        numbers=numbers,
-    )
-    table[:, 0] = clock.times["rows"]
-    table = table[np.isfinite(table[:, 0])]
-    if len(table) < 3:
-        raise WorkbenchError(f"{path}: has fewer than three complete rows: it is empty or damaged")
-    remarks: list[str] = [file.remark] if file.remark else []
-    if damaged:
-        place = f"line {damaged[0]}"
-        text = f"{len(damaged)} damaged rows were left out, the first one is {place}"
-        remarks.append(LogRemark(text, len(damaged), place))
+    names = [name.split(" [")[0] for name in next(csv.reader([next(lines)]))]
+    columns, clock, damage = clocked_columns(file, lines, names, _finite_time_row)
     try:
-        columns = dict(zip((name.split(" [")[0] for name in head), table.T, strict=True))
         time = columns["t"]
         q = continuous(_three_columns(columns, "q_WB", "wxyz"))
         back = q * [1.0, -1.0, -1.0, -1.0]
@@ -105,29 +89,61 @@ def read_states(path: Path) -> Flight:
         source=path,
         format=STATES_CSV_FORMAT,
         firmware="workbench",
-        remarks=(*remarks, *clock.remarks),
+        remarks=(*filter(None, (file.remark, damage)), *clock.remarks),
         signals=signals,
         end=clock.end,
         clock_start=clock.begin,
     )
 
 
-def _complete_rows(
-    lines: Iterable[str], width: int
-) -> tuple[np.ndarray, np.ndarray, Sequence[int]]:
-    """Return the complete rows of numbers (n, width), their lines, and those that are not."""
+def _finite_time_row(line: str) -> list[float]:
+    row = [float(cell) for cell in line.split(",")]
+    return row if math.isfinite(row[0]) else []
+
+
+def clocked_columns(
+    file: PackedFile,
+    lines: Iterable[str],
+    names: Sequence[str],
+    parse: Callable[[str], list[float]],
+) -> tuple[dict[str, np.ndarray], SampleClock, str]:
+    """Return the complete rows of a table by column, their clock, and a remark on damaged rows.
+
+    Args:
+        file: the table, for messages.
+        lines: its rows.
+        names: of its columns, that of the time [s] first; its times are those of the clock.
+        parse: returns the numbers of a line; none, or a ValueError, for one that is damaged.
+
+    Raises:
+        WorkbenchError: if fewer than three rows are complete.
+    """
     rows, numbers, damaged = array("d"), array("q"), array("q")
     for number, line in enumerate(lines, start=2):
         try:
-            row = [float(cell) for cell in line.split(",")]
-        except ValueError:
+            row = parse(line)
+        except (ValueError, OverflowError):
             row = []
-        if len(row) == width and math.isfinite(row[0]):
+        if len(row) == len(names):
             rows.extend(row)
             numbers.append(number)
         else:
             damaged.append(number)
-    return np.array(rows).reshape(-1, width), np.array(numbers), damaged
+    table = np.array(rows).reshape(-1, len(names))
+    stamps = stamps_of(table[:, 0], table.T[1:])
+    clock = read_clock({"rows": stamps}, 1.0, noun="line", numbers=np.array(numbers))
+    table[:, 0] = clock.times["rows"]
+    table = table[np.isfinite(table[:, 0])]
+    if len(table) < 3:
+        raise WorkbenchError(
+            f"{file.path}: has fewer than three complete rows: it is empty or damaged"
+        )
+    remark = ""
+    if damaged:
+        lost, place = len(damaged), f"line {damaged[0]}"
+        text = f"{lost} damaged rows were left out, the first one is {place}"
+        remark = LogRemark(text, lost, place)
+    return dict(zip(names, table.T, strict=True)), clock, remark
 
 
 def _from_then_on(values: np.ndarray) -> np.ndarray:

@@ -4,7 +4,6 @@ Source: mavlink.io/en/guide/serialization.html.
 """
 
 import re
-from binascii import crc_hqx
 from collections import defaultdict
 from collections.abc import Mapping
 from typing import Any, NamedTuple
@@ -31,7 +30,6 @@ MAX_ARRAY_ITEMS = 32
 """Longest array of numbers that is read; longer ones are contents of files."""
 MAX_TLOG_MESSAGES = 20_000_000
 _MARK_PATTERN = re.compile(b"[\xfd\xfe]")
-_REVERSED_BITS = bytes(int(f"{byte:08b}"[::-1], 2) for byte in range(256))
 
 
 class FrameKey(NamedTuple):
@@ -60,20 +58,6 @@ class Frames(NamedTuple):
     stamps: list[int]
     places: list[int]
     payloads: list[bytes]
-
-
-class _Frame(NamedTuple):
-    """A whole frame: what it is of, its payload, and where it ends."""
-
-    key: FrameKey
-    payload: bytes
-    end: int
-
-
-def checksum(data: bytes) -> int:
-    """Return the checksum of MAVLink: CRC-16/MCRF4XX, which takes the low bit of a byte first."""
-    high_first = crc_hqx(data.translate(_REVERSED_BITS), 0xFFFF)
-    return int(f"{high_first:016b}"[::-1], 2)
 
 
 def begins_with_frame(data: bytes) -> bool:
@@ -110,13 +94,14 @@ def read_tlog_frames(
             damaged += at - begin
             first = begin if first < 0 else first
             continue
-        if frame.key.message in messages:
-            kept = found[frame.key]
+        key, payload, end = frame
+        if key.message in messages:
+            kept = found[key]
             kept.stamps.append(int.from_bytes(data[at : at + TLOG_STAMP_BYTES]))
             kept.places.append(at)
-            kept.payloads.append(frame.payload)
+            kept.payloads.append(payload)
             count += 1
-        at = frame.end
+        at = end
     if not damaged:
         return dict(found), ""
     text = f"the file is damaged: {damaged} bytes are no messages, the first one is byte {first}"
@@ -127,7 +112,7 @@ def _next_frame(data: bytes, begin: int, messages: Mapping[int, Any]) -> int:
     """Return where the stamp of the next known message begins, else the end of the file."""
     for mark in _MARK_PATTERN.finditer(data, begin + TLOG_STAMP_BYTES):
         frame = _frame_at(data, mark.start(), messages)
-        if frame is not None and frame.key.message in messages:
+        if frame is not None and frame[0].message in messages:
             return mark.start() - TLOG_STAMP_BYTES
     return len(data)
 
@@ -141,11 +126,17 @@ def _frame_end(data: bytes, at: int) -> int:
     return at + V2_HEADER_BYTES + head[1] + CHECKSUM_BYTES + signature
 
 
-def _frame_at(data: bytes, at: int, messages: Mapping[int, Any]) -> _Frame | None:
-    """Return the frame with its mark at a place, None if there is none, or its checksum is wrong.
+def _frame_at(
+    data: bytes, at: int, messages: Mapping[int, Any]
+) -> tuple[FrameKey, bytes, int] | None:
+    """Return what the frame with its mark at a place is of, its payload, and where it ends.
+
+    It is None if there is none, or its checksum is wrong.
 
     The checksum of an unknown message cannot be checked.
     """
+    from pymavlink.generator.mavcrc import x25crc
+
     if at >= len(data) or data[at] not in (V1_MARK, V2_MARK):
         return None
     end = _frame_end(data, at)
@@ -161,9 +152,9 @@ def _frame_at(data: bytes, at: int, messages: Mapping[int, Any]) -> _Frame | Non
     if key.message in messages:
         check = begin + len(payload)
         seeded = data[at + 1 : check] + bytes([messages[key.message].crc_extra])
-        if checksum(seeded) != int.from_bytes(data[check : check + CHECKSUM_BYTES], "little"):
+        if x25crc(seeded).crc != int.from_bytes(data[check : check + CHECKSUM_BYTES], "little"):
             return None
-    return _Frame(key, payload, end)
+    return key, payload, end
 
 
 def read_payloads(frames: Frames, message: Any) -> dict[str, np.ndarray]:

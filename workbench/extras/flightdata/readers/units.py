@@ -47,8 +47,9 @@ class PhysicalUnit(NamedTuple):
     @property
     def si(self) -> str:
         """The unit of SI of the same dimension, "1" without one."""
-        if self.powers in _DERIVED_UNITS:
-            return _DERIVED_UNITS[self.powers]
+        for derived in _DERIVED_UNITS:
+            if find_unit(derived).powers == self.powers:
+                return derived
         over, under = [], []
         powers = dict(zip(BASE_UNITS, self.powers, strict=True))
         for base in _WRITING_ORDER:
@@ -58,115 +59,73 @@ class PhysicalUnit(NamedTuple):
         return "/".join([" ".join(over) or "1", *under])
 
 
-_NO_POWERS, _LENGTH_POWERS, _TIME_POWERS, _ANGLE_POWERS = (
-    (0,) * 6,
-    (1, 0, 0, 0, 0, 0),
-    (0, 1, 0, 0, 0, 0),
-    (0, 0, 1, 0, 0, 0),
-)
-_RATE_POWERS, _ANGULAR_RATE_POWERS, _SPEED_POWERS = (
-    (0, -1, 0, 0, 0, 0),
-    (0, -1, 1, 0, 0, 0),
-    (1, -1, 0, 0, 0, 0),
-)
-_ACCELERATION_POWERS, _MASS_POWERS, _FORCE_POWERS = (
-    (1, -2, 0, 0, 0, 0),
-    (0, 0, 0, 1, 0, 0),
-    (1, -2, 0, 1, 0, 0),
-)
-_PRESSURE_POWERS, _ENERGY_POWERS, _POWER_POWERS = (
-    (-1, -2, 0, 1, 0, 0),
-    (2, -2, 0, 1, 0, 0),
-    (2, -3, 0, 1, 0, 0),
-)
-_CURRENT_POWERS, _CHARGE_POWERS, _VOLTAGE_POWERS = (
-    (0, 0, 0, 0, 1, 0),
-    (0, 1, 0, 0, 1, 0),
-    (2, -3, 0, 1, -1, 0),
-)
-_RESISTANCE_POWERS, _FIELD_POWERS, _KELVIN_POWERS = (
-    (2, -3, 0, 1, -2, 0),
-    (0, -2, 0, 1, -1, 0),
-    (0, 0, 0, 0, 0, 1),
-)
-_DERIVED_UNITS: dict[UnitPowers, str] = {
-    _RATE_POWERS: "Hz",
-    _FORCE_POWERS: "N",
-    _PRESSURE_POWERS: "Pa",
-    _ENERGY_POWERS: "N m",
-    _POWER_POWERS: "W",
-    _CHARGE_POWERS: "C",
-    _VOLTAGE_POWERS: "V",
-    _RESISTANCE_POWERS: "ohm",
-    _FIELD_POWERS: "T",
-    _ACCELERATION_POWERS: "m/s^2",
-    (0, -2, 1, 0, 0, 0): "rad/s^2",
-}
+_DERIVED_UNITS = ("Hz", "N", "Pa", "N m", "W", "C", "V", "ohm", "T", "m/s^2", "rad/s^2")
+"""Units of SI that are written so, in place of the product of base units."""
 _TURN_IN_RAD = 2.0 * math.pi
 _DEGREE_IN_RAD = math.pi / 180.0
 _METRES_PER_INCH = 0.0254
 _KG_PER_POUND = 0.45359237
 _PREFIXED_UNITS = (
-    ("m meter metre", 1.0, _LENGTH_POWERS),
-    ("s sec second", 1.0, _TIME_POWERS),
-    ("rad radian", 1.0, _ANGLE_POWERS),
-    ("gram", 1e-3, _MASS_POWERS),
-    ("g_0 g0 g_n standard_gravity", STANDARD_GRAVITY, _ACCELERATION_POWERS),
-    ("A amp ampere", 1.0, _CURRENT_POWERS),
-    ("K kelvin", 1.0, _KELVIN_POWERS),
-    ("Hz hertz", 1.0, _RATE_POWERS),
-    ("N newton", 1.0, _FORCE_POWERS),
-    ("Pa pascal", 1.0, _PRESSURE_POWERS),
-    ("bar", 1e5, _PRESSURE_POWERS),
-    ("J joule", 1.0, _ENERGY_POWERS),
-    ("W watt", 1.0, _POWER_POWERS),
-    ("Wh watt_hour", 3600.0, _ENERGY_POWERS),
-    ("C coulomb", 1.0, _CHARGE_POWERS),
-    ("Ah ampere_hour", 3600.0, _CHARGE_POWERS),
-    ("V volt", 1.0, _VOLTAGE_POWERS),
-    ("ohm Ω", 1.0, _RESISTANCE_POWERS),
-    ("T tesla", 1.0, _FIELD_POWERS),
-    ("G gauss", 1e-4, _FIELD_POWERS),
+    ("m meter metre", 1.0, "m"),
+    ("s sec second", 1.0, "s"),
+    ("rad radian", 1.0, "rad"),
+    ("gram", 1e-3, "kg"),
+    ("g_0 g0 g_n standard_gravity", STANDARD_GRAVITY, "m/s^2"),
+    ("A amp ampere", 1.0, "A"),
+    ("K kelvin", 1.0, "K"),
+    ("Hz hertz", 1.0, "1/s"),
+    ("N newton", 1.0, "kg m/s^2"),
+    ("Pa pascal", 1.0, "kg/m/s^2"),
+    ("bar", 1e5, "kg/m/s^2"),
+    ("J joule", 1.0, "kg m^2/s^2"),
+    ("W watt", 1.0, "kg m^2/s^3"),
+    ("Wh watt_hour", 3600.0, "kg m^2/s^2"),
+    ("C coulomb", 1.0, "A s"),
+    ("Ah ampere_hour", 3600.0, "A s"),
+    ("V volt", 1.0, "kg m^2/s^3/A"),
+    ("ohm Ω", 1.0, "kg m^2/s^3/A^2"),
+    ("T tesla", 1.0, "kg/s^2/A"),
+    ("G gauss", 1e-4, "kg/s^2/A"),
 )
-"""Names, factors and powers of units that take prefixes."""
+"""Names, factors and units of SI of units that take prefixes."""
 _PLAIN_UNITS = (
-    ("1 dimensionless", 1.0, _NO_POWERS),
-    ("% percent", 1e-2, _NO_POWERS),
-    ("ppm", 1e-6, _NO_POWERS),
-    ("deg degree °", _DEGREE_IN_RAD, _ANGLE_POWERS),
-    ("cdeg", 1e-2 * _DEGREE_IN_RAD, _ANGLE_POWERS),
-    ("turn revolution cycle rev", _TURN_IN_RAD, _ANGLE_POWERS),
-    ("arcmin arcminute", _DEGREE_IN_RAD / 60.0, _ANGLE_POWERS),
-    ("arcsec arcsecond", _DEGREE_IN_RAD / 3600.0, _ANGLE_POWERS),
-    ("rpm revolutions_per_minute RPM", _TURN_IN_RAD / 60.0, _ANGULAR_RATE_POWERS),
-    ("rps revolutions_per_second RPS", _TURN_IN_RAD, _ANGULAR_RATE_POWERS),
-    ("dps", _DEGREE_IN_RAD, _ANGULAR_RATE_POWERS),
-    ("min minute", 60.0, _TIME_POWERS),
-    ("h hr hour", 3600.0, _TIME_POWERS),
-    ("day", 86400.0, _TIME_POWERS),
-    ("in inch inches", _METRES_PER_INCH, _LENGTH_POWERS),
-    ("ft foot feet", 12.0 * _METRES_PER_INCH, _LENGTH_POWERS),
-    ("yd yard", 36.0 * _METRES_PER_INCH, _LENGTH_POWERS),
-    ("mi mile", 63360.0 * _METRES_PER_INCH, _LENGTH_POWERS),
-    ("nmi nautical_mile", 1852.0, _LENGTH_POWERS),
-    ("mps", 1.0, _SPEED_POWERS),
-    ("kph kmh", 1.0 / 3.6, _SPEED_POWERS),
-    ("mph", 63360.0 * _METRES_PER_INCH / 3600.0, _SPEED_POWERS),
-    ("kt knot", 1852.0 / 3600.0, _SPEED_POWERS),
-    ("fps", 12.0 * _METRES_PER_INCH, _SPEED_POWERS),
-    ("g", GRAVITY, _ACCELERATION_POWERS),
-    ("mg", 1e-3 * GRAVITY, _ACCELERATION_POWERS),
-    ("kg", 1.0, _MASS_POWERS),
-    ("lb pound", _KG_PER_POUND, _MASS_POWERS),
-    ("oz ounce", _KG_PER_POUND / 16.0, _MASS_POWERS),
-    ("lbf force_pound pound_force", _KG_PER_POUND * STANDARD_GRAVITY, _FORCE_POWERS),
-    ("Nm", 1.0, _ENERGY_POWERS),
-    ("kgf force_kilogram kilogram_force", STANDARD_GRAVITY, _FORCE_POWERS),
-    ("gf force_gram gram_force", 1e-3 * STANDARD_GRAVITY, _FORCE_POWERS),
-    ("psi", _KG_PER_POUND * STANDARD_GRAVITY / _METRES_PER_INCH**2, _PRESSURE_POWERS),
-    ("atm atmosphere", 101325.0, _PRESSURE_POWERS),
+    ("1 dimensionless", 1.0, "1"),
+    ("% percent", 1e-2, "1"),
+    ("ppm", 1e-6, "1"),
+    ("deg degree °", _DEGREE_IN_RAD, "rad"),
+    ("cdeg", 1e-2 * _DEGREE_IN_RAD, "rad"),
+    ("turn revolution cycle rev", _TURN_IN_RAD, "rad"),
+    ("arcmin arcminute", _DEGREE_IN_RAD / 60.0, "rad"),
+    ("arcsec arcsecond", _DEGREE_IN_RAD / 3600.0, "rad"),
+    ("rpm revolutions_per_minute RPM", _TURN_IN_RAD / 60.0, "rad/s"),
+    ("rps revolutions_per_second RPS", _TURN_IN_RAD, "rad/s"),
+    ("dps", _DEGREE_IN_RAD, "rad/s"),
+    ("min minute", 60.0, "s"),
+    ("h hr hour", 3600.0, "s"),
+    ("day", 86400.0, "s"),
+    ("in inch inches", _METRES_PER_INCH, "m"),
+    ("ft foot feet", 12.0 * _METRES_PER_INCH, "m"),
+    ("yd yard", 36.0 * _METRES_PER_INCH, "m"),
+    ("mi mile", 63360.0 * _METRES_PER_INCH, "m"),
+    ("nmi nautical_mile", 1852.0, "m"),
+    ("mps", 1.0, "m/s"),
+    ("kph kmh", 1.0 / 3.6, "m/s"),
+    ("mph", 63360.0 * _METRES_PER_INCH / 3600.0, "m/s"),
+    ("kt knot", 1852.0 / 3600.0, "m/s"),
+    ("fps", 12.0 * _METRES_PER_INCH, "m/s"),
+    ("g", GRAVITY, "m/s^2"),
+    ("mg", 1e-3 * GRAVITY, "m/s^2"),
+    ("kg", 1.0, "kg"),
+    ("lb pound", _KG_PER_POUND, "kg"),
+    ("oz ounce", _KG_PER_POUND / 16.0, "kg"),
+    ("lbf force_pound pound_force", _KG_PER_POUND * STANDARD_GRAVITY, "kg m/s^2"),
+    ("Nm", 1.0, "kg m^2/s^2"),
+    ("kgf force_kilogram kilogram_force", STANDARD_GRAVITY, "kg m/s^2"),
+    ("gf force_gram gram_force", 1e-3 * STANDARD_GRAVITY, "kg m/s^2"),
+    ("psi", _KG_PER_POUND * STANDARD_GRAVITY / _METRES_PER_INCH**2, "kg/m/s^2"),
+    ("atm atmosphere", 101325.0, "kg/m/s^2"),
 )
-"""Names, factors and powers of units without prefixes."""
+"""Names, factors and units of SI of units without prefixes."""
 _TEMPERATURE_ZEROS = (
     ("degC celsius degree_Celsius °C", 1.0, 273.15),
     ("degF fahrenheit degree_Fahrenheit °F", 5.0 / 9.0, 273.15 - 32.0 * 5.0 / 9.0),
@@ -190,20 +149,30 @@ _PREFIXES = {
 }
 
 
+def _base_powers(text: str) -> UnitPowers:
+    """Return the powers of the `BASE_UNITS` in a product of these, as kg m/s^2."""
+    powers = dict.fromkeys(BASE_UNITS, 0)
+    for under, product in enumerate(text.split("/")):
+        for word in product.removeprefix("1").split():
+            base, _, power = word.partition("^")
+            powers[base] += int(power or 1) * (-1 if under else 1)
+    return tuple(powers.values())
+
+
 def _all_units() -> Iterator[tuple[str, PhysicalUnit]]:
     """Yield all names with their units; of equal names the last one counts."""
-    for names, factor, powers in _PREFIXED_UNITS:
+    for names, factor, si in _PREFIXED_UNITS:
         for name in names.split():
             for prefix, scale in _PREFIXES.items():
-                yield f"{prefix}{name}", PhysicalUnit(scale * factor, powers)
-    for names, factor, powers in (*_PREFIXED_UNITS, *_PLAIN_UNITS):
-        yield from ((name, PhysicalUnit(factor, powers)) for name in names.split())
+                yield f"{prefix}{name}", PhysicalUnit(scale * factor, _base_powers(si))
+    for names, factor, si in (*_PREFIXED_UNITS, *_PLAIN_UNITS):
+        yield from ((name, PhysicalUnit(factor, _base_powers(si))) for name in names.split())
 
 
 UNIT_BY_NAME = dict(_all_units())
 """All units that may be parts of a product, by name."""
 TEMPERATURE_UNITS = {
-    name: PhysicalUnit(factor, _KELVIN_POWERS, zero)
+    name: PhysicalUnit(factor, _base_powers("K"), zero)
     for names, factor, zero in _TEMPERATURE_ZEROS
     for name in names.split()
 }
@@ -226,7 +195,7 @@ def find_unit(text: str) -> PhysicalUnit:
         if len(plain) <= MAX_ECHO_CHARS
         else []
     )
-    factor, powers, sign = 1.0, _NO_POWERS, 1
+    factor, powers, sign = 1.0, _base_powers("1"), 1
     for part in parts:
         if part in ("/", "per"):
             sign = -1
