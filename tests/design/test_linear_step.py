@@ -78,6 +78,9 @@ def test_a_transient_has_decayed_when_its_slowest_mode_has(shares, rate, share, 
     [
         ({5.0: 1.0, 0.01: 0.1}, math.inf),  # slower than a step is flown
         ({5.0: 1.1, -0.1: -0.1}, math.inf),  # grows
+        ({5.0: 0.99, 0.01: 0.01}, math.inf),  # drifts by 0.0012 in 24 s, until it is a line
+        ({5.0: 1.1, -1e-4: -0.1}, math.log(1.1 / DECAYED_SHARE) / 5.0),  # drifts by 5e-5 in 5 s
+        ({5.0: 2.0, -1e-3: -1.0}, math.inf),  # drifts by 6e-3 of 2.3 in 5 s
         (
             {5.0: 1.0, 0.001: 0.5 * DECAYED_SHARE},
             math.log(1.0 / DECAYED_SHARE) / 5.0,

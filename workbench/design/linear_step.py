@@ -15,7 +15,7 @@ from workbench.design.linear.model import LinearModel
 from workbench.design.linear.operating_point import HOVER_POINT, OperatingPoint
 from workbench.design.linear.retuned import RETUNABLE, Models, retuned_models
 from workbench.design.linear.study import LinearStudy
-from workbench.design.step_metrics import DECAYED_SHARE, MAX_AUTO_STEP_S
+from workbench.design.step_metrics import DECAYED_SHARE, MAX_AUTO_STEP_S, USUAL_STEP_S
 from workbench.plant.variation import Variation
 from workbench.scenario.attitude_axes import find_attitude_axis
 from workbench.scenario.scenario import Scenario
@@ -83,7 +83,9 @@ def decay_time(model: LinearModel, axis: str) -> float:
     """Return the time [s] after which the linear step response stays near its steady state.
 
     Near means within `DECAYED_SHARE`. The response is the sum of the modes' shares, so each mode
-    has decayed by then.
+    has decayed by then. A vehicle whose centre of mass is beside its rotors turns away slowly under
+    a law without integral action, and its responses never stand still: one whose drift is less than
+    `DECAYED_SHARE` until it stays near a line, and in `USUAL_STEP_S`, has decayed by then.
 
     Args:
         model: sampled, while the pilot steers.
@@ -97,10 +99,22 @@ def decay_time(model: LinearModel, axis: str) -> float:
     response = linear_step(model, STEP_INPUTS[axis], STEP_OUTPUTS[axis], samples)
     if not np.isfinite(response).all():
         return math.inf
-    steady = response[-1]
-    away = np.flatnonzero(np.abs(response - steady) > DECAYED_SHARE * abs(steady))
-    time = (away[-1] + 1) * model.period if len(away) else 0.0
-    return float(time) if time <= MAX_AUTO_STEP_S else math.inf
+    near = DECAYED_SHARE * abs(response[-1])
+    time = _time_near(response - response[-1], near, model.period)
+    if time <= MAX_AUTO_STEP_S:
+        return time
+    half = samples // 2
+    drift = (response[-1] - response[-1 - half]) / half  # a sample
+    line = response[-1] - drift * np.arange(samples)[::-1]
+    time = _time_near(response - line, near, model.period)
+    drifted = abs(drift) / model.period * max(time, USUAL_STEP_S)
+    return time if drifted <= near else math.inf
+
+
+def _time_near(away: np.ndarray, near: float, period: float) -> float:
+    """Return the time [s] after which the samples of a difference (N) stay small."""
+    beyond = np.flatnonzero(np.abs(away) > near)
+    return float(beyond[-1] + 1) * period if len(beyond) else 0.0
 
 
 class DecayTimes:

@@ -157,9 +157,10 @@ def actuated_joint(element: Element) -> str:
 
 
 def joint_servos(document: MjcfDocument) -> Iterator[tuple[str, Servo | None, np.ndarray]]:
-    """Yield each joint that an actuator drives: its name, the servo that the actuator is to it, None
-    if its force is not that of a servo, and what it adds to armature [kg m² or kg] and damping
-    [N m s/rad or N s/m].
+    """Yield each joint that an actuator drives, by name, with its servo and what is added to it.
+
+    The servo is None if the force is not that of a servo. The joint gains armature [kg m² or kg]
+    and damping [N m s/rad or N s/m].
 
     MuJoCo's force is f = gain u + b0 + b1 l + b2 dl/dt for the control u and the length l, which is
     gear times the position of the joint, on which gear times f acts. So with b1 the servo is one of
