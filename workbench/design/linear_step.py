@@ -57,7 +57,7 @@ def linear_step(model: LinearModel, command: str, answer: str, samples: int) -> 
             rows, M = np.vstack([rows, rows @ M]), M @ M
         while states.shape[1] * len(rows) < samples:
             states, M = np.hstack([states, M @ states]), M @ M
-        response: np.ndarray = (rows @ states).T.ravel()[:samples]
+        response: np.ndarray = (states.T @ rows.T).ravel()[:samples]
     return response
 
 
@@ -98,9 +98,11 @@ def decay_time(model: LinearModel, axis: str) -> float:
     if not np.isfinite(response).all():
         return math.inf
     steady = response[-1]
-    away = np.flatnonzero(np.abs(response - steady) > DECAYED_SHARE * abs(steady))
-    time = (away[-1] + 1) * model.period if len(away) else 0.0
-    return float(time) if time <= MAX_AUTO_STEP_S else math.inf
+    near = DECAYED_SHARE * abs(steady)
+    # no array of the differences: to get memory for 30,000 numbers takes longer than to compare
+    away = (response > steady + near) | (response < steady - near)
+    time = (samples - int(away[::-1].argmax())) * model.period if away.any() else 0.0
+    return time if time <= MAX_AUTO_STEP_S else math.inf
 
 
 class DecayTimes:
