@@ -41,13 +41,13 @@ NOTES = """
 ## What limits
 - **A live flight** is a Drake diagram. Rotors, sensors and laws are systems in Python, some 20 µs
   an evaluation. Thousands of flights are compiled: sweeps, `tune` and batches.
-- **Compiled flights**: of 1,024 steps of 5 s (perf) the control law takes 40 %, the motion's
-  derivatives 27 %, sums and copies of Runge-Kutta 19 %, events 11 %. Motion and sums are vectors of
-  eight vehicles; the law is scalar code, 120 ns an update. A fifth more is Python.
+- **Compiled flights**: of 1,024 steps of 5 s (perf) the control law takes 36 %, the motion's
+  derivatives 28 %, sums and copies of Runge-Kutta 19 %, events 17 %. Motion and sums are vectors of
+  eight vehicles; the law is scalar code, 95 ns an update. A fifth more is Python.
 - **crazyflow** has no contact, battery or estimator. It compiles the whole flight into one call,
   and XLA moves all drones in the widest vectors. Where that is enough, use it.
-- **Commands** load Drake's plant first. Those that fly many flights load machine code, for 0.6 s; a
-  first sweep compiles it for 14 s.
+- **Commands** load Drake's plant first. Those that fly many flights load machine code, for 0.3 s; a
+  first sweep compiles it for 12 s.
 """
 
 

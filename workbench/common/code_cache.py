@@ -15,6 +15,7 @@ from numba.core.caching import FunctionCache, IndexDataCacheFile
 from numba.core.codegen import CPUCodegen
 from numba.core.compiler import CompileResult
 from numba.core.cpu import CPUContext
+from numba.core.runtime import rtsys
 from numba.core.serialize import dumps
 from numba.core.types import Type
 
@@ -47,7 +48,8 @@ class CodeCache(FunctionCache):
         self, sig: tuple[Type, ...], target_context: CPUContext
     ) -> CompileResult | None:
         """Return the `CompileResult` for types of arguments, or None if there is none."""
-        target_context.refresh()
+        # all that machine code needs; numba's own cache loads what its compiler needs, too
+        rtsys.initialize(target_context)
         try:
             data = self._cache_file.load(self._index_key(sig, target_context.codegen()))
             if data is None:

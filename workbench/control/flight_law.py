@@ -111,7 +111,7 @@ def commanded_wrench(commands: Numbers, constants: LawConstants) -> Wrench:
     return force, m_x, m_y, m_z
 
 
-@register_jitable
+@register_jitable(forceinline=True)
 def allocate(
     wrench: Wrench,
     lift: float,
@@ -233,7 +233,7 @@ def flight_law(controller: Controller) -> FlightLaw:
         wanted, after = law(measured, setpoint, g, known_body(constants), memory, dt, loops)
         return wanted, after[0:]  # a plain tuple
 
-    @register_jitable
+    @register_jitable(forceinline=True)
     def update(
         state: Numbers,
         voltage: float,

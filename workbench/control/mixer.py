@@ -12,7 +12,7 @@ from workbench.common.jitable import register_jitable
 from workbench.common.vectors import MutableNumbers, Numbers
 
 
-@register_jitable
+@register_jitable(forceinline=True)
 def mix(
     force: float,
     moment_x: float,

@@ -57,7 +57,7 @@ def linear_step(model: LinearModel, command: str, answer: str, samples: int) -> 
             rows, M = np.vstack([rows, rows @ M]), M @ M
         while states.shape[1] * len(rows) < samples:
             states, M = np.hstack([states, M @ states]), M @ M
-        response: np.ndarray = (rows @ states).T.ravel()[:samples]
+        response: np.ndarray = (states.T @ rows.T).ravel()[:samples]
     return response
 
 
@@ -100,21 +100,22 @@ def decay_time(model: LinearModel, axis: str) -> float:
     if not np.isfinite(response).all():
         return math.inf
     near = DECAYED_SHARE * abs(response[-1])
-    time = _time_near(response - response[-1], near, model.period)
+    time = _time_near(response, response[-1], near, model.period)
     if time <= MAX_AUTO_STEP_S:
         return time
     half = samples // 2
     drift = (response[-1] - response[-1 - half]) / half  # a sample
     line = response[-1] - drift * np.arange(samples)[::-1]
-    time = _time_near(response - line, near, model.period)
+    time = _time_near(response, line, near, model.period)
     drifted = abs(drift) / model.period * max(time, USUAL_STEP_S)
     return time if drifted <= near else math.inf
 
 
-def _time_near(away: np.ndarray, near: float, period: float) -> float:
-    """Return the time [s] after which the samples of a difference (N) stay small."""
-    beyond = np.flatnonzero(np.abs(away) > near)
-    return float(beyond[-1] + 1) * period if len(beyond) else 0.0
+def _time_near(response: np.ndarray, line: np.ndarray | float, near: float, period: float) -> float:
+    """Return the time [s] after which the samples of a response (N) stay near a line."""
+    # no array of the differences: to get memory for 30,000 numbers takes longer than to compare
+    away = (response > line + near) | (response < line - near)
+    return float(len(away) - int(away[::-1].argmax())) * period if away.any() else 0.0
 
 
 class DecayTimes:

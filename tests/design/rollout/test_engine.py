@@ -1,5 +1,7 @@
 """Oracles: the full diagram, and one flight beside many."""
 
+import subprocess
+import sys
 import threading
 import time
 from dataclasses import astuple
@@ -332,3 +334,19 @@ def test_a_failure_comes_to_the_caller():
 
     with pytest.raises(ZeroDivisionError):
         run_chunks(work, 40, 2)
+
+
+def test_flights_from_the_cache_load_no_compiler(engine):
+    """numba's compiler loads all of scipy's linear algebra: half of what loading would take."""
+    engine.measure([{}], "x", 1.0)  # kept by now
+    code = """
+import sys
+from workbench.design.rollout.engine import RolloutEngine
+from workbench.plant.loading import load_vehicle
+from workbench.common.resources import find_model
+
+RolloutEngine(load_vehicle(find_model("dh_drone"))).measure([{}], "x", 1.0)
+print(*sorted({"numba.np.arraymath", "scipy.linalg"} & set(sys.modules)), "nothing")
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.split() == ["nothing"]

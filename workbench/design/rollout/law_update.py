@@ -25,7 +25,7 @@ def make_law_update(controller: Controller) -> Callable[..., None]:
         (_remember_law, _memory_of) if controller.memory else (_remember_nothing, _no_memory)
     )
 
-    @register_jitable(allocates=False)
+    @register_jitable(forceinline=True, allocates=False)
     def update(flight: np.record, clock: PeriodClock) -> None:
         """Run the law on what it knows; see `flight_law.update` for the order of the arguments."""
         holding = flight.holding

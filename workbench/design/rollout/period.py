@@ -274,10 +274,15 @@ def _update_battery(flight: np.record, clock: PeriodClock, now: float) -> None:
         flight.open_circuit = _interpolated(flight.charge, clock.charges, clock.voltages)
 
 
-@register_jitable
+@register_jitable(allocates=False)
 def _interpolated(x: float, xs: np.ndarray, ys: np.ndarray) -> float:
-    """Return `np.interp`, which allocates in compiled code."""
-    return np.interp(x, xs, ys)
+    """Return what `np.interp` does; numba's own has scipy loaded together with the machine code."""
+    value = ys[0]
+    for k in range(len(xs) - 1):
+        if x > xs[k]:
+            share = min(1.0, (x - xs[k]) / (xs[k + 1] - xs[k]))
+            value = ys[k] + share * (ys[k + 1] - ys[k])
+    return value
 
 
 @register_jitable(allocates=False)
