@@ -328,8 +328,10 @@ def test_a_gain_that_is_judged_while_the_vehicle_changes_is_judged_again(
     assert {"kp_velocity_x": 7.0} in orders
 
 
-def test_a_search_goes_on_while_the_vehicle_changes(screen, offline, begun, publish, qtbot):
-    """The vehicle is judged anew after it."""
+def test_a_search_goes_on_while_the_vehicle_changes(screen, offline, judge, begun, publish, qtbot):
+    """The vehicle is judged anew after it; until then the margins say of which vehicle they are."""
+    offline.analysis.tell(*judge(screen.trial.judged_flown))
+    assert screen.margins.said.text().startswith("Weakest:")
     screen.autotune.search()
     assert screen.autotune.is_running
     screen._vehicle_rest.setInterval(1)
@@ -337,21 +339,29 @@ def test_a_search_goes_on_while_the_vehicle_changes(screen, offline, begun, publ
     with qtbot.waitSignal(screen._vehicle_rest.timeout):
         pass
     assert screen.autotune.is_running and screen._vehicle_rest.isActive() and not begun
+    assert screen.margins.said.text() == (
+        "Of the vehicle before payload_mass changed: it is judged anew once the search or the fork "
+        "has ended."
+    )
     (question,) = offline.analysis.of(Tune)
     offline.analysis.refused.emit(question, "enough")
     qtbot.waitUntil(lambda: bool(begun))
+    assert not screen.judgement.caveat
 
 
-def test_a_vehicle_that_is_as_before_is_not_judged_anew(screen, offline, publish, qtbot):
-    cleared = []
+def test_a_vehicle_that_is_as_before_is_not_judged_anew(screen, offline, judge, publish, qtbot):
+    shown = []
+    offline.analysis.tell(*judge(screen.trial.judged_flown))
+    before = screen.judgement.proposed
     offline.analysis.begin(offline.flight.view.scenario, offline.flight.view.values)
-    screen.judgement.changed.connect(lambda: cleared.append(True))
+    screen.judgement.changed.connect(lambda: shown.append(screen.margins.said.text()))
     screen._vehicle_rest.setInterval(1)
     publish(("payload_mass", 0.25))
     publish(("payload_mass", 0.0))
     with qtbot.waitSignal(screen._vehicle_rest.timeout):
         pass
-    assert not cleared
+    assert shown[0].startswith("Of the vehicle before payload_mass changed")
+    assert shown[-1].startswith("Weakest:") and screen.judgement.proposed is before
 
 
 def test_what_the_drone_carries_and_how_its_joints_stand_is_judged_anew(
