@@ -7,6 +7,7 @@ from PyQt6.QtCore import QPoint, Qt
 from PyQt6.QtWidgets import QAbstractButton, QAbstractSpinBox, QComboBox, QLineEdit
 
 from workbench.analysis.queries import FindRanges, Judge, Predict, RequestedStep, Tune
+from workbench.control.loop import loop_label
 from workbench.gui.gains.gain_file_diff_view import GainFileDiffView
 from workbench.gui.tuning.excitation_form import loop_excitation
 from workbench.gui.tuning.number_row import RowState
@@ -404,4 +405,32 @@ def test_one_click_chooses_a_step_of_the_weakest_loop(screen, judge, make_loop, 
     qtbot.mouseClick(excite, Qt.MouseButton.LeftButton)
     assert (screen.excitation.choice.kind.name, screen.excitation.choice.axis) == ("Setpoint", "z")
     assert loop_excitation("yaw_rate")[1] == "yaw"
-    assert loop_excitation("position_x") is None
+
+
+def test_a_button_that_chooses_no_step_says_why(screen, canned, judge, make_loop, flying, qtbot):
+    """As tool tip, and for screen readers."""
+    screen.workspace.signals.begin(canned.views[0].topics)
+    analysis, excite = screen.workspace.analysis, screen.margins.excite
+
+    def said():
+        assert excite.isEnabled() == (not excite.accessibleDescription())
+        assert excite.toolTip() == (excite.accessibleDescription() or excite.accessibleName())
+        return excite.accessibleDescription()
+
+    qtbot.waitUntil(lambda: bool(analysis.of(Judge)))
+    assert said() == "The weakest loop is not known yet"
+    weak = {"phase_margin": np.radians(20.0)}
+    analysis.tell(*judge(screen.trial.judged_flown, make_loop("pitch", **weak)))
+    assert said() == ""
+    running = ActiveExcitation(Excitation("x", Shape.STEP, 1.0, 2.0), 0.0, 1)
+    screen.show_view(dataclasses.replace(flying, exciting=running))
+    assert said() == "An excitation runs: stop it first"
+    screen.show_view(flying)
+    assert said() == ""
+    for loop in ("position_x", "heading"):  # as geometric has
+        assert loop_excitation(loop) is None
+        asked, judged = judge(screen.trial.judged_flown)
+        loops = (*judged.loops, make_loop(loop, **weak))
+        analysis.tell(asked, dataclasses.replace(judged, loops=loops))
+        screen.judgement.follow(screen.trial.judged, screen.trial.judged_flown)
+        assert f"the weakest loop, {loop_label(loop)}: choose another one" in said()

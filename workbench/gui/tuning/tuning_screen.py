@@ -226,6 +226,7 @@ class TuningScreen(Screen):
             self.gains.follow(view.snapshot)
             self.panel.set_bar.show_snapshot(view.snapshot)
         self.excitation.show_view(view)
+        self.margins.show_excited(view.exciting is not None)
         self.frequency.measuring.show_view(view)
         self.response.show_view(view, self.trial.flown)
         self.trial.set_step(self.response.step)
