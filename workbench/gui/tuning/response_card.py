@@ -313,7 +313,10 @@ class ResponseCard(TuningCard):
         """Show the command: of the last round, else of the next one."""
         shown = self._choice.excitation if flown is None else flown.excitation
         axis, length = shown.row, shown_length(shown)
-        self.plot.set_axes("time after the step", axis.response, axis.response_unit)
+        response = axis.response
+        if flown is not None and flown.hover:
+            response = f"{response}, from that of hover"
+        self.plot.set_axes("time after the step", response, axis.response_unit)
         self.plot.set_window(0.0, length)
         if isinstance(axis, Load):  # the command is to hold
             asked = np.array([0.0, length]), np.zeros(2)
