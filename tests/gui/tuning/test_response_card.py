@@ -70,6 +70,7 @@ def test_a_response_of_an_attitude_begins_at_that_of_the_hover():
     assert numbers[1].withheld == ""
     assert numbers[1].steady_state_value == pytest.approx(0.1)
     assert trace.response[0] == pytest.approx(0.0)
+    assert history.round.response_name == "pitch, from that of hover"
 
 
 def test_the_same_round_told_again_changes_nothing(history):

@@ -40,6 +40,12 @@ class ExcitationRound:
     hover: float = 0.0
 
     @property
+    def response_name(self) -> str:
+        """Name of its response."""
+        name = self.excitation.row.response
+        return f"{name}, from that of hover" if self.hover else name
+
+    @property
     def end(self) -> float:
         """Simulated time of its end [s]."""
         return self.begun + self.excitation.round_time
