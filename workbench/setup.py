@@ -33,7 +33,7 @@ from workbench.scenario.configured import (
 from workbench.scenario.flown_controller import at_own_period, flown_controller, script_controllers
 from workbench.scenario.scenario import Rates, Scenario
 from workbench.scenario.scenario_check import check_scenario
-from workbench.scenario.sensor_choice import SensorChoice, choose_sensors
+from workbench.scenario.sensor_choice import SensorChoice, choose_sensors, log_absent_sensors
 
 
 @dataclass(frozen=True, eq=False)
@@ -232,9 +232,10 @@ def _check_script(setup: Setup) -> None:
 
 
 def log_setup(setup: Setup) -> None:
-    """Log where vehicle and world differ from their files, and doubts about the gains."""
+    """Log where vehicle and world differ from their files, doubts on gains, and idle settings."""
     scenario, vehicle = setup.scenario, setup.vehicle
     log_remarks(setup.description, vehicle)
     warn_of_gyro_bias(vehicle, scenario, setup.values)
     warn_of_other_vehicle(scenario.vehicle.gains, setup.gains_vehicle, vehicle.name)
+    log_absent_sensors(vehicle, scenario.sensors)
     log_world_remarks(setup.world)

@@ -2,6 +2,7 @@
 
 import csv
 import dataclasses
+import re
 
 import control
 import pytest
@@ -178,6 +179,16 @@ def test_a_load_is_that_of_the_python_call_with_log_and_picture(run, out):
     lines = [line.split()[0] for line in said.out.splitlines()]
     assert lines == ["step", *LOAD_NUMBERS, "peak_rotor_use"]
     assert "rad/s  of the yaw rate" in said.out
+
+
+def test_a_step_from_a_tilted_hover_says_when_it_begins(run, out):
+    words = ("step", "--axis", "roll", "--no-plots", "--duration", "0.5", "--output", out)
+    ran = run(*words, "--set", "wind_y=-4")
+    time = re.search(r"at ([0-9.]+) s the setpoint steps from that of the hover", ran.err)
+    rows = list(csv.reader((out / "step-roll.csv").read_text().splitlines()))
+    assert float(time[1]) > 1.0
+    assert float(rows[-1][0]) == pytest.approx(float(time[1]) + 0.5)
+    assert "that of the hover" not in run(*words).err
 
 
 def test_a_load_acts_in_hover_alone(run, out):

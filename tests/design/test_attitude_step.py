@@ -6,12 +6,15 @@ import control
 import numpy as np
 import pytest
 
+from tests.oracles.test_wind import WIND, tilt_by_hand
 from workbench.common.errors import WorkbenchError
 from workbench.control.controller_file import load_controller
 from workbench.control.installed_laws import installed_laws
-from workbench.design.attitude_step import fly_attitude_step
+from workbench.design import attitude_step
+from workbench.design.attitude_step import attitude_scenario, fly_attitude_step
 from workbench.design.linear.study import LinearStudy
-from workbench.scenario.attitude_axes import ATTITUDE_ROWS, find_attitude_axis
+from workbench.plant.drag import drag_area
+from workbench.scenario.attitude_axes import ATTITUDE_ROWS, find_attitude_axis, tilt_angles
 from workbench.scenario.scenario import Action, AttitudeSetpoint, Injection, Scenario
 from workbench.session.session import Session
 
@@ -90,10 +93,49 @@ def test_the_loops_outside_return_and_bring_the_drone_back():
     assert abs(recording.p_WB[-1, 0]) < 0.03
 
 
+def test_in_wind_a_setpoint_steps_from_that_of_the_hover():
+    """The drone leans into the wind by a tilt that is known by hand, and steps as without wind."""
+    level = fly_attitude_step("pitch", 0.1)
+    windy = fly_attitude_step("pitch", 0.1, settings={"wind_x": WIND})
+    vehicle = windy.recording.vehicle
+    tilt = tilt_by_hand(vehicle, drag_area(vehicle.mass))
+    assert tilt > 0.09
+    hover = windy.recording.between(windy.edge - 0.5, windy.edge)
+    _, pitch = tilt_angles(hover.q_WB)
+    assert pitch[-1] == pytest.approx(-tilt, abs=1e-3)  # at rest: within 1 % of the step
+    assert np.ptp(pitch) < 2e-3
+    assert windy.response == pytest.approx(level.response, abs=1e-3)
+    assert windy.metrics.withheld == ""
+    assert windy.metrics.rise_time == pytest.approx(level.metrics.rise_time, abs=0.01)
+    assert windy.metrics.steady_state_error < 2.0
+
+
+def test_a_level_drone_steps_a_second_after_its_start_as_its_script_says_to_the_bit():
+    flown = fly_attitude_step("roll", 0.1, duration=0.5)
+    row = find_attitude_axis("roll")
+    session = Session(attitude_scenario(row, 0.1, 0.5, Scenario()))
+    session.run()
+    assert flown.edge == 1.0
+    assert flown.recording.q_WB.tobytes() == session.recording().q_WB.tobytes()
+
+
+def test_a_drone_that_does_not_come_to_rest_has_no_numbers_of_its_step(monkeypatch):
+    monkeypatch.setattr(attitude_step, "MAX_HOVER_S", 1.0)
+    flown = fly_attitude_step("pitch", 0.1, duration=0.5, settings={"wind_x": 20.0})
+    assert flown.edge == 2.0
+    assert "did not begin at rest" in flown.metrics.withheld
+    assert math.isnan(flown.metrics.rise_time)
+
+
 def test_what_cannot_be_flown_says_why():
     for axis, words, fragments in (
         ("roll_rate", {}, ("pd has no loop", "roll rate", "roll, pitch")),
         ("roll", {"amplitude": 0.9}, ("max_tilt is 0.7", "smaller amplitude")),
+        (
+            "pitch",
+            {"amplitude": -0.65, "settings": {"wind_x": WIND}},
+            ("by 0.76 rad", "is 0.7 rad"),
+        ),
         ("roll", {"amplitude": 0.0}, ("not 0",)),
         ("roll", {"amplitude": math.nan}, ("finite number",)),
         ("rol", {}, ("did you mean 'roll'?",)),

@@ -3,8 +3,13 @@
 import numpy as np
 import pytest
 
+from tests.jointed import drone, joint, link
 from workbench.common.errors import WorkbenchError
 from workbench.gui.signals import Signals
+from workbench.live.view import LiveView
+from workbench.scenario.scenario import Scenario, VehicleConfig
+from workbench.session.session import Session
+from workbench.systems.bridge import Bridge
 
 
 def filled(canned, seconds=180.0):
@@ -55,3 +60,32 @@ def test_a_new_flight_begins_empty(canned):
     signals.begin(canned.views[0].topics)
     assert len(signals.series("velocity_data.v_x")[0]) == 0
     assert signals.now == 0.0
+
+
+def test_a_joint_has_the_unit_of_its_motion_once_the_vehicle_is_known(tmp_path, workspace):
+    """A topic has one unit for all of its joints, whichever turn and slide."""
+    limit = '<limit lower="-1" upper="1" effort="9"/><servo kind="{}" {}/>'
+    swing = limit.format("position", 'stiffness="4" damping="0.1"')
+    leg = limit.format("velocity", 'damping="5"')
+    parts = (
+        joint("Swing", "revolute", "base", "arm", more=swing)
+        + link("arm", 0.1)
+        + joint("leg", "prismatic", "base", "foot", more=leg)
+        + link("foot", 0.1)
+    )
+    scenario = Scenario(vehicle=VehicleConfig(model=drone(tmp_path, parts)))
+    session = Session(scenario, bridge=Bridge())
+    view = LiveView(vehicle=session.vehicle, topics=session.topics)
+    units = {
+        "joint_states.position.swing": "rad",
+        "joint_states.velocity.swing": "rad/s",
+        "joint_states.position.leg": "m",
+        "joint_states.velocity.leg": "m/s",
+        "joint_setpoints.position.swing": "rad",
+        "joint_setpoints.velocity.leg": "m/s",
+    }
+    workspace.flight.begun.emit(view)
+    assert {name: workspace.signals.units[name] for name in units} == units
+    assert not [unit for unit in workspace.signals.units.values() if " or " in unit]
+    workspace.signals.begin(session.topics)
+    assert workspace.signals.units["joint_states.position.leg"] == "rad or m"

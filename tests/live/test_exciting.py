@@ -8,6 +8,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from tests.live_orders import execute
+from tests.oracles.test_wind import WIND, tilt_by_hand
 from workbench.common.errors import WorkbenchError
 from workbench.common.resources import models_dir
 from workbench.control.mode import FlightMode
@@ -26,6 +27,7 @@ from workbench.live.messages import FlightReport, Pace, Phase, ViewChange
 from workbench.live.orders import FlightOrder, FlyOn, KeepLog, MeasureLoop, NetworkOrder, SetSpeed
 from workbench.logs.record import read_log
 from workbench.logs.replay import replay
+from workbench.scenario.attitude_axes import tilt_angles
 from workbench.scenario.excitation import Excitation, Shape
 from workbench.scenario.loads import find_load
 from workbench.scenario.scenario import (
@@ -37,6 +39,7 @@ from workbench.scenario.scenario import (
     Rates,
     Scenario,
     ScenarioStart,
+    VehicleConfig,
 )
 from workbench.scenario.scenario_file import load_scenario
 from workbench.scenario.sensors_config import SensorsConfig
@@ -1096,6 +1099,46 @@ def test_a_doublet_of_roll_is_flown_at_exact_steps_and_repeats_to_the_bit():
     again = Session(flown.scenario)
     again.run()
     assert_equal_to_the_bit(flown.recording, again.recording())
+
+
+def test_a_setpoint_of_attitude_steps_from_that_of_a_hover_in_wind():
+    """By as much as without wind; a drone that is not at rest, as in gusts, gets it from level."""
+    bench = Bench(HIGH)
+    bench.execute(Action(set={"wind_x": WIND}))
+    bench.fly(8.0)
+    tilt = tilt_by_hand(bench.session.vehicle, bench.session.get("drag_area"))
+    assert "within ±0.5" in bench.excite(Excitation("pitch", Shape.STEP, 0.65, 0.5)).said
+    bench.excite(Excitation("pitch", Shape.DOUBLET, 0.1, 2.0))
+    began = bench.shown.exciting.began
+    assert bench.shown.exciting.hover == pytest.approx(-tilt, rel=5e-3)
+    bench.fly(2.1)
+    up, down, end = (each.setpoint.given for each in bench.done if each.setpoint)
+    assert up["pitch"] - down["pitch"] == pytest.approx(0.2)
+    assert -0.15 < 0.5 * (up["pitch"] + down["pitch"]) < -0.09
+    assert end == {}
+    flown = bench.session.recording().between(began, began + 1.0)
+    _, pitch = tilt_angles(flown.q_WB)
+    assert pitch[0] == pytest.approx(-tilt, rel=5e-3)
+    assert pitch[-1] - pitch[0] == pytest.approx(0.098, abs=2e-3)
+    bench.execute(Action(set={"turbulence": 15.4}))
+    bench.excite(Excitation("pitch", Shape.STEP, 0.1, 1.0))
+    assert bench.shown.exciting.round == 0
+    bench.fly(8.0)
+    assert [each.setpoint.given for each in bench.done if each.setpoint][-2:] == [
+        {"pitch": 0.1},
+        {},
+    ]
+
+
+def test_a_vehicle_that_hovers_tilted_without_wind_has_setpoints_from_there_by_itself():
+    bench = Bench(Scenario(vehicle=VehicleConfig(model="tricopter")))
+    bench.fly(0.25)
+    roll, _, _ = bench.session.snapshot().roll_pitch_yaw
+    assert abs(roll) > 0.02
+    bench.excite(Excitation("roll", Shape.STEP, 0.1, 1.0))
+    assert bench.shown.exciting.hover == pytest.approx(roll, abs=1e-6)
+    bench.fly(0.1)
+    assert [each.setpoint.given for each in bench.done if each.setpoint] == [{"roll": 0.1}]
 
 
 def test_a_setpoint_that_the_law_or_the_room_forbids_is_refused():

@@ -15,6 +15,7 @@ from workbench.live.flight_clock import FLIGHT_SLICE_S
 from workbench.live.flying import FlightLoop
 from workbench.live.messages import CLOSE_MESSAGE, FlightReport, FlownSoFar, Phase
 from workbench.live.orders import FlightOrder, FlyOn, GetParameter, GetReading, SetSpeed
+from workbench.live.view import LiveView
 from workbench.scenario.scenario import (
     Action,
     Gust,
@@ -23,6 +24,7 @@ from workbench.scenario.scenario import (
     Scenario,
     ScenarioStart,
     SensorsConfig,
+    VehicleConfig,
 )
 from workbench.scenario.scenario_file import load_scenario, save_scenario
 from workbench.session.recording import Recording
@@ -309,6 +311,31 @@ def test_a_report_tells_a_flight_from_the_one_before_a_reset_at_any_time():
         assert report.snapshot.time == 0.0
         numbers.append(report.flight)
     assert numbers == [2, 3]
+
+
+def test_a_reset_shows_the_initial_values_also_after_another_law_has_taken_over():
+    """Screens begin a flight with them: hooks that were open are closed again."""
+    bench = Bench(Scenario(vehicle=VehicleConfig(model="slung_load")))
+    initial = bench.session.parameters()
+    view = LiveView(scenario=bench.session.scenario, values=initial, flight=1)
+    seen = {}
+    for order in (
+        Action(set={"open_hooks": 1.0, "wind_x": 2.0}),
+        Action(controller="pid"),
+        FlightOrder.RESET,
+    ):
+        assert isinstance(bench.execute(order), WorkerResult), order
+        bench.flying.report()
+        for message in bench.messages.sent:
+            view = view.after(message)
+            if view.snapshot is not None:
+                seen.setdefault(view.flight, view.values)
+        bench.messages.sent.clear()
+        if order == Action(controller="pid"):
+            assert (view.values["open_hooks"], view.values["wind_x"]) == (1.0, 2.0)
+    assert (seen[2]["open_hooks"], seen[2]["wind_x"]) == (0.0, 0.0)  # as the new flight begins
+    assert view.values == bench.session.parameters()
+    assert view.controller is bench.session.controller
 
 
 def test_a_pause_holds_time_and_flying_on_moves_it():

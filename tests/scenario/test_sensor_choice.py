@@ -1,13 +1,18 @@
 """Oracle: periods in physics steps, counted by hand."""
 
+import argparse
 import dataclasses
+import logging
 
 import pytest
 
+from workbench.commands.chosen_vehicle import with_model
 from workbench.common.errors import WorkbenchError
+from workbench.live.choice import Choice
 from workbench.plant.sensors import CORE_SENSORS, NO_NOISE, Noise
 from workbench.scenario.scenario import Rates, Scenario, SensorsConfig
-from workbench.scenario.sensor_choice import choose_sensors, without_noise
+from workbench.scenario.scenario_file import load_scenario
+from workbench.scenario.sensor_choice import choose_sensors, log_absent_sensors, without_noise
 
 KINDS = tuple(each.kind for each in CORE_SENSORS)
 """The shipped drone has one of each."""
@@ -134,7 +139,7 @@ def test_an_unknown_name_is_answered_with_the_nearest(choose, config, words):
 
 
 @pytest.mark.parametrize(
-    "config", [{"use": ["imu"]}, {"use": ["all", "imu"]}, {"rates": {"imu": 5.0}}]
+    "config", [{"use": ["imu"]}, {"use": ["all", "imu"]}, {"rates": {"front": 5.0}}]
 )
 def test_a_vehicle_without_sensors_says_so(choose, vehicle, config):
     blind = dataclasses.replace(vehicle, sensors=())
@@ -142,6 +147,34 @@ def test_a_vehicle_without_sensors_says_so(choose, vehicle, config):
         choose(blind, **config)
     assert choose(blind) == ()
     assert choose(blind, use=["all"]) == ()  # all that it has
+
+
+def test_a_rate_of_a_kind_that_the_vehicle_lacks_is_told_and_does_nothing(choose, vehicle, caplog):
+    imu = tuple(each for each in vehicle.sensors if each.kind == "imu")
+    plain = dataclasses.replace(vehicle, sensors=imu)
+    given = {"rates": {"imu": 50.0, "gps": 5.0}, "latency": {"lidar": 0.1}}
+    (choice,) = choose(plain, use=["all"], **given)
+    assert (choice.sensor.kind, choice.asked_rate) == ("imu", 50.0)
+    with caplog.at_level(logging.INFO, "workbench"):
+        log_absent_sensors(plain, SensorsConfig(**given))
+    assert [record.getMessage() for record in caplog.records] == [
+        "sensors.rates of gps does nothing: dh_drone has no such sensor",
+        "sensors.latency of lidar does nothing: dh_drone has no such sensor",
+    ]
+
+
+def test_another_vehicle_has_the_rates_of_kinds_from_the_app_and_from_a_command_alike(tmp_path):
+    """Those of a sensor by its name were of the scenario's own vehicle."""
+    path = tmp_path / "own.yaml"
+    path.write_text(
+        "sensors: {use: [imu], rates: {imu: 50, front: 5}, latency: {gps: 0.2, front: 0.1}}"
+    )
+    app = Choice(str(path), model="tricopter").load()
+    asked = argparse.Namespace(model="tricopter", arg=(), package=(), rotors="")
+    command = with_model(load_scenario(path), asked)
+    assert app.sensors == command.sensors
+    assert (app.sensors.rates, app.sensors.latency) == ({"imu": 50}, {"gps": 0.2})
+    assert Choice(str(path)).load().sensors.rates == {"imu": 50, "front": 5}
 
 
 def noises(sensor) -> list[Noise]:

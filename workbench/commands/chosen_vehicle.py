@@ -29,16 +29,19 @@ def flown_with(args: argparse.Namespace) -> str:
 def with_model(scenario: "Scenario", args: argparse.Namespace) -> "Scenario":
     """Set the model from the command line in a scenario, and return it.
 
-    A different model drops the arguments and gains of the scenario, which were for its own model.
+    A different model drops the arguments and gains of the scenario, and what it says of sensors by
+    name, which were for its own model.
 
     Raises:
         WorkbenchError: if there is no such model or file.
     """
     from workbench.common.resources import find_file, find_model
     from workbench.scenario.scenario import VehicleConfig
+    from workbench.scenario.sensor_choice import for_other_vehicle
 
     if args.model:
         scenario.vehicle = VehicleConfig(model=args.model)
+        scenario.sensors = for_other_vehicle(scenario.sensors)
     scenario.vehicle.args |= dict(args.arg)
     scenario.vehicle.packages |= dict(args.package)
     scenario.vehicle.rotors = args.rotors or scenario.vehicle.rotors

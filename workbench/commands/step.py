@@ -99,6 +99,7 @@ def add_parser(commands: Subcommands) -> None:
 def run(args: argparse.Namespace) -> int:
     """Fly the step, print its metrics, write plot and log; return 1 if the flight is lost."""
     from workbench.commands.drawer import Drawer
+    from workbench.design.flown_step import STEP_EDGE_S
     from workbench.design.linear.operating_point import steady_velocity
 
     velocity = steady_velocity(args.at)
@@ -142,6 +143,10 @@ def run(args: argparse.Namespace) -> int:
         flown.recording.write_csv(log)
         if drawer:
             drawer.finish()
+    if attitude and flown.edge != STEP_EDGE_S:
+        print_message(
+            f"it hovers tilted: at {flown.edge:g} s the setpoint steps from that of the hover"
+        )
     trouble = flown.ended or (flown.loss.sentence if flown.loss else "")
     result = _result(flown, args) | {"trouble": trouble}
     result |= autopilot_json(flown.exchange, flown.ended)

@@ -3,6 +3,8 @@
 The loops outside are open meanwhile: the drone follows the setpoint, and speeds up sideways. Air
 that passes the rotors turns it slowly back, so a response never stands still: it counts as settled
 by the samples alone, not by the decay of all modes of the linear model.
+
+A drone that wind tilts hovers until it is at rest, and its setpoint steps from that of the hover.
 """
 
 from collections.abc import Callable, Mapping
@@ -29,10 +31,13 @@ from workbench.scenario.scenario import Scenario
 
 if TYPE_CHECKING:
     from workbench.session.recording import Recording
+    from workbench.session.session import Session
     from workbench.setup import Setup
 
 USUAL_ATTITUDE_STEP_S, USUAL_RATE_STEP_S = 1.5, 0.75
 """Time for which a step is flown without a duration of the user's [s]."""
+MAX_HOVER_S, HOVER_LOOK_S = 60.0, 0.25
+"""Longest hover before a step, and time after which the drone is looked at again [s]."""
 
 
 @dataclass(frozen=True)
@@ -51,7 +56,7 @@ class AttitudeResponse(FlownStep):
     Attributes:
         axis: roll, pitch, roll_rate or pitch_rate.
         amplitude: [rad] or [rad/s].
-        recording: the whole flight; the setpoint steps at `STEP_EDGE_S`.
+        recording: the whole flight; the setpoint steps at `edge`.
         metrics: of the response from the edge on.
         peak_rotor_use: largest share of its speed limit at which any rotor ran, 0 .. 1.
         coupling: deviations of the other angles; that of the commanded one is 0.
@@ -103,17 +108,25 @@ def fly_attitude_step(
     check_duration(duration)
     check_tilt(row, size, duration, most)
     flight = attitude_scenario(row, size, duration, setup.scenario)
-    flown = Flier(setup.with_scenario(flight), fly_on=DIAGRAM).fly(progress, programs=False)
-    after = flown.recording.between(STEP_EDGE_S, np.inf)
+    flier = Flier(setup.with_scenario(flight), fly_on=DIAGRAM)
+    edge, hover, rests = _hover_before(flier.session, row, abs(size))
+    if edge != STEP_EDGE_S:
+        check_tilt(row, size + hover, duration, most)
+        flight = attitude_scenario(row, size + hover, duration, setup.scenario, edge)
+        flier.follow(flight.script, flight.duration)
+    flown = flier.fly(progress, programs=False)
+    after = flown.recording.between(edge, np.inf)
     use = float(after.rotor_use.max())
     return AttitudeResponse(
         axis=axis,
         amplitude=size,
+        edge=edge,
         **vars(flown),
         metrics=step_metrics(
-            after.time - STEP_EDGE_S,
+            after.time - edge,
             response_to_setpoint(row, after),
             size,
+            rests=rests,
             peak_rotor_use=use,
         ),
         peak_rotor_use=use,
@@ -184,12 +197,52 @@ def usual_duration(row: AttitudeAxis, amplitude: float, max_tilt: float) -> floa
 
 
 def attitude_scenario(
-    row: AttitudeAxis, amplitude: float, duration: float, scenario: Scenario
+    row: AttitudeAxis,
+    setpoint: float,
+    duration: float,
+    scenario: Scenario,
+    edge: float = STEP_EDGE_S,
 ) -> Scenario:
-    """Return the scenario of one step; see `fly_attitude_step` for the arguments."""
+    """Return the scenario of one step.
+
+    Args:
+        row: its axis.
+        setpoint: from the edge on [rad] or [rad/s].
+        duration: see `fly_attitude_step`.
+        scenario: see `fly_attitude_step`.
+        edge: time of the step [s].
+    """
     flight = scenario_before_step(duration, scenario)
-    flight.script = [replace(row.action(amplitude), at=STEP_EDGE_S)]
+    flight.duration = edge + duration
+    flight.script = [replace(row.action(setpoint), at=edge)]
     return flight
+
+
+def _hover_before(session: "Session", row: AttitudeAxis, size: float) -> tuple[float, float, bool]:
+    """Hover to the edge of a step: for `STEP_EDGE_S`, or until a drone that tilts is at rest.
+
+    Args:
+        session: at its start.
+        row: axis of the step.
+        size: of the step [rad] or [rad/s], positive.
+
+    Returns:
+        The time of the edge [s], the setpoint of the hover [rad], and whether the drone is at rest.
+    """
+    from workbench.session.hover_attitude import LEVEL_SHARE, attitude_unrest, hover_attitude
+
+    start = session.snapshot().roll_pitch_yaw
+    session.tick(STEP_EDGE_S)
+    now = session.snapshot().roll_pitch_yaw
+    if max(abs(a - b) for a, b in zip(now[:2], start[:2], strict=True)) <= LEVEL_SHARE * size:
+        return STEP_EDGE_S, 0.0, True
+    session.follow([], STEP_EDGE_S + MAX_HOVER_S)
+    session.tick(STEP_EDGE_S + HOVER_LOOK_S)
+    while (moves := attitude_unrest(session.snapshot(), size) >= 1.0) and (
+        session.time < STEP_EDGE_S + MAX_HOVER_S
+    ):
+        session.tick(HOVER_LOOK_S)
+    return session.time, hover_attitude(session, row, size).setpoint, not moves
 
 
 def response_to_setpoint(row: AttitudeAxis, recording: "Recording") -> np.ndarray:

@@ -1,7 +1,7 @@
 """What the records of flown steps share: the part from the edge on, and the loss of the flight."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -18,17 +18,23 @@ STEP_EDGE_S = 1.0
 
 @dataclass(frozen=True)
 class FlownStep(FlierFlight):
-    """A recorded flight with a step at `STEP_EDGE_S`; the base of the records of its kinds."""
+    """A recorded flight with a step; the base of the records of its kinds.
+
+    Attributes:
+        edge: time of the step [s].
+    """
+
+    edge: float = field(default=STEP_EDGE_S, kw_only=True)
 
     @property
     def after(self) -> "Recording":
         """The recording from the edge on."""
-        return self.recording.between(STEP_EDGE_S, np.inf)
+        return self.recording.between(self.edge, np.inf)
 
     @property
     def time(self) -> np.ndarray:
         """Time from the edge on [s]."""
-        return self.after.time - STEP_EDGE_S
+        return self.after.time - self.edge
 
     @property
     def loss(self) -> "Loss | None":
@@ -40,4 +46,4 @@ class FlownStep(FlierFlight):
     @property
     def diverged_at(self) -> float:
         """Time from the edge to the loss [s]; 0 if it was before, NaN without a loss."""
-        return max(0.0, self.loss.time - STEP_EDGE_S) if self.loss else math.nan
+        return max(0.0, self.loss.time - self.edge) if self.loss else math.nan

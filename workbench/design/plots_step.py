@@ -80,9 +80,9 @@ def plot_step(step: StepResponse) -> Figure:
 def plot_attitude_step(step: AttitudeResponse) -> Figure:
     """Return the figure of a step of an attitude or a rate, with its settling band and metrics."""
     row, metrics = find_attitude_axis(step.axis), step.metrics
-    end = STEP_EDGE_S + float(step.time[-1])
-    shown = step.recording.between(STEP_EDGE_S - SHOWN_BEFORE_EDGE_S, end)
-    time = shown.time - STEP_EDGE_S
+    end = step.edge + float(step.time[-1])
+    shown = step.recording.between(step.edge - SHOWN_BEFORE_EDGE_S, end)
+    time = shown.time - step.edge
     figure, panels = stacked(
         f"{shown.vehicle.name}: {row.label} step of {step.amplitude:g} {row.unit}", 4
     )

@@ -158,6 +158,7 @@ def step_metrics(
     *,
     decay: float | np.ndarray = 0.0,
     changed: bool = False,
+    rests: bool = True,
     peak_rotor_use: float | np.ndarray = math.nan,
 ) -> StepMetrics:
     """Return the numbers of responses to a command given at time 0, those that mean something.
@@ -169,11 +170,12 @@ def step_metrics(
         decay: time by which the transient of the linear closed loop has decayed [s], for all or for
             each (N); 0 if unknown.
         changed: whether parameters changed while it was flown; then there are no numbers.
+        rests: whether the drone was at rest before, as far as the response does not tell.
         peak_rotor_use: largest share of its speed limit at which any rotor ran.
     """
     found = step_info(time, response, command)
     settled = _settled(found, float(time[-1]), decay)
-    at_rest = _at_rest(response, command)
+    at_rest = _at_rest(response, command) & rests
     means = dict.fromkeys(FROM_REST_NUMBERS, settled & at_rest)
     means |= dict.fromkeys(STEADY_STATE_NUMBERS, settled)
     with np.errstate(invalid="ignore"):
@@ -186,7 +188,9 @@ def step_metrics(
     return StepMetrics(
         **{name: float(value) if one else value for name, value in numbers.items()},
         peak_rotor_use=peak_rotor_use,
-        withheld=why_withheld(found, time, response, command, decay=float(decay), changed=changed)
+        withheld=why_withheld(
+            found, time, response, command, decay=float(decay), changed=changed, rests=rests
+        )
         if one
         else "",
     )
@@ -200,6 +204,7 @@ def why_withheld(
     *,
     decay: float = 0.0,
     changed: bool = False,
+    rests: bool = True,
 ) -> str:
     """Return why numbers of one response mean nothing, as a sentence; "" if they all do.
 
@@ -221,7 +226,7 @@ def why_withheld(
         )
     if not _settled(found, duration, decay):
         return f"the step has not settled within {duration:.3g} s; fly it for longer"
-    if not _at_rest(response, command):
+    if not (rests and _at_rest(response, command)):
         return "the step did not begin at rest; let the drone settle first"
     return ""
 

@@ -9,7 +9,8 @@ from workbench.common.series import TimedValues
 from workbench.gui.ring import RowRingBuffer
 from workbench.link.backplane import Published
 from workbench.link.drone_topics import EVENTS_SIGNAL, PARAMETERS_SIGNAL, fixed_topic
-from workbench.link.topics import PREFIX, STRUCT_CODES, FieldValue, Topic
+from workbench.link.topics import PREFIX, STRUCT_CODES, Field, FieldValue, Topic
+from workbench.plant.vehicle import Vehicle
 
 MAX_STORED_COLUMNS = 64
 """Largest number of values of a topic that is stored over time; of larger ones, as a point cloud,
@@ -28,6 +29,7 @@ class TopicTable:
     Args:
         topic: the topic.
         seconds: stored time.
+        vehicle: that publishes it, if it is known.
 
     Attributes:
         topic: the topic.
@@ -36,7 +38,7 @@ class TopicTable:
         newest: payload of the newest sample, b"" before the first.
     """
 
-    def __init__(self, topic: Topic, seconds: float) -> None:
+    def __init__(self, topic: Topic, seconds: float, vehicle: Vehicle | None = None) -> None:
         self.topic = topic
         self.newest = b""
         numeric = [each for each in topic.fields if each.type in STRUCT_CODES]
@@ -55,7 +57,9 @@ class TopicTable:
             short = topic.name.removeprefix(PREFIX)
             for each in numeric:
                 names = [f"{short}.{each.name}.{name}" for name in topic.value_names(each)]
-                self.units.update({name.removesuffix("."): each.unit for name in names})
+                units = _value_units(each, vehicle)
+                named = zip(names, units, strict=True)
+                self.units.update({name.removesuffix("."): unit for name, unit in named})
             self._ring = RowRingBuffer(
                 round(seconds * (topic.rate or EVENT_TOPIC_RATE_HZ)), 1 + columns
             )
@@ -74,6 +78,16 @@ class TopicTable:
         """Return times and values of a column (N) [s], from a time on: views, for immediate use."""
         rows = self._ring.rows(since)
         return rows[:, 0], rows[:, self._columns[name]]
+
+
+def _value_units(each: Field, vehicle: Vehicle | None) -> Sequence[str]:
+    """Return the unit of each value of a field: of a joint, whether it turns or slides."""
+    turning, _, sliding = each.unit.partition(" or ")
+    joints = vehicle.published_joints if vehicle is not None else {}
+    if not sliding or vehicle is None or len(joints) != each.count:
+        return [each.unit] * each.count
+    slides = (vehicle.joint_signals[place][1] == "m" for place, _ in joints.values())
+    return [sliding if slide else turning for slide in slides]
 
 
 def _offset(topic: Topic, name: str) -> int:
@@ -99,9 +113,9 @@ class Signals:
         self._homes: dict[str, TopicTable] = {}
         self.now = 0.0
 
-    def begin(self, topics: Iterable[Topic]) -> None:
-        """Clear all: a flight begins, and publishes these topics."""
-        self._tables = {topic.id: TopicTable(topic, self._seconds) for topic in topics}
+    def begin(self, topics: Iterable[Topic], vehicle: Vehicle | None = None) -> None:
+        """Clear all: a flight of a vehicle begins, and publishes these topics."""
+        self._tables = {topic.id: TopicTable(topic, self._seconds, vehicle) for topic in topics}
         self._homes = {name: table for table in self._tables.values() for name in table.units}
         self.now = 0.0
 

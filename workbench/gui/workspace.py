@@ -114,7 +114,7 @@ def make_workspace(preferences: Preferences | None = None) -> Workspace:
 
 
 def _begin_flight(workspace: Workspace, view: LiveView) -> None:
-    workspace.signals.begin(view.topics)
+    workspace.signals.begin(view.topics, view.vehicle)
     _begin_analysis(workspace, view)
 
 

@@ -12,6 +12,7 @@ from workbench.scenario.flown_controller import at_own_period, flown_controller
 from workbench.scenario.scenario import Scenario, VehicleConfig
 from workbench.scenario.scenario_check import check_scenario
 from workbench.scenario.scenario_file import load_scenario
+from workbench.scenario.sensor_choice import for_other_vehicle
 
 
 @dataclass(frozen=True)
@@ -21,7 +22,8 @@ class Choice:
     Attributes:
         scenario: name of a shipped one, or path of a file; "" for the default one, which hovers.
         model: name of a shipped model, or path of a description; it does not use the scenario's
-            arguments and gains, which belong to the scenario's own model.
+            arguments and gains, and what it says of sensors by name, which belong to the scenario's
+            own model.
         world: name of a shipped world, or path of a file.
         gains: path of a gain file.
         sensors: active sensors, by name or kind; "all" for all.
@@ -72,8 +74,7 @@ class Choice:
             scenario = load_scenario(find_scenario(self.scenario), self.controller, self.estimator)
         if self.model:
             scenario.vehicle = VehicleConfig(model=self.model)
-            # rates and latencies belong to the sensors of the scenario's own drone
-            scenario.sensors = dataclasses.replace(scenario.sensors, rates={}, latency={})
+            scenario.sensors = for_other_vehicle(scenario.sensors)
         scenario.controller = self.controller or scenario.controller
         scenario.estimator = self.estimator or scenario.estimator
         scenario.vehicle.args |= self.args

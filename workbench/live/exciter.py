@@ -87,7 +87,12 @@ class Exciter:
         self._drive = StepDrive(self._session, excitation)
         self._first = self._next = -(-self._now // self._control) * self._control
         waits = excitation.rests and self._drive.unrest() >= 1.0
-        self.exciting = ActiveExcitation(excitation, self._first * self._step, 0 if waits else 1)
+        self.exciting = ActiveExcitation(
+            excitation,
+            self._first * self._step,
+            0 if waits else 1,
+            hover=self._drive.hover.angle,
+        )
         if waits:
             self._nearest, self._nearer_at = math.inf, self._now
             self._give(0.0)
@@ -184,10 +189,13 @@ class Exciter:
         self._next = self._first + change
 
     def _begin_round(self) -> None:
-        assert self.exciting
+        assert self.exciting and self._drive
         self._first = self._now
+        if self.exciting.excitation.rests or self.exciting.returning:
+            self._drive.begin_round()
         self.exciting = dataclasses.replace(
             self.exciting,
+            hover=self._drive.hover.angle,
             began=self._first * self._step,
             round=self.exciting.round + 1,
             from_rest=self.exciting.returning,

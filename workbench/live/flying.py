@@ -295,6 +295,7 @@ class FlightLoop:
         self._exciter.ended = self._measurer.ended = ""
         self._network.begin()
         self._flying.show()
+        self._send_queue.post(ViewChange({"values": self._session.parameters()}))
         self._broken = self._ended = ""
         self._clock.restart(self._now())
 

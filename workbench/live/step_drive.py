@@ -5,25 +5,24 @@ import math
 from collections.abc import Sequence
 
 from workbench.parameters.parameter_table import flight_table
-from workbench.plant.gravity import GRAVITY
 from workbench.scenario.attitude_axes import AttitudeAxis
 from workbench.scenario.axes import AXIS_NAMES, CommandAxis
 from workbench.scenario.excitation import Excitation
 from workbench.scenario.loads import Load
 from workbench.scenario.scenario import Action, AttitudeSetpoint
+from workbench.session.hover_attitude import (
+    AT_REST_SHARE,
+    AT_REST_SPEED,
+    HoverAttitude,
+    attitude_unrest,
+    hover_attitude,
+)
 from workbench.session.session import Session
 from workbench.session.snapshot import Snapshot
 
 MAX_STRAY, MAX_STRAY_TIME_S = 0.5, 0.5
 """Allowed drift between rounds without a rest: this distance, plus this time at the amplitude [m]
 or [rad], [s]."""
-AT_REST_SPEED = 0.05
-"""Speed below which a drone counts as at rest [m/s] or [rad/s] …"""
-AT_REST_SHARE = 0.01
-"""… and before a step of a command or a setpoint, if what it changes is below this share of the
-step: half of what its numbers allow, see `step_metrics` …"""
-AT_REST_TIME_S = 1.0
-"""… an attitude within this time."""
 LOADED_YAW_RATE_RAD_S = 0.5
 """Largest yaw rate during the return from a load [rad/s]."""
 
@@ -31,8 +30,8 @@ LOADED_YAW_RATE_RAD_S = 0.5
 class StepDrive:
     """Turns the value of an excitation into an action of a flight.
 
-    A value along an axis is commanded. One of an attitude or a rate is a setpoint, which 0 ends. A
-    load pushes or blows by it, while the drone holds.
+    A value along an axis is commanded. One of an attitude or a rate is a setpoint, from that of the
+    hover before; 0 ends it. A load pushes or blows by it, while the drone holds.
 
     Args:
         session: the flown session.
@@ -42,6 +41,7 @@ class StepDrive:
         limit: largest allowed amplitude.
         stray: allowed drift between rounds without a rest [m] or [rad].
         turn_rate: largest yaw rate during the return [rad/s].
+        hover: from which an attitude steps.
 
     Raises:
         WorkbenchError: if the law has no setpoint that it needs.
@@ -49,16 +49,17 @@ class StepDrive:
 
     def __init__(self, session: Session, excitation: Excitation) -> None:
         self._session, self._row = session, excitation.row
-        size = abs(excitation.amplitude)
-        self._rest_size = AT_REST_SHARE * size
+        self._size = size = abs(excitation.amplitude)
+        self.hover = HoverAttitude()
         self.stray, self.turn_rate = MAX_STRAY, LOADED_YAW_RATE_RAD_S
         match excitation.row:
             case Load() as load:
                 self.limit = flight_table().find(load.limit).maximum
             case AttitudeAxis() as axis:
                 axis.check(session.controller)
+                self.begin_round()
                 tilt = axis.largest_tilt(1.0, excitation.longest_level)
-                self.limit = session.get(axis.limit) / tilt
+                self.limit = (session.get(axis.limit) - abs(self.hover.setpoint)) / tilt
             case CommandAxis() as axis:
                 self.limit = session.get(axis.limit)
                 self.stray, self.turn_rate = MAX_STRAY + MAX_STRAY_TIME_S * size, size
@@ -69,13 +70,17 @@ class StepDrive:
         match self._row:
             case Load(turns=turns):
                 return _speed(now, turns=turns) / AT_REST_SPEED
-            case AttitudeAxis():  # in wind a drone is at rest with a tilt
-                turned = AT_REST_TIME_S * math.hypot(*now.w_WB)
-                tilted = math.hypot(*now.vdot_WB[:2]) / GRAVITY  # from that of rest
-                speed = _speed(now, turns=False) / AT_REST_SPEED
-                return max(speed, max(turned, tilted) / self._rest_size)
+            case AttitudeAxis():
+                return attitude_unrest(now, self._size)
             case CommandAxis(turns=turns):
-                return _speed(now, turns=turns) / min(AT_REST_SPEED, self._rest_size)
+                return _speed(now, turns=turns) / min(AT_REST_SPEED, AT_REST_SHARE * self._size)
+
+    def begin_round(self) -> None:
+        """Let an attitude step from the present one; from level if the drone is not at rest."""
+        if isinstance(self._row, AttitudeAxis):
+            rests = self.unrest() < 1.0
+            hover = hover_attitude(self._session, self._row, self._size) if rests else None
+            self.hover = hover or HoverAttitude()
 
     def action(self, value: float, duration: float) -> Action:
         """Return the action of a value for at most a time [s]; the drone holds otherwise."""
@@ -84,7 +89,9 @@ class StepDrive:
                 numbers = [value if axis == name else 0.0 for axis in AXIS_NAMES]
                 return Action(velocity=numbers[:3], yaw_rate=numbers[3])
             case AttitudeAxis() as axis:
-                action = axis.action(value) if value else Action(setpoint=AttitudeSetpoint())
+                action = Action(setpoint=AttitudeSetpoint())
+                if value:
+                    action = axis.action(self.hover.setpoint + value)
             case Load() as load:
                 action = self._load_with(load, value, duration)
         return dataclasses.replace(action, velocity=[0.0] * 3, yaw_rate=0.0)

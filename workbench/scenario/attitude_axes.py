@@ -105,6 +105,11 @@ class AttitudeAxis:
             )
         return SETPOINT_UNIT_FACTORS[unit] * value
 
+    def from_point(self, value: float, law: Controller) -> float:
+        """Return a setpoint in `unit` that is given in the unit of its loop point."""
+        unit = law.points[self.point]
+        return math.atan(value) if unit == "1" else value / SETPOINT_UNIT_FACTORS.get(unit, 1.0)
+
     def slope_at_point(self, law: Controller) -> float:
         """Return the derivative of `at_point` at 0."""
         return SETPOINT_UNIT_FACTORS.get(law.points[self.point], 1.0)

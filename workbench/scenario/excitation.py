@@ -184,6 +184,7 @@ class ActiveExcitation:
         round: number of the present round, from 1; 0 while the drone comes to rest before it.
         from_rest: whether the round began at rest, as the first one and those after a return do.
         returning: whether the round is over and the drone returns to the start of the first one.
+        hover: angle of the hover before it, from which an attitude steps [rad]; 0 if it is level.
     """
 
     excitation: Excitation
@@ -191,6 +192,7 @@ class ActiveExcitation:
     round: int
     from_rest: bool = False
     returning: bool = False
+    hover: float = 0.0
 
     @property
     def rounds_flown(self) -> int:

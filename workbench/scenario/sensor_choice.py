@@ -1,12 +1,14 @@
 """The sensors of a flight, with their rates and noise."""
 
 import dataclasses
+import logging
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
 from workbench.common.errors import WorkbenchError, unknown_name
 from workbench.estimation.settings import AIDING_SENSORS, TRUTH
-from workbench.plant.sensors import NO_NOISE, DepthCamera, Lidar, Sensor
+from workbench.plant.sensors import NO_NOISE, DepthCamera, Lidar, Sensor, sensor_kinds
 from workbench.plant.vehicle import Vehicle
 from workbench.scenario.scenario import Scenario
 from workbench.scenario.sensors_config import MIN_SENSOR_RATE_HZ, SensorsConfig
@@ -41,13 +43,16 @@ def choose_sensors(vehicle: Vehicle, scenario: Scenario) -> tuple[SensorChoice, 
     They sample at their own rates, at most once a physics step: a step of the integrator ends at
     each sample, so that a reading is that of its stamp.
 
+    A rate or a latency of a kind that the vehicle does not have waits for another vehicle, see
+    `log_absent_sensors`.
+
     Raises:
         WorkbenchError: if no sensor of the vehicle has a name, or a rate is too low.
     """
     config = scenario.sensors
     for key, names in (("use", config.use), ("rates", config.rates), ("latency", config.latency)):
         for name in names:
-            if key == "use" and name == ALL_SENSORS:
+            if name in ((ALL_SENSORS,) if key == "use" else sensor_kinds()):
                 continue  # all sensors, also if there are none
             _check_name(vehicle, name, f"sensors.{key}")
     step = scenario.rates.physics_step
@@ -57,6 +62,31 @@ def choose_sensors(vehicle: Vehicle, scenario: Scenario) -> tuple[SensorChoice, 
         for sensor in vehicle.sensors
         if not {ALL_SENSORS, sensor.name, sensor.kind}.isdisjoint(used)
     )
+
+
+def for_other_vehicle(config: SensorsConfig) -> SensorsConfig:
+    """Return the settings for another vehicle: rates and latencies of kinds hold for any."""
+    kinds = sensor_kinds()
+    rates, latency = (
+        {name: value for name, value in values.items() if name in kinds}
+        for values in (config.rates, config.latency)
+    )
+    return dataclasses.replace(config, rates=rates, latency=latency)
+
+
+def log_absent_sensors(vehicle: Vehicle, config: SensorsConfig) -> None:
+    """Log which rates and latencies do nothing, as the vehicle has no such sensors."""
+    known = {name for sensor in vehicle.sensors for name in (sensor.name, sensor.kind)}
+    settings: tuple[tuple[str, Iterable[str]], ...] = (
+        ("rates", config.rates),
+        ("latency", config.latency),
+    )
+    for key, names in settings:
+        for name in names:
+            if name not in known:
+                logging.getLogger("workbench").info(
+                    "sensors.%s of %s does nothing: %s has no such sensor", key, name, vehicle.name
+                )
 
 
 def _choice(sensor: Sensor, config: SensorsConfig, step: float) -> SensorChoice:

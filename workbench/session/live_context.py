@@ -200,9 +200,9 @@ class LiveContext:
         probes = self._of(computer).get_numeric_parameter(computer.probes_index)
         return any(probes[place] == 0.0 for place in attitude_places(computer.controller))
 
-    def loop_signals(self) -> np.ndarray:
+    def loop_signals(self, *, whole: bool = False) -> np.ndarray:
         """Return the signals that the next update reads at the loop points (P)."""
-        return self._bench.computer.signals(self._of(self._bench.computer))
+        return self._bench.computer.signals(self._of(self._bench.computer), whole=whole)
 
     def close_loops(self) -> None:
         """Stop the injection from the next update on."""

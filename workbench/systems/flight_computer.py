@@ -17,6 +17,7 @@ from workbench.common.errors import FlightBrokenError
 from workbench.common.own_file import user_code_errors
 from workbench.control.controller import Controller
 from workbench.control.flight_law import (
+    ALL_PARTS,
     UNFILTERED_COMPUTER,
     ComputerSettings,
     flight_law,
@@ -206,9 +207,16 @@ class FlightComputer(DiscreteSystem):
         """
         self._update(context, self._old(context))
 
-    def signals(self, context: Context) -> np.ndarray:
-        """Return the signals of the next update at the loop points (P), in their order."""
+    def signals(self, context: Context, *, whole: bool = False) -> np.ndarray:
+        """Return the signals of the next update at the loop points (P), in their order.
+
+        Args:
+            context: of this system.
+            whole: whether all parts of the law run for it, as `DIVIDERS` of it or not.
+        """
         arguments = self._arguments(context, context.get_discrete_state())
+        if whole:
+            arguments = arguments._replace(count=ALL_PARTS)
         flight_law(self.controller).update(*arguments)
         return np.array(arguments.loops[2 * len(self.controller.points) :])
 

@@ -5,6 +5,7 @@ import math
 from dataclasses import replace
 
 import pytest
+from PyQt6.QtCore import Qt
 
 from workbench.control.mode import FlightMode, Reason
 from workbench.gui.home.rotor_card import RotorState
@@ -241,8 +242,39 @@ def test_one_of_two_height_sensors_is_off(flown, canned, clock):
     left = tuple(each for each in now.sensors if each.kind != "range_finder")
     shown(flown, canned.views[-1], clock, height=None, sensors=left)
     assert not flown.cards["height"].hint.isVisibleTo(flown)
-    assert flown.cards["height"].table.texts[2] == ("off: see Settings",)
-    assert "off: see Settings m" not in flown.cards["height"].table.spoken
+    assert flown.cards["height"].table.texts[2] == ("off",)
+    assert "off m" not in flown.cards["height"].table.spoken
+
+
+def test_sensors_that_are_off_are_switched_on_by_a_button_of_their_card(
+    flown, canned, workspace, monkeypatch, qtbot
+):
+    """The flight starts anew, with all of them; in a card of sensors that are on there is none."""
+    flown.show()
+    flown.resize(1190, 600)
+    view, started = canned.views[-1], []
+    kinds = {each.kind for each in view.snapshot.sensors}
+    left = tuple(each for each in view.snapshot.sensors if each.kind not in ("imu", "gps"))
+    assert {"imu", "magnetometer", "gps"} <= kinds
+    monkeypatch.setattr(workspace.flight, "fly", lambda what, draw: started.append(what))
+    monkeypatch.setattr(workspace.flight, "_view", view)
+    assert not any(offer.isVisible() for offer in flown.offers.values())
+    off = tuple(each for each in left if each.kind != "magnetometer")
+    for sensors, added in ((left, ["imu"]), (off, ["imu", "magnetometer"])):
+        snapshot = replace(view.snapshot, sensors=sensors, imu=None, gps=None)
+        flown.begin(replace(view, snapshot=snapshot))
+        assert [name for name, each in flown.offers.items() if each.isVisible()] == ["imu", "gps"]
+        button = flown.offers["imu"].button
+        assert button.accessibleName() == f"Fly with the {' and the '.join(added)}".replace(
+            "imu", "IMU"
+        )
+        assert "End this flight" in button.toolTip()
+        qtbot.mouseClick(button, Qt.MouseButton.LeftButton)
+        assert started[-1].sensors.use == [*view.scenario.sensors.use, *added]
+    card = flown.cards["imu"]
+    for part in (card.heading, button, card.state):  # none hides another
+        assert card.rect().contains(part.mapTo(card, part.rect().center()))
+        assert card.childAt(part.mapTo(card, part.rect().center())) in (part, *part.children())
 
 
 def test_a_rotor_that_was_made_to_fail_is_named(flown, workspace, canned, clock):

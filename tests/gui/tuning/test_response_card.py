@@ -1,3 +1,5 @@
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -47,6 +49,28 @@ def test_numbers_come_once_the_step_is_over_and_stay_while_the_next_is_flown(his
     history.begin(ActiveExcitation(STEP, 12.0, 2), GAINS)
     history.present(12.3)
     assert history.numbers is first
+
+
+def test_a_response_of_an_attitude_begins_at_that_of_the_hover():
+    """Else the numbers of a drone that hovers tilted would be withheld."""
+
+    def take_tilted(excitation, begun, end):
+        trace = take(excitation, begun, end)
+        response = 0.1 * (1.0 - np.exp(-9.0 * trace.time)) - 0.094
+        return dataclasses.replace(trace, response=response)
+
+    step = dataclasses.replace(STEP, axis="pitch", amplitude=0.1, period=2.0)
+    numbers = []
+    for hover in (0.0, -0.094):
+        history = ResponseHistory(take_tilted, lambda: 0.0)
+        history.begin(ActiveExcitation(step, 10.0, 1, hover=hover), GAINS)
+        trace = history.present(12.1)
+        numbers.append(history.numbers)
+    assert "did not begin at rest" in numbers[0].withheld
+    assert numbers[1].withheld == ""
+    assert numbers[1].steady_state_value == pytest.approx(0.1)
+    assert trace.response[0] == pytest.approx(0.0)
+    assert history.round.response_name == "pitch, from that of hover"
 
 
 def test_the_same_round_told_again_changes_nothing(history):

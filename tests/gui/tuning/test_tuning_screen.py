@@ -7,6 +7,7 @@ from PyQt6.QtCore import QPoint, Qt
 from PyQt6.QtWidgets import QAbstractButton, QAbstractSpinBox, QComboBox, QLineEdit
 
 from workbench.analysis.queries import FindRanges, Judge, Predict, RequestedStep, Tune
+from workbench.control.loop import loop_label
 from workbench.gui.gains.gain_file_diff_view import GainFileDiffView
 from workbench.gui.tuning.excitation_form import loop_excitation
 from workbench.gui.tuning.number_row import RowState
@@ -328,8 +329,10 @@ def test_a_gain_that_is_judged_while_the_vehicle_changes_is_judged_again(
     assert {"kp_velocity_x": 7.0} in orders
 
 
-def test_a_search_goes_on_while_the_vehicle_changes(screen, offline, begun, publish, qtbot):
-    """The vehicle is judged anew after it."""
+def test_a_search_goes_on_while_the_vehicle_changes(screen, offline, judge, begun, publish, qtbot):
+    """The vehicle is judged anew after it; until then the margins say of which vehicle they are."""
+    offline.analysis.tell(*judge(screen.trial.judged_flown))
+    assert screen.margins.said.text().startswith("Weakest:")
     screen.autotune.search()
     assert screen.autotune.is_running
     screen._vehicle_rest.setInterval(1)
@@ -337,21 +340,29 @@ def test_a_search_goes_on_while_the_vehicle_changes(screen, offline, begun, publ
     with qtbot.waitSignal(screen._vehicle_rest.timeout):
         pass
     assert screen.autotune.is_running and screen._vehicle_rest.isActive() and not begun
+    assert screen.margins.said.text() == (
+        "Of the vehicle before payload_mass changed: it is judged anew once the search or the fork "
+        "has ended."
+    )
     (question,) = offline.analysis.of(Tune)
     offline.analysis.refused.emit(question, "enough")
     qtbot.waitUntil(lambda: bool(begun))
+    assert not screen.judgement.caveat
 
 
-def test_a_vehicle_that_is_as_before_is_not_judged_anew(screen, offline, publish, qtbot):
-    cleared = []
+def test_a_vehicle_that_is_as_before_is_not_judged_anew(screen, offline, judge, publish, qtbot):
+    shown = []
+    offline.analysis.tell(*judge(screen.trial.judged_flown))
+    before = screen.judgement.proposed
     offline.analysis.begin(offline.flight.view.scenario, offline.flight.view.values)
-    screen.judgement.changed.connect(lambda: cleared.append(True))
+    screen.judgement.changed.connect(lambda: shown.append(screen.margins.said.text()))
     screen._vehicle_rest.setInterval(1)
     publish(("payload_mass", 0.25))
     publish(("payload_mass", 0.0))
     with qtbot.waitSignal(screen._vehicle_rest.timeout):
         pass
-    assert not cleared
+    assert shown[0].startswith("Of the vehicle before payload_mass changed")
+    assert shown[-1].startswith("Weakest:") and screen.judgement.proposed is before
 
 
 def test_what_the_drone_carries_and_how_its_joints_stand_is_judged_anew(
@@ -394,4 +405,32 @@ def test_one_click_chooses_a_step_of_the_weakest_loop(screen, judge, make_loop, 
     qtbot.mouseClick(excite, Qt.MouseButton.LeftButton)
     assert (screen.excitation.choice.kind.name, screen.excitation.choice.axis) == ("Setpoint", "z")
     assert loop_excitation("yaw_rate")[1] == "yaw"
-    assert loop_excitation("position_x") is None
+
+
+def test_a_button_that_chooses_no_step_says_why(screen, canned, judge, make_loop, flying, qtbot):
+    """As tool tip, and for screen readers."""
+    screen.workspace.signals.begin(canned.views[0].topics)
+    analysis, excite = screen.workspace.analysis, screen.margins.excite
+
+    def said():
+        assert excite.isEnabled() == (not excite.accessibleDescription())
+        assert excite.toolTip() == (excite.accessibleDescription() or excite.accessibleName())
+        return excite.accessibleDescription()
+
+    qtbot.waitUntil(lambda: bool(analysis.of(Judge)))
+    assert said() == "The weakest loop is not known yet"
+    weak = {"phase_margin": np.radians(20.0)}
+    analysis.tell(*judge(screen.trial.judged_flown, make_loop("pitch", **weak)))
+    assert said() == ""
+    running = ActiveExcitation(Excitation("x", Shape.STEP, 1.0, 2.0), 0.0, 1)
+    screen.show_view(dataclasses.replace(flying, exciting=running))
+    assert said() == "An excitation runs: stop it first"
+    screen.show_view(flying)
+    assert said() == ""
+    for loop in ("position_x", "heading"):  # as geometric has
+        assert loop_excitation(loop) is None
+        asked, judged = judge(screen.trial.judged_flown)
+        loops = (*judged.loops, make_loop(loop, **weak))
+        analysis.tell(asked, dataclasses.replace(judged, loops=loops))
+        screen.judgement.follow(screen.trial.judged, screen.trial.judged_flown)
+        assert f"the weakest loop, {loop_label(loop)}: choose another one" in said()

@@ -9,7 +9,7 @@ from PyQt6.QtGui import (
     QHideEvent,
     QShortcut,
 )
-from PyQt6.QtWidgets import QBoxLayout, QWidget
+from PyQt6.QtWidgets import QWidget
 
 from workbench.gui.home.home_card import HomeCard
 from workbench.gui.home.path_map import PathMap
@@ -47,6 +47,7 @@ class GpsCard(HomeCard):
 
     name = "gps"
     title = "GPS, path"
+    sensors = ("gps",)
 
     def __init__(
         self,
@@ -77,9 +78,7 @@ class GpsCard(HomeCard):
         self._bar(route.barred)
         self.table = self.make_table("GPS", widest=("188.8888888",))
         self.hint = Hint("GPS")
-        head = self.body.itemAt(0)
-        assert isinstance(head, QBoxLayout)
-        head.insertWidget(1, self.go_to)
+        self.put_in_head(self.go_to)
         numbers = column(1, self.table, (self.hint, 2), 1)
         fill(self.body, (CardPair(self.map, numbers, (1, 1), 8), 1))
 

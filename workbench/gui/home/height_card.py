@@ -15,7 +15,7 @@ from workbench.gui.units import HECTOPASCAL_UNIT
 from workbench.live.view import LiveView
 from workbench.session.snapshot import Snapshot
 
-HEIGHT_SENSORS_OFF_TEXT = "Neither is on in this flight. Switch them on in Settings, Sensors."
+HEIGHT_SENSORS_OFF_TEXT = "Neither is on in this flight. Switch them on here or in Settings."
 
 
 def range_text(height: float, length: DisplayUnit) -> str:
@@ -30,6 +30,7 @@ class HeightCard(HomeCard):
 
     name = "height"
     title = "Barometer, range finder"
+    sensors = ("barometer", "range_finder")
 
     def __init__(self, *args: Any) -> None:
         super().__init__(*args)
@@ -70,7 +71,7 @@ class HeightCard(HomeCard):
             self.table.show_row(0, self.units.length.number(now.barometer.altitude))
             self.table.show_row(1, HECTOPASCAL_UNIT.number(now.barometer.pressure))
         else:
-            self.table.show_row(0, air.word)
-            self.table.show_row(1, air.word)
+            self.table.show_row(0, air.note)
+            self.table.show_row(1, air.note)
         reading = None if now.height is None else range_text(now.height, self.units.length)
-        self.table.show_row(2, reading or way.word)
+        self.table.show_row(2, reading or way.note)

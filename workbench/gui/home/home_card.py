@@ -27,6 +27,7 @@ class HomeCard(QFrame):
     Attributes:
         name: name in the layouts of the Home screen.
         title: title at the top.
+        sensors: kinds of sensors whose readings it shows.
         parts: contained instruments.
         look: source of colours.
         units: units of the numbers.
@@ -39,6 +40,7 @@ class HomeCard(QFrame):
 
     name = ""
     title = ""
+    sensors: tuple[str, ...] = ()
 
     def __init__(self, look: Look, units: ShownUnits, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -54,7 +56,8 @@ class HomeCard(QFrame):
         self.sign: Sign | None = None
         self.state = label(kind="muted")
         self.heading = self.scaled(with_class(WrappedLabel(self.title), "muted"), 1.0, bold=True)
-        self.body = vbox(hbox((self.heading, 1), self.state, spacing=6), of=self)
+        self._head = hbox((self.heading, 1), self.state, spacing=6)
+        self.body = vbox(self._head, of=self)
 
     @property
     def spoken(self) -> str:
@@ -78,6 +81,10 @@ class HomeCard(QFrame):
         """Return a label whose text has a size relative to plain text."""
         self._scaled.append((part, factor, bold))
         return part
+
+    def put_in_head(self, part: QWidget) -> None:
+        """Put a part behind the title."""
+        self._head.insertWidget(1, part)
 
     def make_table(
         self,

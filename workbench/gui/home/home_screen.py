@@ -26,6 +26,7 @@ from workbench.gui.home.stream_watch import StreamWatch
 from workbench.gui.instruments.instrument import DEFAULT_TEXT_HEIGHT_PX
 from workbench.gui.layout import NO_MARGINS, SCROLL_BAR_WIDTH_PX, vbox
 from workbench.gui.screens import Screen
+from workbench.gui.sensor_offer import SensorOffer
 from workbench.gui.workspace import Workspace
 from workbench.live.messages import Phase
 from workbench.live.view import LiveView
@@ -48,6 +49,10 @@ class HomeScreen(Screen):
     Args:
         workspace: services that all screens share.
         clock: returns a monotonic time [s].
+
+    Attributes:
+        cards: by name.
+        offers: buttons that switch on the sensors of a card, by its name.
     """
 
     def __init__(self, workspace: Workspace, clock: Callable[[], float] = time.monotonic) -> None:
@@ -64,6 +69,11 @@ class HomeScreen(Screen):
         self._scroll.setWidget(self._board)
         vbox(self._scroll, of=self, margins=NO_MARGINS)
         self._clock_card, self.cards = self._make_cards()
+        self.offers: dict[str, SensorOffer] = {}
+        for name, card in self.cards.items():
+            if card.sensors:
+                self.offers[name] = SensorOffer(workspace, *card.sensors, small=True)
+                card.put_in_head(self.offers[name])
         self._numbers_due = -math.inf
         self._timer = QTimer(self)
         self._timer.setInterval(CLOCK_UPDATE_MS)
@@ -76,8 +86,8 @@ class HomeScreen(Screen):
     def begin(self, view: LiveView) -> None:
         """Clear the last flight, and show the rotors and sensors of this one."""
         self._watch.begin(view)
-        for card in self.cards.values():
-            card.begin(view)
+        for part in (*self.cards.values(), *self.offers.values()):
+            part.begin(view)
         self._numbers_due = -math.inf
         self.show_view(view)
 

@@ -18,6 +18,7 @@ class ImuCard(HomeCard):
 
     name = "imu"
     title = "IMU, magnetometer"
+    sensors = ("imu", "magnetometer")
 
     def __init__(self, *args: Any) -> None:
         super().__init__(*args)

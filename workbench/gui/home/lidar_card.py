@@ -179,6 +179,7 @@ class LidarCard(HomeCard):
 
     name = "lidar"
     title = "Lidar, obstacles"
+    sensors = ("lidar",)
 
     def __init__(
         self, look: Look, units: ShownUnits, watch: StreamWatch, parent: QWidget | None = None

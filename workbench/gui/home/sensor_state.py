@@ -52,11 +52,6 @@ class SensorState:
     advice: str = ""
 
     @property
-    def word(self) -> str:
-        """Text in place of a number."""
-        return "off: see Settings" if self.health is SensorHealth.OFF else self.note
-
-    @property
     def measures(self) -> bool:
         """Whether there is a reading of any age."""
         return self.health in (SensorHealth.GOOD, SensorHealth.OLD, SensorHealth.FAULTY)
@@ -105,20 +100,20 @@ def silent_state(view: LiveView, kind: str) -> SensorState:
         return SensorState(
             SensorHealth.ABSENT,
             "none",
-            f"{view.vehicle.name} has no {_kind_word(kind)} in its description.",
+            f"{view.vehicle.name} has no {kind_word(kind)} in its description.",
         )
     return SensorState(
         SensorHealth.OFF,
         "off",
-        f"{name} is off in this flight. Switch it on in Settings, Sensors.",
+        f"{name} is off in this flight. Switch it on here or in Settings.",
     )
 
 
 def _kind_name(kind: str) -> str:
     """Return what a kind is called at the beginning of a sentence."""
-    return "GPS" if kind == "gps" else f"The {_kind_word(kind)}"
+    return "GPS" if kind == "gps" else f"The {kind_word(kind)}"
 
 
-def _kind_word(kind: str) -> str:
+def kind_word(kind: str) -> str:
     """Return a kind in words."""
     return {"imu": "IMU", "gps": "GPS"}.get(kind, kind.replace("_", " "))

@@ -270,6 +270,8 @@ class FrequencyCard(TuningCard):
             self.said.say(f"Not known: {self.curves.said}", "warning")
         elif now is None:
             self.said.say(self._judgement.said or "Not known yet: the analyst is computing it.")
+        elif self._judgement.vehicle_said:
+            self.said.say(self._judgement.vehicle_said, "warning")
         elif not now.margins.stable:
             self.said.say("The closed loop is unstable with these gains.", "bad")
         else:

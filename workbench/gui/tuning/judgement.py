@@ -32,6 +32,7 @@ class StabilityFollower(QObject):
         flown: result for the flown gains, likewise.
         said: why there is no result, "" without an error.
         input_said: why there is none at the plant's input, likewise.
+        vehicle_said: that results are of the vehicle before a change, "" if they are not.
     """
 
     changed = pyqtSignal()
@@ -53,7 +54,9 @@ class StabilityFollower(QObject):
 
     @property
     def caveat(self) -> str:
-        """Why `proposed` does not belong to the proposed gains, "" if it does."""
+        """Why `proposed` does not belong to the proposed gains and the vehicle, "" if it does."""
+        if self.proposed is not None and self.vehicle_said:
+            return self.vehicle_said
         if self.proposed is None or self._is_fresh or not (self.said or self._is_late):
             return ""
         return f"Of earlier gains: {self.said or 'the analyst is busy.'}"
@@ -73,7 +76,7 @@ class StabilityFollower(QObject):
         self.proposed: Judged | None = None
         self.gains: JudgedGains = {}
         self.flown: Judged | None = None
-        self.said = self.input_said = ""
+        self.said = self.input_said = self.vehicle_said = ""
         self._is_late = False
         self._wait.stop()
         self._rest.stop()
@@ -95,6 +98,12 @@ class StabilityFollower(QObject):
             self._come_in_time()
         elif not self._wait.isActive():
             self._wait.start()
+
+    def note_vehicle(self, said: str) -> None:
+        """Let results be those of an earlier vehicle, for a reason; "" for the present one."""
+        if said != self.vehicle_said:
+            self.vehicle_said = said
+            self.changed.emit()
 
     def set_seen(self, seen: bool) -> None:
         """Ask only while the card is visible."""

@@ -7,6 +7,7 @@ from PyQt6.QtCore import Qt, pyqtSignal
 
 from workbench.analysis.replies import Judged, JudgedLoop
 from workbench.control.loop import loop_label
+from workbench.gui.labels import set_tip
 from workbench.gui.layout import fill, named, tool_button
 from workbench.gui.tuning.card import TuningCard
 from workbench.gui.tuning.excitation_form import loop_excitation
@@ -25,6 +26,7 @@ from workbench.gui.workspace import Workspace
 
 LimitLookup = Callable[[str], float]
 PLANT_INPUT_ROW = "plant input, all at once"
+EXCITE_HELP = "Choose a step of the setpoint of the weakest loop"
 INPUT_DISK_LIMIT = find_limit("disk_margin")
 FOLD_TEXTS = "Fold the table of margins", "Fold the table, to leave its room to what is below"
 UNFOLD_TEXTS = "Open the table of margins", "Show the margins of every loop"
@@ -198,8 +200,9 @@ class MarginsCard(TuningCard):
         self._limits = limits
         self.form = LimitsForm(MARGIN_LIMITS, limits, columns=3)
         self.fold = tool_button("", lambda: self.set_folded(not self.is_folded), "quiet small")
-        help = "Choose a step of the setpoint of the weakest loop"
-        self.excite = named(tool_button("Excite", self._excite, "quiet compact", help), help)
+        self.excite = tool_button("Excite", self._excite, "quiet compact", EXCITE_HELP)
+        self.excite.setAccessibleName(EXCITE_HELP)
+        self._is_excited = False
         fill(self.head, self.excite, self.form.button, self.fold)
         head = [f"{row.short} {row.unit}".strip() for row in MARGIN_LIMITS]
         self.table = NumberTable(
@@ -231,16 +234,42 @@ class MarginsCard(TuningCard):
         now = self._judgement.proposed
         return margin_rows(now, None, self._limits.value) if now is not None else ()
 
-    def _excite(self) -> None:
+    def show_excited(self, excited: bool) -> None:
+        """Show whether the flight is excited: then no other excitation is chosen."""
+        if excited != self._is_excited:
+            self._is_excited = excited
+            self._show_excite()
+
+    @property
+    def _weakest(self) -> JudgedLoop | None:
         now = self._judgement.proposed
-        weakest = weakest_loop(now, self._limits.value) if now is not None else None
-        if weakest is not None:
+        return weakest_loop(now, self._limits.value) if now is not None else None
+
+    def _excite(self) -> None:
+        if (weakest := self._weakest) is not None:
             self.excitation_wanted.emit(weakest.name)
+
+    def _show_excite(self) -> None:
+        """Enable the button, or let its tool tip say why it is not."""
+        weakest, why_not = self._weakest, ""
+        if self._judgement.proposed is None:
+            why_not = "The weakest loop is not known yet"
+        elif weakest is None:
+            why_not = "No loop is closed"
+        elif loop_excitation(weakest.name) is None:
+            why_not = (
+                "No excitation steps the setpoint of the weakest loop, "
+                f"{loop_label(weakest.name)}: choose another one in the card Excitation"
+            )
+        elif self._is_excited:
+            why_not = "An excitation runs: stop it first"
+        self.excite.setEnabled(not why_not)
+        set_tip(self.excite, why_not or EXCITE_HELP)
+        self.excite.setAccessibleDescription(why_not)
 
     def _show(self) -> None:
         now, before = self._judgement.proposed, self._judgement.flown
-        weakest = weakest_loop(now, self._limits.value) if now is not None else None
-        self.excite.setEnabled(weakest is not None and loop_excitation(weakest.name) is not None)
+        self._show_excite()
         if now is None:
             self.said.say(self._judgement.said or "Not known yet: the analyst is computing it.")
             self.table.set_rows(())

@@ -311,14 +311,14 @@ class ResponseCard(TuningCard):
 
     def _show_plan(self, flown: ExcitationRound | None) -> None:
         """Show the command: of the last round, else of the next one."""
-        shown = self._choice.excitation if flown is None else flown.excitation
-        axis, length = shown.row, shown_length(shown)
-        self.plot.set_axes("time after the step", axis.response, axis.response_unit)
+        plan = flown or ExcitationRound(self._choice.excitation, 0.0, {})
+        shown, axis, length = plan.excitation, plan.excitation.row, shown_length(plan.excitation)
+        self.plot.set_axes("time after the step", plan.response_name, axis.response_unit)
         self.plot.set_window(0.0, length)
         if isinstance(axis, Load):  # the command is to hold
             asked = np.array([0.0, length]), np.zeros(2)
         else:
-            asked = command_curve(shown, again=flown is not None and flown.again)
+            asked = command_curve(shown, again=plan.again)
         self.plot.set_curve(COMMAND_CURVE, *asked, CurveStyle.SOLID, COMMAND_COLOUR)
 
     def _show_ghosts(self, ghosts: Sequence[FlownResponse], names: Sequence[str]) -> None:

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from workbench.design.load_metrics import ResponseMetrics
 from workbench.gui.tuning.round_trace import RoundTrace
@@ -30,12 +30,20 @@ class ExcitationRound:
         begun: simulated time of its edge [s].
         gains: gains that fly it.
         again: whether an equal round preceded it without a gap.
+        hover: angle of the hover before it, from which an attitude steps [rad].
     """
 
     excitation: Excitation
     begun: float
     gains: Mapping[str, float]
     again: bool = False
+    hover: float = 0.0
+
+    @property
+    def response_name(self) -> str:
+        """Name of its response."""
+        name = self.excitation.row.response
+        return f"{name}, from that of hover" if self.hover else name
 
     @property
     def end(self) -> float:
@@ -115,7 +123,7 @@ class ResponseHistory:
             self._changed = self._changed or gains != before.gains
             return
         self._keep(min(begun, before.end) if before is not None else begun)
-        self.round = ExcitationRound(excitation, begun, dict(gains), exciting.again)
+        self.round = ExcitationRound(excitation, begun, dict(gains), exciting.again, exciting.hover)
         self.is_running, self._newest, self._changed = True, None, False
 
     def end(self, now: float) -> None:
@@ -128,7 +136,7 @@ class ResponseHistory:
         if self.round is None:
             return None
         until = min(now, self.round.end) if self.is_running else min(self._ended, self.round.end)
-        trace = self._take(self.round.excitation, self.round.begun, until)
+        trace = self._trace(self.round, until)
         if self._newest is None:
             self._newest = self._measure(self.round, trace)
             if self._newest is not None:
@@ -161,12 +169,17 @@ class ResponseHistory:
         if self.round is None:
             return
         until = end if self.is_running else min(self._ended, self.round.end)
-        trace = self._take(self.round.excitation, self.round.begun, until)
+        trace = self._trace(self.round, until)
         if not len(trace) or trace.time[-1] < MIN_KEPT_RESPONSE_S:
             return
         numbers = self._newest or self._measure(self.round, trace)
         kept = FlownResponse(self.round, trace, numbers)
         self.ghosts = (kept, *self.ghosts)[:MAX_EARLIER_RESPONSES]
+
+    def _trace(self, flown: ExcitationRound, until: float) -> RoundTrace:
+        """Return the signals of a round until a time [s], an attitude from that of the hover."""
+        trace = self._take(flown.excitation, flown.begun, until)
+        return replace(trace, response=trace.response - flown.hover) if flown.hover else trace
 
     def _measure(self, flown: ExcitationRound, trace: RoundTrace) -> ResponseMetrics | None:
         """Return the numbers of a round's first step; the other steps are similar."""

@@ -10,6 +10,7 @@ from PyQt6.QtWidgets import QApplication, QSizePolicy, QTabWidget, QWidget
 from workbench.analysis.queries import Predict
 from workbench.analysis.replies import Predicted
 from workbench.common.plain_files import write_in_folder
+from workbench.common.plain_text import plain_name
 from workbench.gui.analysis import QueryStream
 from workbench.gui.errands import single_shot
 from workbench.gui.gains.gain_bar import GainBar, ask_to_save
@@ -138,6 +139,7 @@ class TuningScreen(Screen):
         # Linked gains, or a whole gain file, change one by one: ask once.
         self._soon = single_shot(self._ask, self)
         self._vehicle_rest = single_shot(self._judge_vehicle, self, VEHICLE_REST_MS)
+        self._changed_names: set[str] = set()
         self._connect()
         self._plan(self.excitation.choice)
 
@@ -212,6 +214,7 @@ class TuningScreen(Screen):
             self.panel.search.setFocus(Qt.FocusReason.ShortcutFocusReason)
 
     def _begin_cards(self) -> None:
+        self._changed_names.clear()
         for card in self._cards.values():
             card.begin()
         self.ghost.begin()
@@ -223,6 +226,7 @@ class TuningScreen(Screen):
             self.gains.follow(view.snapshot)
             self.panel.set_bar.show_snapshot(view.snapshot)
         self.excitation.show_view(view)
+        self.margins.show_excited(view.exciting is not None)
         self.frequency.measuring.show_view(view)
         self.response.show_view(view, self.trial.flown)
         self.trial.set_step(self.response.step)
@@ -328,8 +332,15 @@ class TuningScreen(Screen):
 
     def _follow_vehicle(self, names: Iterable[str]) -> None:
         """Judge anew soon after a load is dropped or taken, or a servo moves."""
-        if not self._vehicle_names.isdisjoint(names):
+        if changed := self._vehicle_names & {*names}:
             self._vehicle_rest.start()
+            self._changed_names |= changed
+            self._note_vehicle("it is judged anew in a moment")
+
+    def _note_vehicle(self, when: str) -> None:
+        """Let the cards say that their numbers are of the vehicle before a change."""
+        names = " and ".join(map(plain_name, sorted(self._changed_names)))
+        self.judgement.note_vehicle(f"Of the vehicle before {names} changed: {when}.")
 
     @property
     def _vehicle_names(self) -> frozenset[str]:
@@ -341,11 +352,15 @@ class TuningScreen(Screen):
         view = self.workspace.flight.view
         if not self._is_free():  # a search or a fork would be lost
             self._vehicle_rest.start()
+            self._note_vehicle("it is judged anew once the search or the fork has ended")
         elif view.scenario is not None:
             now = {name: self.gains.flown[name] for name in self._vehicle_names}
             settings = {**view.values, **now}
             if self.workspace.analysis.begin(view.scenario, settings, view.controller):
                 self.take_over(view)
+            else:  # it is as it was
+                self._changed_names.clear()
+                self.judgement.note_vehicle("")
 
     def _judge_set(self) -> None:
         """Evaluate another set of scheduled gains."""

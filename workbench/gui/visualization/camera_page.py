@@ -13,9 +13,9 @@ from workbench.gui.charts.colour_scale import colour_table, colours_of
 from workbench.gui.charts.ticks import round_step
 from workbench.gui.instruments.plane_view import PlaneView
 from workbench.gui.layout import fill, hbox, label, vbox
+from workbench.gui.sensor_offer import SensorOffer
 from workbench.gui.theme import Look
 from workbench.gui.units import LENGTH_UNIT, LOG_TIME_UNIT
-from workbench.gui.visualization.sensor_offer import SensorOffer
 from workbench.gui.workspace import Workspace
 from workbench.live.orders import GetReading
 from workbench.live.view import LiveView

@@ -9,6 +9,7 @@ from PyQt6.QtWidgets import QWidget
 from workbench.gui.cloud_rays import CloudRays, find_rays, pose_at
 from workbench.gui.layout import buddy, button, choice, hbox, label, vbox
 from workbench.gui.poses import Viewpoint, rotation_from_angles
+from workbench.gui.sensor_offer import SensorOffer
 from workbench.gui.units import LENGTH_UNIT, LOG_TIME_UNIT
 from workbench.gui.visualization.cloud_view import (
     SIDE_VIEWPOINT,
@@ -16,7 +17,6 @@ from workbench.gui.visualization.cloud_view import (
     TOP_VIEWPOINT,
     CloudView,
 )
-from workbench.gui.visualization.sensor_offer import SensorOffer
 from workbench.gui.workspace import Workspace
 from workbench.live.view import LiveView
 

@@ -11,6 +11,10 @@ from workbench.control.guidance import Guidance, LawSetpoint, MeasuredMotion, Re
 from workbench.control.law_constants import known_body, known_vehicle, law_constants
 from workbench.extras.autopilots.laws.px4 import constrained_velocity
 from workbench.gains.gain_choice import flight_gains
+from workbench.scenario.attitude_axes import find_attitude_axis
+from workbench.scenario.scenario import Scenario
+from workbench.session.hover_attitude import hover_attitude
+from workbench.session.session import Session
 
 LIMIT = 5.0
 
@@ -57,3 +61,20 @@ def test_a_heading_goes_on_beyond_half_a_turn(vehicle, yaw_rate):
         heading = after[names.index("yaw_sp")]
         assert heading == pytest.approx(math.remainder(before + yaw_rate * period, math.tau))
         assert heading != before
+
+
+def test_the_setpoint_of_a_hover_is_known_between_two_updates_of_the_attitude():
+    """Which runs in every fifth one of the law: in wind it is not that of level between them."""
+    session = Session(Scenario(controller="px4"), {"wind_x": 6.0})
+    session.tick(8.0)
+    row, found, read = find_attitude_axis("pitch"), [], []
+    place = session.controller.point_names.index(row.point)
+    for _ in range(5):
+        session.tick(session.scenario.rates.control_period)
+        found.append(hover_attitude(session, row, 0.1))
+        read.append(session.loop_signals()[place])
+    assert read.count(0.0) == 4
+    assert min(read) < -0.05
+    for each in found:
+        assert each.setpoint == pytest.approx(math.atan(min(read)), abs=2e-3)
+        assert each.angle == pytest.approx(each.setpoint, abs=0.01)

@@ -1,0 +1,64 @@
+"""The attitude of a hover, from which setpoints of attitude step: in wind it is tilted."""
+
+import math
+from dataclasses import dataclass
+
+from workbench.plant.gravity import GRAVITY
+from workbench.scenario.attitude_axes import AttitudeAxis
+from workbench.session.session import Session
+from workbench.session.snapshot import Snapshot
+
+AT_REST_SPEED = 0.05
+"""Speed below which a drone counts as at rest [m/s] or [rad/s] …"""
+AT_REST_SHARE = 0.01
+"""… and before a step of a command or a setpoint, if what it changes is below this share of the
+step: half of what its numbers allow, see `step_metrics` …"""
+AT_REST_TIME_S = 1.0
+"""… an attitude within this time."""
+LEVEL_SHARE = 2.0 * AT_REST_SHARE
+"""A hover counts as level if its angle is below this share of a step."""
+
+
+@dataclass(frozen=True)
+class HoverAttitude:
+    """An angle of a hover, both 0 if it is level.
+
+    Attributes:
+        angle: that is flown [rad].
+        setpoint: by which the law keeps it [rad]; 0 for a vehicle whose rotors lift while it is
+            tilted, as laws know it.
+    """
+
+    angle: float = 0.0
+    setpoint: float = 0.0
+
+
+def attitude_unrest(now: Snapshot, size: float) -> float:
+    """Return the motion over the largest one at rest before a step; below 1 it is at rest.
+
+    In wind a drone is at rest with a tilt.
+
+    Args:
+        now: the drone.
+        size: of the step [rad] or [rad/s], positive.
+    """
+    turned = AT_REST_TIME_S * math.hypot(*now.w_WB)
+    tilted = math.hypot(*now.vdot_WB[:2]) / GRAVITY  # from that of rest
+    speed = math.hypot(*now.v_WB) / AT_REST_SPEED
+    return max(speed, max(turned, tilted) / (AT_REST_SHARE * size))
+
+
+def hover_attitude(session: Session, axis: AttitudeAxis, size: float) -> HoverAttitude:
+    """Return the attitude of a drone at rest about an axis, from which its setpoint is to step.
+
+    Args:
+        session: the flight, whose attitude has no setpoint but that of the loops outside.
+        axis: of the step; a rate is 0 in any hover.
+        size: of the step [rad], positive.
+    """
+    angle = session.snapshot().roll_pitch_yaw[axis.place]
+    if axis.is_rate or abs(angle) <= LEVEL_SHARE * size:
+        return HoverAttitude()
+    place = session.controller.point_names.index(axis.point)
+    setpoint = axis.from_point(float(session.loop_signals(whole=True)[place]), session.controller)
+    return HoverAttitude(angle, setpoint if abs(setpoint) > LEVEL_SHARE * size else 0.0)
