@@ -54,6 +54,7 @@ MAY_IMPORT = {
     "analysis": "common ipc parameters control scenario setup session design logs live",
     "gui": "common ipc plant link parameters control scenario gains systems session design logs "
     "live analysis",
+    "gui/settings/flight_form": "estimation",
     "commands": "common ipc plant link estimation parameters control scenario gains setup systems "
     "diagram session design logs live",
     "commands/gui": "gui",

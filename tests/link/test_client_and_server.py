@@ -221,7 +221,7 @@ def test_the_token_to_view_lets_nobody_fly(serve, tmp_path):
         with pytest.raises(WorkbenchError, match="refused: "):
             client.control().__enter__()
         assert client.ping() >= 0.0
-    with pytest.raises(WorkbenchError, match="is the token that of the role 'command'"):
+    with pytest.raises(WorkbenchError, match="take it from the line 'command:'"):
         Client(flight.address, token=tokens.view).__enter__()
     with pytest.raises(WorkbenchError, match="wants a token"):
         Client(flight.address).__enter__()

@@ -150,8 +150,8 @@ def test_a_token_goes_to_another_machine_over_tls_alone(server, monkeypatch):
     ("token", "role", "said"),
     [
         ("", None, "wants a token"),
-        (TOKENS.view, None, "the token is wrong; is the token that of the role 'command'?"),
-        (TOKENS.command, "view", "is the token that of the role 'view'?"),
+        (TOKENS.view, None, "the token is wrong: take it from the line 'command:' of the"),
+        (TOKENS.command, "view", "take it from the line 'view:' of the server's token file"),
     ],
 )
 def test_a_wrong_token_is_a_sentence(fakes, token, role, said):

@@ -1,5 +1,6 @@
 """TLS of a client: who vouches for the server, and what is said if nobody does."""
 
+import asyncio
 import hashlib
 import ssl
 from pathlib import Path
@@ -7,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from workbench.common.errors import WorkbenchError
-from workbench.link import Client
+from workbench.link import AsyncClient, Client
 from workbench.link.connection import make_trust
 
 
@@ -57,6 +58,20 @@ def test_a_client_without_tls_is_told_to_think_of_it(tls_server, monkeypatch):
     monkeypatch.setattr("workbench.link.connection.GREETING_TIMEOUT_S", 0.2)
     with pytest.raises(WorkbenchError, match="does it want TLS"):
         Client(tls_server.address).__enter__()
+
+
+def test_a_client_whose_connection_is_closed_is_told_of_tls(monkeypatch):
+    """As by a server that gets no TLS hello in time."""
+    monkeypatch.setattr("workbench.link.connection.CROWD_RETRY_S", 0.0)
+
+    async def refuse():
+        server = await asyncio.start_server(lambda _, writer: writer.close(), "127.0.0.1", 0)
+        host, port = server.sockets[0].getsockname()
+        async with server, AsyncClient(f"{host}:{port}"):
+            pass
+
+    with pytest.raises(WorkbenchError, match="closed the connection; if it serves over TLS"):
+        asyncio.run(refuse())
 
 
 @pytest.mark.parametrize(

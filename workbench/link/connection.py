@@ -238,7 +238,7 @@ async def open_connection(address: Address, trust: Trust, options: ClientOptions
             return connection
         await connection.close()
         if connection.end.code != "lost" or time.monotonic() > give_up:
-            said = f"{address}: {connection.end.said}{_hint(connection.end, options)}"
+            said = f"{address}: {connection.end.said}{_hint(connection.end, trust, options)}"
             raise RefusedError(connection.end.code, said)
         await asyncio.sleep(CROWD_PAUSE_S)
 
@@ -277,10 +277,12 @@ class RefusedError(WorkbenchError):
         self.retried = code in RETRIED_ENDS
 
 
-def _hint(end: Error, options: ClientOptions) -> str:
+def _hint(end: Error, trust: Trust, options: ClientOptions) -> str:
     """Return advice about an end, where the server cannot give it."""
     if end.code == "bad_login":
-        return f"; is the token that of the role '{options.role.value}'?"
+        return f": take it from the line '{options.role.value}:' of the server's token file"
+    if end.code == "lost" and trust.context is None:
+        return "; if it serves over TLS, give its certificate (PEM) or fingerprint as tls"
     return ""
 
 

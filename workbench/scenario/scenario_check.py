@@ -104,7 +104,7 @@ def check_scenario(
             raise refuse((*keys, "request"), f"must be one of {', '.join(REQUESTS)}")
         if file and action.at > scenario.duration:
             raise refuse(
-                (*keys, "at"), f"is after the flight's {scenario.duration:g} s: fly longer"
+                (*keys, "at"), f"is after the flight's {scenario.duration:g} s: raise duration"
             )
         if action.end_script:
             raise refuse(

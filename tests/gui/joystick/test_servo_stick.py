@@ -63,6 +63,19 @@ def test_keys_and_slider_move_the_chosen_servo_within_its_range(stick, orders):
     assert len(orders) == count
 
 
+def test_names_of_another_drone_s_servos_are_not_cut(stick):
+    """The box was shown first with shorter names, those of an arm."""
+    arm = make_setup(Scenario(vehicle=VehicleConfig(model="manipulator")))
+    stick.begin(dataclasses.replace(stick.view, controller=arm.controller, values=arm.values))
+    shorter = stick.servos.sizeHint().width()
+    stick.begin(stick.view)
+    widest = max(
+        stick.servos.fontMetrics().horizontalAdvance(stick.servos.itemText(index))
+        for index in range(stick.servos.count())
+    )
+    assert stick.servos.sizeHint().width() > max(shorter, widest)
+
+
 def test_it_shows_what_a_client_sets_and_hides_without_servos(stick, workspace, canned, orders):
     row = stick.chosen
     packed = fixed_topic(PARAMETERS_SIGNAL.id).pack([row.name, row.maximum])

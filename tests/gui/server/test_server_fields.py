@@ -72,7 +72,7 @@ def test_files_that_cannot_be_used_are_said(tmp_path, tokens):
     assert "cannot be read" in file_faults(ServerConfig(token_file=missing))["token_file"]
     assert file_faults(ServerConfig(token_file=tokens)) == {}
     faults = file_faults(ServerConfig(tls_cert=tokens))
-    assert faults == {"tls_key": "TLS needs a certificate and its key: tls_key is missing"}
+    assert faults == {"tls_key": "TLS needs a certificate and its key: give the key, too"}
     both = file_faults(ServerConfig(tls_cert=tokens, tls_key=tokens))
     assert "not a certificate (PEM)" in both["tls_key"]
 
@@ -147,6 +147,8 @@ def test_refusals_are_counted_in_words():
     assert refusal_counts_text({}) == "Nothing was refused."
     said = refusal_counts_text({"too_fast": 1, "bad_login": 3})
     assert said == "Refused since the server's start: bad login 3×, too fast 1×."
+    said = refusal_counts_text({"magic": 2, "tls": 1})
+    assert said == "Refused since the server's start: other protocol 2×, TLS 1×."
 
 
 def test_the_state_is_a_word_and_a_sentence():

@@ -4,7 +4,7 @@ import socket
 import threading
 
 import pytest
-from PyQt6.QtCore import Qt
+from PyQt6.QtCore import QPoint, Qt
 from PyQt6.QtGui import QGuiApplication
 from PyQt6.QtTest import QTest
 
@@ -100,6 +100,10 @@ def test_bad_input_is_said_beside_its_field_as_it_is_typed(workspace, qtbot):
     QTest.keyClicks(form.lines["host"], "0.0.0.0")
     assert "give a token file" in form.fault("token_file")
     assert "give a certificate" in form.fault("tls_cert")
+    screen.show()
+    line = form._faults["tls_cert"]  # its command can be copied
+    QTest.mouseDClick(line, Qt.MouseButton.LeftButton, pos=line.rect().topLeft() + QPoint(30, 8))
+    assert line.selectedText() == "others"
     assert not form.is_right
     again = ServerScreen(workspace)  # as after a new start
     qtbot.addWidget(again)
@@ -192,6 +196,8 @@ def test_clients_are_listed_taken_over_from_and_sent_away(bench, qtbot):
         assert wrong_login(address)
         qtbot.waitUntil(lambda: "bad login" in screen.refusals.counts.text(), timeout=LONG)
         assert "role command" in screen.refusals.list.toPlainText()
+        lines = screen.refusals.list
+        assert lines.viewport().height() >= 4 * lines.fontMetrics().lineSpacing()
         panel.table.setFocus()
         panel.table.selectRow(0)
         QTest.keyClick(panel.table, Qt.Key.Key_Delete)

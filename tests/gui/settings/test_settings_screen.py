@@ -208,6 +208,23 @@ def test_nothing_begins_until_something_is_changed(screen, workspace, canned, qt
     assert load_scenario(kept) == begun[0]
 
 
+def test_an_estimator_is_chosen_for_the_next_flight(screen, workspace, canned, qtbot, monkeypatch):
+    begun = []
+    monkeypatch.setattr(workspace.flight, "fly", lambda what, **options: begun.append(what))
+    screen.begin(canned.views[0])
+    box = screen._form._estimator
+    assert box.currentText() == "truth"
+    box.setFocus()
+    qtbot.keyClicks(box, "c")
+    qtbot.keyClick(box, Qt.Key.Key_Return)
+    box.activated.emit(box.currentIndex())
+    qtbot.mouseClick(screen._fly, Qt.MouseButton.LeftButton)
+    assert begun == [replace(canned.views[0].scenario, estimator="complementary")]
+    own = replace(canned.views[0].scenario, estimator="/own/kalman.py")
+    screen.begin(replace(canned.views[0], scenario=own))
+    assert box.currentText() == "/own/kalman.py" and screen._form.scenario() == own
+
+
 def test_a_period_stays_a_multiple_of_another_step(screen, canned):
     screen.begin(canned.views[0])
     step = screen._form._periods["physics_step"]

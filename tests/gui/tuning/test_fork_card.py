@@ -11,6 +11,7 @@ from workbench.design.step_metrics import StepMetrics
 from workbench.gui.tuning.ahead_prediction import AHEAD_BRANCH_NAME, AheadPrediction
 from workbench.gui.tuning.designs import Designs
 from workbench.gui.tuning.fork_card import ForkCard
+from workbench.gui.tuning.trial import NO_TRIAL_STEP_TEXT
 from workbench.scenario.scenario import Action
 
 STEP = RequestedStep("x", 1.0, 2.0)
@@ -234,3 +235,10 @@ def test_the_branch_that_was_flown_is_kept_whatever_is_chosen_next(card, offline
     offline.analysis.refused.emit(offline.analysis.of(Fork)[-1], "too long")
     press(qtbot, card.keep_other)
     assert gains.proposed["kp_pitch"] == 300.0
+
+
+def test_a_step_that_a_fork_cannot_fly_is_not_offered(card, trial):
+    assert card.with_step.isEnabled()
+    trial.set_step(RequestedStep("pitch", 0.1, 1.0))
+    assert not card.with_step.isEnabled()
+    assert card.with_step.toolTip() == NO_TRIAL_STEP_TEXT

@@ -8,6 +8,7 @@ from workbench.analysis.replies import Mapped
 from workbench.control.controller_file import load_controller
 from workbench.gui.tuning.map_card import MapCard, axis_gains
 from workbench.gui.tuning.map_view import contour_levels, contour_segments, value_range
+from workbench.gui.tuning.trial import NO_TRIAL_STEP_TEXT
 
 STEP = RequestedStep("x", 1.0, 2.0)
 
@@ -182,3 +183,24 @@ def test_no_map_is_not_hatched_in_another_look(card, offline):
 )
 def test_the_first_map_of_an_axis_is_over_the_main_gains_of_its_loops(law, axis, first):
     assert axis_gains(load_controller(law), axis)[:2] == first
+
+
+def test_a_map_of_an_earlier_step_does_not_stay_for_an_attitude(card, offline, trial, qtbot):
+    offline.analysis.tell(*mapped(offline.analysis.of(DrawMap)[-1]))
+    assert card.view.mapped is not None
+    trial.set_step(RequestedStep("x", 0.5, 2.0))
+    qtbot.waitUntil(lambda: len(offline.analysis.of(DrawMap)) == 2)
+    trial.set_step(RequestedStep("pitch", 0.1, 1.0))
+    qtbot.waitUntil(lambda: card.said.text() == NO_TRIAL_STEP_TEXT)
+    assert card.view.mapped is None
+    offline.analysis.tell(*mapped(offline.analysis.of(DrawMap)[-1]))
+    assert card.view.mapped is None and card.said.text() == NO_TRIAL_STEP_TEXT
+
+
+def test_gains_beside_the_map_have_no_mark_on_its_edge(card, offline, gains):
+    offline.analysis.tell(*mapped(offline.analysis.of(DrawMap)[-1]))
+    assert len(card.view._spot.data)
+    gains.propose("kp_pitch", 450.0)  # the map ends at 400
+    assert not len(card.view._spot.data)
+    gains.propose("kp_pitch", 390.0)
+    assert len(card.view._spot.data)

@@ -2,6 +2,7 @@ import pytest
 
 from workbench.analysis.queries import RequestedStep, Sensitivities
 from workbench.gui.tuning.limits import find_limit
+from workbench.gui.tuning.trial import NO_TRIAL_STEP_TEXT
 from workbench.gui.tuning.weights_card import WeightsCard, strongest_gains, weight_text
 
 STEP = RequestedStep("x", 1.0, 2.0)
@@ -57,3 +58,29 @@ def test_old_bars_say_that_they_are_old(card, offline, trial, gains, qtbot):
     offline.analysis.tell(Sensitivities(trial.proposed, STEP), {})
     gains.propose("kp_pitch", 333.0)
     assert card.said.text() == "For the previous gains; new ones follow …"
+
+
+def test_bars_of_an_earlier_step_do_not_stay_for_an_attitude(card, offline, trial, qtbot):
+    qtbot.waitUntil(lambda: bool(offline.analysis.of(Sensitivities)))
+    earlier = Sensitivities(trial.proposed, STEP)
+    offline.analysis.tell(earlier, {"rise_time": {"kp_pitch": 0.001}})
+    assert card.bars.texts
+    trial.set_step(RequestedStep("pitch", 0.1, 1.0))
+    assert card.said.text() == "For the previous step; the new one follows …"
+    qtbot.waitUntil(lambda: card.said.text() == NO_TRIAL_STEP_TEXT)
+    assert card.bars.texts == () and card.words.text() == ""
+    offline.analysis.tell(earlier, {"rise_time": {"kp_pitch": 0.001}})
+    assert card.bars.texts == () and card.said.text() == NO_TRIAL_STEP_TEXT
+
+
+def test_a_question_that_waited_unseen_is_not_asked_after_another_choice(offline, trial, qtbot):
+    card = WeightsCard(offline, trial)
+    qtbot.addWidget(card)
+    card.begin()
+    trial.set_step(STEP)
+    qtbot.waitUntil(lambda: bool(card._queries._wanted))
+    trial.set_step(RequestedStep("pitch", 0.1, 1.0))
+    qtbot.waitUntil(lambda: card.said.text() == NO_TRIAL_STEP_TEXT)
+    card.set_seen(True)
+    assert offline.analysis.of(Sensitivities) == []
+    assert card.said.text() == NO_TRIAL_STEP_TEXT

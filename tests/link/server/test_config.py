@@ -58,8 +58,8 @@ def test_what_cannot_be_had_is_said_in_a_sentence(case):
         (ServerConfig(web=True, port=7000, web_port=7000), "cannot both have the port 7000"),
         (ServerConfig(clients=0), "clients is 0"),
         (ServerConfig(token_file="/nowhere/tokens"), "/nowhere/tokens"),
-        (ServerConfig(tls_cert="a.pem"), "tls_key is missing"),
-        (ServerConfig(tls_key="a.pem"), "tls_cert is missing"),
+        (ServerConfig(tls_cert="a.pem"), "give the key, too"),
+        (ServerConfig(tls_key="a.pem"), "give the certificate, too"),
         (ServerConfig(tls_cert="/nowhere/a", tls_key="/nowhere/b"), "/nowhere/a: no such file"),
     ]:
         with case(config, said), pytest.raises(WorkbenchError, match=said):

@@ -10,7 +10,7 @@ from workbench.gui.errands import single_shot
 from workbench.gui.file_dialogs import log_file_filter, open_file
 from workbench.gui.help import add_card_help
 from workbench.gui.labels import set_tip
-from workbench.gui.layout import button, fill
+from workbench.gui.layout import button, fill, hbox
 from workbench.gui.preferences import log_folder
 from workbench.gui.tuning.added_cards import AddedCard, CardRow
 from workbench.gui.tuning.card import ToneLabel, fields_beside, set_items
@@ -253,9 +253,9 @@ class WhatIfCard(AddedCard):
             set_items(box, {"": first} | {name: controller_label(name) for name in names})
 
     def _lay_out(self) -> None:
-        fill(self.head, self.own, self.open)
         fields = (("Flo&wn by", self.flown), ("Fl&y with", self.law), ("&Show", self.signal))
-        fill(self.body, fields_beside(fields), (self.plot, 1), self.numbers)
+        line = hbox(1, self.own, self.open)  # so the sentence has the head
+        fill(self.body, fields_beside(fields), (self.plot, 1), self.numbers, line)
 
 
 def _reflown_numbers(answer: FlownAgain, index: int) -> str:

@@ -13,6 +13,7 @@ from workbench.gui.key_table import SERVO_KEYS
 from workbench.gui.layout import hbox, label, named
 from workbench.gui.tuning.card import set_items
 from workbench.gui.units import unit_for
+from workbench.gui.wheel import ComboBox
 from workbench.gui.workspace import Workspace
 from workbench.live.view import LiveView
 
@@ -41,7 +42,9 @@ class ServoStick(QWidget):
         self._controller: Controller | None = None
         self._rows: dict[str, Parameter] = {}
         self._flown = FlownGains(workspace.flight, self)
-        self.servos = named(QComboBox(), "Servo")
+        self.servos = named(ComboBox(), "Servo")
+        # another drone's names may be longer
+        self.servos.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToContents)
         self.slider = named(QSlider(Qt.Orientation.Horizontal), "Setpoint of the servo")
         self.slider.setRange(0, SLIDER_STEPS)
         self.reading, self._hint = label(), label("", "muted")

@@ -13,6 +13,10 @@ from workbench.link.backplane import ServerStatus
 
 MAX_REFUSAL_LINES = 300
 """Number of kept lines."""
+MIN_REFUSALS_HEIGHT_PX = 90
+"""Least height of their list, of four lines: the wheel scrolls the page around it [px]."""
+REFUSAL_CODE_TEXTS = {"magic": "other protocol", "tls": "TLS", "json": "JSON"}
+"""How codes are shown that are no words of their own."""
 
 
 def refusal_counts_text(counts: Mapping[str, int]) -> str:
@@ -20,7 +24,8 @@ def refusal_counts_text(counts: Mapping[str, int]) -> str:
     if not counts:
         return "Nothing was refused."
     often = sorted(counts.items(), key=lambda pair: -pair[1])
-    said = ", ".join(f"{code.replace('_', ' ')} {count}×" for code, count in often)
+    texts = [(REFUSAL_CODE_TEXTS.get(code, code.replace("_", " ")), n) for code, n in often]
+    said = ", ".join(f"{text} {count}×" for text, count in texts)
     return f"Refused since the server's start: {said}."
 
 
@@ -41,7 +46,7 @@ class RefusalsPanel(QWidget):
         self.list.setMaximumBlockCount(MAX_REFUSAL_LINES)
         self.list.setLineWrapMode(QPlainTextEdit.LineWrapMode.WidgetWidth)
         self.list.setTabChangesFocus(True)
-        self.list.setMinimumHeight(46)
+        self.list.setMinimumHeight(MIN_REFUSALS_HEIGHT_PX)
         heading = buddy("Refusals", self.list, kind="heading")
         top = hbox(heading, (self.counts, 1), spacing=16)
         vbox(top, (self.list, 1), of=self, margins=NO_MARGINS, spacing=6)

@@ -5,7 +5,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from PyQt6.QtCore import QSettings, pyqtSignal
+from PyQt6.QtCore import QSettings, Qt, pyqtSignal
 from PyQt6.QtWidgets import QCheckBox, QFormLayout, QHBoxLayout, QLineEdit, QPushButton, QWidget
 
 from workbench.common.errors import WorkbenchError
@@ -208,6 +208,7 @@ class ServerForm(QWidget):
         tip = help[:1].upper() + help[1:] + "."
         line = named(QLineEdit(), f"{text.replace('&', '')}: {help}", tip)
         fault = label(kind="bad", wraps=True)
+        fault.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)  # to be copied
         fault.hide()
         self.lines[name], self._faults[name] = line, fault
         row = hbox((line, 1), spacing=4)

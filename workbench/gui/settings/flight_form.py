@@ -1,4 +1,4 @@
-"""The form that describes the next flight: periods, physics, noise and sensors."""
+"""The form that describes the next flight: world, sensors, estimator, noise and periods."""
 
 import copy
 import dataclasses
@@ -9,6 +9,7 @@ from PyQt6.QtWidgets import QCheckBox, QWidget
 
 from workbench.common.quantity import DisplayUnit
 from workbench.common.resources import list_worlds
+from workbench.estimation.settings import ESTIMATORS
 from workbench.gui.flow_layout import FlowLayout
 from workbench.gui.number_field import NumberField
 from workbench.gui.settings.setting_field import ChoiceBox, Switch
@@ -56,6 +57,7 @@ class FlightForm(QObject):
         self._sensors.setMaximumWidth(MAX_SENSORS_WIDTH_PX)
         self._sensors_layout = FlowLayout(self._sensors, spacing=12)
         self._boxes: dict[str, QCheckBox] = {}
+        self._estimator = ChoiceBox(ESTIMATORS, lambda _: self._show_changes())
         self._noise = Switch(lambda _: self._show_changes())
         self._seed = NumberField("Seed", 0, whole=True)
         self._seed.set_range(DisplayUnit(""), 0, MAX_NOISE_SEED)
@@ -64,7 +66,16 @@ class FlightForm(QObject):
         self._periods = {name: ChoiceBox([], self._choose_period) for name in PERIOD_SETTINGS}
         self.rows = [
             SettingRow("World", "What is around the drone.", self._world),
-            SettingRow("Sensors", "Sensors that are on; each costs time.", self._sensors),
+            SettingRow(
+                "Sensors",
+                "Sensors that are on; each costs time. Those of an estimator are on anyway.",
+                self._sensors,
+            ),
+            SettingRow(
+                "Estimator",
+                "Gives the controller the motion: the truth, or an estimate from sensors.",
+                self._estimator,
+            ),
             SettingRow("Noise", "Whether sensors are noisy, as the description says.", self._noise),
             SettingRow(
                 "Seed", "Of noise and turbulence; equal seeds give equal flights.", self._seed
@@ -85,12 +96,13 @@ class FlightForm(QObject):
         """What each row shows."""
         kinds = tuple(kind for kind, box in self._boxes.items() if box.isChecked())
         seed = int(self._seed.si)
-        return str(self._world.currentData()), kinds, self._noise.isChecked(), seed, *self._rates()
+        world, estimator = (str(box.currentData()) for box in (self._world, self._estimator))
+        return world, kinds, estimator, self._noise.isChecked(), seed, *self._rates()
 
     def scenario(self) -> Scenario:
         """Return the present scenario with what is shown."""
         made = copy.deepcopy(self._base)
-        made.world, kinds, noise, seed, *periods = self._shown
+        made.world, kinds, made.estimator, noise, seed, *periods = self._shown
         made.sensors = dataclasses.replace(made.sensors, noise=noise, seed=seed)
         if kinds != self._flown[1]:  # else it may name one of several of a kind
             made.sensors.use = list(kinds)
@@ -109,17 +121,19 @@ class FlightForm(QObject):
         use = {kind_of.get(name, name) for name in sensors.use}
         measuring = tuple(kind for kind in kinds if kind in use or "all" in use)
         periods = (getattr(rates, name) for name in PERIOD_SETTINGS)
-        self._flown = view.scenario.world, measuring, sensors.noise, sensors.seed, *periods
+        noise, seed, estimator = sensors.noise, sensors.seed, view.scenario.estimator
+        self._flown = view.scenario.world, measuring, estimator, noise, seed, *periods
         self._back()
 
     def _back(self) -> None:
         """Show the present flight again."""
         if not self._flown:
             return
-        world, kinds, noise, seed, *periods = self._flown
+        world, kinds, estimator, noise, seed, *periods = self._flown
         self._world.show_value(world)
         for kind, box in self._boxes.items():
             box.setChecked(kind in kinds)
+        self._estimator.show_value(estimator)
         self._noise.show_value(noise)
         self._seed.show_si(seed)
         self._show_rates(*periods)

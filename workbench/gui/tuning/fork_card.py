@@ -25,7 +25,7 @@ from workbench.gui.tuning.designs import Designs, controller_label, gain_differe
 from workbench.gui.tuning.limits import STEP_LIMITS
 from workbench.gui.tuning.number_row import Cell, NumberRow
 from workbench.gui.tuning.number_table import NumberTable
-from workbench.gui.tuning.trial import TuningTrial
+from workbench.gui.tuning.trial import NO_TRIAL_STEP_TEXT, TuningTrial
 from workbench.gui.wheel import ComboBox
 from workbench.gui.workspace import Workspace
 from workbench.live.orders import FlightOrder
@@ -95,7 +95,6 @@ class ForkCard(TuningCard):
         self.duration.refused.connect(lambda _: self.refresh())
         self.with_step = QCheckBox("With a s&tep")
         self.with_step.setChecked(True)
-        set_tip(self.with_step, "The step of the excitation is commanded at once")
         self.button = button("Fork &now", self.fork, "primary")
         self.plot = StaticPlot(workspace)
         self.plot.set_hint("Fork: both continue from this moment")
@@ -247,6 +246,10 @@ class ForkCard(TuningCard):
         can = bool(self._trial.flown) and not self.duration.fault and not same
         self.button.setEnabled(not self.is_busy and can)
         set_tip(self.button, "Choose two different ones" if same else "")
+        has_step = self._trial.step is not None
+        self.with_step.setEnabled(has_step)
+        said = "The step of the excitation is commanded at once"
+        set_tip(self.with_step, said if has_step else NO_TRIAL_STEP_TEXT)
         done = bool(self._forked) and not self.is_busy
         boxes = (self.one, self.other)
         names = [each.name for each in self._branches] if done else [b.currentText() for b in boxes]

@@ -16,7 +16,7 @@ from workbench.gui.layout import fill
 from workbench.gui.tuning.card import ToneLabel, TuningCard, fields_beside, set_items
 from workbench.gui.tuning.limits import STEP_LIMITS
 from workbench.gui.tuning.map_view import MapView
-from workbench.gui.tuning.trial import TuningTrial
+from workbench.gui.tuning.trial import NO_TRIAL_STEP_TEXT, TuningTrial
 from workbench.gui.wheel import ComboBox
 from workbench.gui.workspace import Workspace
 
@@ -94,7 +94,9 @@ class MapCard(TuningCard):
         step, gains = self._trial.step, self._trial.judged
         x, y = self.across.currentData(), self.upwards.currentData()
         if step is None:
-            self.said.say("Choose a step of a setpoint, not a chirp or a load.")
+            self._queries.forget()  # an answer about an earlier step would pass for one about this
+            self.view.show_map(None)
+            self.said.say(NO_TRIAL_STEP_TEXT)
         elif not gains or not x:
             self.said.say(self._absence.text or "Not known yet.")
         elif x == y:

@@ -190,8 +190,13 @@ class MapView(pg.PlotWidget):
         self._contours.setData(*np.reshape(lines, (-1, 2)).T)
 
     def show_spot(self, x: float, y: float) -> None:
-        """Mark the proposed gains, dark and light, which is visible on any colour."""
-        if self.mapped is not None:
+        """Mark the proposed gains if they are on the map, dark and light: visible on any colour."""
+        if self.mapped is None:
+            return
+        sides = ((x, self.mapped.x), (y, self.mapped.y))
+        if any(not side[0] <= value <= side[-1] for value, side in sides):
+            self._spot.clear()
+        else:
             column = np.interp(x, self.mapped.x, range(len(self.mapped.x)))
             row = np.interp(y, self.mapped.y, range(len(self.mapped.y)))
             pens = [pg.mkPen("k", width=3.5), pg.mkPen("w", width=1.5)]

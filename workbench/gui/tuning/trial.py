@@ -6,6 +6,9 @@ from workbench.analysis.queries import RequestedStep
 from workbench.gui.gains.gain_editor import GainEditor
 from workbench.gui.gains.gain_rows import controller_gains, linked_gain, loop_gains
 
+NO_TRIAL_STEP_TEXT = "Choose a step of velocity or yaw rate."
+"""What a card shows that flies the step of a trial, while there is none."""
+
 
 class TuningTrial(QObject):
     """The gains and the step of all cards.

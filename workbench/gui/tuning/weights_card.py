@@ -15,7 +15,7 @@ from workbench.gui.layout import buddy, fill, hbox
 from workbench.gui.theme import Look
 from workbench.gui.tuning.card import TuningCard, set_items, wrapped_label
 from workbench.gui.tuning.limits import STEP_LIMITS, NumberLimit, find_limit
-from workbench.gui.tuning.trial import TuningTrial
+from workbench.gui.tuning.trial import NO_TRIAL_STEP_TEXT, TuningTrial
 from workbench.gui.wheel import ComboBox
 from workbench.gui.workspace import Workspace
 
@@ -143,9 +143,7 @@ class WeightsCard(TuningCard):
 
     def begin(self) -> None:
         """Clear another vehicle's results."""
-        self._queries.forget()
-        self._weighed = self._asked = None
-        self._show()
+        self._clear()
         self._follow()
 
     def set_seen(self, seen: bool) -> None:
@@ -153,15 +151,24 @@ class WeightsCard(TuningCard):
         self._queries.set_seen(seen)
         self._say_waiting()
 
+    def _clear(self) -> None:
+        self._queries.forget()
+        self._weighed = self._asked = None
+        self._show()
+
     def _follow(self) -> None:
-        if self._asked is not None and self._asked.gains != self._trial.judged:
-            self.said.say("For the previous gains; new ones follow …")
+        asked, trial = self._asked, self._trial
+        if asked is not None and (asked.gains != trial.judged or asked.step != trial.step):
+            of_gains = asked.step == trial.step
+            what = "gains; new ones follow" if of_gains else "step; the new one follows"
+            self.said.say(f"For the previous {what} …")
         self._rest.start()
 
     def _ask(self) -> None:
         step, gains = self._trial.step, self._trial.judged
         if step is None:
-            self.said.say("Choose a step of a setpoint, not a chirp or a load.")
+            self._clear()  # bars of an earlier step would pass for those of this one
+            self.said.say(NO_TRIAL_STEP_TEXT)
         elif gains:
             self._queries.ask(Sensitivities(gains, step))
             self._say_waiting()

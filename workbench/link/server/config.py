@@ -108,8 +108,8 @@ class ServerConfig:
         if not self.tls_cert and not self.tls_key:
             return None
         if not self.tls_cert or not self.tls_key:
-            missing = "tls_key" if self.tls_cert else "tls_cert"
-            raise WorkbenchError(f"TLS needs a certificate and its key: {missing} is missing")
+            missing = "key" if self.tls_cert else "certificate"
+            raise WorkbenchError(f"TLS needs a certificate and its key: give the {missing}, too")
         for path in (self.tls_cert, self.tls_key):
             read_plain(path, MAX_TLS_FILE_BYTES)
         context = ssl.create_default_context(ssl.Purpose.CLIENT_AUTH)

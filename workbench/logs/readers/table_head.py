@@ -81,7 +81,7 @@ def undescribed_table(path: Path) -> TableHead | None:
         WorkbenchError: if it cannot be read, or has no columns with names.
     """
     head = read_head(path, TABLE_HEAD_BYTES)
-    reader = reader_of(path, head)
+    reader = reader_of(path, head) if head else None
     if reader is None or not reader.takes_mapping or not reader.companions:
         return None
     places = [companion_file(path, ending) for ending in reader.companions]

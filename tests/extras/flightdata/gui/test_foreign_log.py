@@ -8,6 +8,7 @@ from PyQt6.QtCore import Qt
 from PyQt6.QtTest import QTest
 from PyQt6.QtWidgets import QDialogButtonBox
 
+from tests.gui.conftest import noted
 from workbench.gui.charts.chart_kind import SPECTRUM_CHART
 from workbench.gui.charts.curve import CurveStyle
 from workbench.gui.visualization.column_dialog import NOT_READ, ColumnDialog
@@ -107,6 +108,15 @@ def test_letters_of_other_languages_stay_in_names(begun, tmp_path, qtbot, encodi
     assert len(read_flight(table)["csv.höhe_über_grund"].values) == 20
     assert parse_expression("csv.höhe_über_grund * 2").signals == ("csv.höhe_über_grund",)
     begun.close_log()
+
+
+def test_an_empty_table_is_called_empty(begun, tmp_path, qtbot):
+    table = tmp_path / "empty.csv"
+    table.touch()
+    notices = noted(begun.workspace)
+    begun.open_log(table)
+    qtbot.waitUntil(lambda: bool(notices), timeout=LIMIT)
+    assert f"{table}: is empty: name a log" in notices[0].what
 
 
 def test_a_choice_that_cannot_be_read_is_asked_again(begun, table, qtbot):

@@ -94,6 +94,8 @@ def test_it_says_why_a_log_is_not_flown_again(card, offline, case):
     offline.analysis.refused.emit(asked, f"{LOG}: has no motors.command_1")
     assert card.said.text() == "Not flown again: flight.csv: has no motors.command_1"
     assert card.plot.names == () and card.numbers.text() == ""
+    word = card.said.fontMetrics().horizontalAdvance("B3_figure8_fast_repetition2.csv.gz:")
+    assert card.said.width() > word  # no name of a log is cut beside the card's buttons
 
 
 def test_it_warns_of_another_drone_and_of_lost_ones(card, offline, fly_again, case):
