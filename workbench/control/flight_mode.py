@@ -50,13 +50,7 @@ TAKE_OFF_TIMEOUT_S = 3.0
 
 
 HOVERING, ASCENDING, DESCENDING, CRUISING = (
-    float(mode)
-    for mode in (
-        FlightMode.HOVERING,
-        FlightMode.ASCENDING,
-        FlightMode.DESCENDING,
-        FlightMode.CRUISING,
-    )
+    float(FlightMode[name]) for name in ("HOVERING", "ASCENDING", "DESCENDING", "CRUISING")
 )
 HOLD_HEIGHT_M = 0.01
 """Height that aborts a landing without a climb: no drone in the air is that low [m]."""

@@ -126,7 +126,7 @@ def make_workbench(
             standing_height=vehicle.ground_clearance,
             wall_period=_wall_period(rates) if world.names else None,
             rotors=vehicle.rotors,
-            hover_speeds=vehicle.hover_speeds,
+            hover_speeds=vehicle.hover_speeds.tolist(),
         ),
     )
     battery = add_battery_systems(

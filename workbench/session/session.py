@@ -154,10 +154,7 @@ class Session(ObservedFlight, PilotOrders[None]):
         self._begin(checkpoint)
 
     def do(self, action: Action) -> None:
-        """Execute an action now; its `at` is ignored.
-
-        A hold, a landing and a stop end the scenario's script, which would otherwise start the
-        rotors again, or leave the place.
+        """Execute an action now, see `Action.ends_script`; its `at` is ignored.
 
         Raises:
             WorkbenchError: if a number, a name or a request is not valid, or the flight lacks what
@@ -309,8 +306,7 @@ class Session(ObservedFlight, PilotOrders[None]):
             step = int(min(target, self._script.next_step, self._inject()))
             self._live.integration.advance(step)
             self._steps = step
-            if self._bridge and self._bridge.has_landed:
-                self._script.end()
+            self._script.ended |= self._bridge is not None and self._bridge.has_landed
 
     def run(self, progress: Callable[[float], None] | None = None) -> None:
         """Fly to the end of the scenario, calling `progress` with the flown share, 0 .. 1."""
