@@ -138,6 +138,7 @@ def test_restore_brings_a_state_back(run, gain_file):
         (["diff", "dh_drone", "gone.yaml"], "gone.yaml: no such file"),
         (["save", "gains.txt"], "ends in .yaml"),
         (["save", "gone/gains.yaml"], "cannot be written"),
+        (["save", "/dev/null/gains.yaml"], "cannot be written: Not a directory"),
         (["save", "gains.yaml", "--set", "rotor_1=0.5"], "rotor_1 is not a gain"),
         (["save", "gains.yaml", "--model", "gone"], "unknown model"),
         (["history", "gone.yaml"], "gone.yaml: no such file"),

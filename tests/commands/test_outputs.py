@@ -1,11 +1,21 @@
 """Files appear together, or not at all."""
 
 import stat
+from pathlib import Path
 
 import pytest
 
 from workbench.commands.outputs import Outputs
 from workbench.common.errors import WorkbenchError
+from workbench.session.session import Session
+
+SPEC = """cases:
+- name: step
+  axis: z
+  amplitude: 0.2
+  duration: 0.5
+  baseline: {v_z: {absolute: 0.1}}
+"""
 
 
 def names(folder):
@@ -57,3 +67,30 @@ def test_two_files_in_one_place_are_refused(tmp_path):
         outputs.add(tmp_path / "a.png")
         outputs.add(tmp_path / "a.png")
     assert names(tmp_path) == []
+
+
+def test_a_place_where_nothing_can_be_written_is_refused_before_any_flight(
+    refused, tmp_path, monkeypatch, case
+):
+    """In a folder that is a file; `record` and `regress` make folders of their own."""
+
+    def flies(*_):
+        raise AssertionError("it has flown")
+
+    monkeypatch.setattr(Session, "tick", flies)
+    monkeypatch.chdir(tmp_path)
+    Path("file").write_text("in the way")
+    Path("file.workbench.yaml").write_text(SPEC)
+    Path("file.baseline").write_text("in the way")
+    before = sorted(tmp_path.iterdir())
+    for words in (
+        "record file/new.workbench.yaml",
+        "record file/new.workbench.yaml --from-log flight.mcap --loop roll",
+        "regress file.workbench.yaml -j 1 --update",
+        "step --output file",
+        "fly hover --log file/a.mcap --no-plots",
+        "sweep kp_roll=100..110:2 --output file",
+    ):
+        with case(words):
+            assert "cannot be written: Not a directory" in refused(*words.split())
+            assert sorted(tmp_path.iterdir()) == before

@@ -227,6 +227,16 @@ def test_a_landing_that_stands_still_in_the_air_goes_on():
     assert mode_after(state, seen(standing_height=P[2] - 0.2)) is LANDING
 
 
+def test_a_landing_that_something_carries_ends_after_two_seconds():
+    """At rest above the ground, with less thrust than holds it up in the air."""
+    state = in_mode(LANDING, since=10.0, still_since=18.0, holding=1.0)
+    above = seen(standing_height=P[2] - 0.2, thrust_ratio=0.9)
+    assert mode_after(state, above) is OFF
+    assert mode_after(state, above._replace(time=19.9)) is LANDING
+    assert mode_after(state, above._replace(thrust_ratio=0.98)) is LANDING
+    assert mode_after(state, above._replace(v_WB=[0.0, 0.0, -0.1])) is LANDING
+
+
 def test_a_landing_at_speed_brakes_before_it_sinks():
     state = after(in_mode(CRUISING), asked(ModeRequest.LAND, v_WB=[8.0, 0.0, 0.0]))
     assert guidance(state, P, SETTINGS).climb == 0.0

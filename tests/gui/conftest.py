@@ -96,8 +96,14 @@ def canned() -> Canned:
 
 
 @pytest.fixture
-def workspace(qapp, tmp_path):
-    """A workspace without a flight; settings go to a folder of the test's own."""
+def workspace(request, qapp, tmp_path):
+    """That of the shared window, if the test has it; else one without a flight.
+
+    Its settings go to a folder of the test's own.
+    """
+    if "shared_window" in request.fixturenames:
+        yield request.getfixturevalue("shared_workspace")
+        return
     made = workspace_in(tmp_path)
     yield made
     made.close()
@@ -118,6 +124,14 @@ def shared_window(request, qapp, shared_workspace, tmp_path_factory):
         style(shared_workspace.look)  # first: a style takes seconds where a window stands
         yield from _window(request, qapp, shared_workspace, tmp_path_factory)
         shared_workspace.close()
+
+
+@pytest.fixture
+def window(shared_window):
+    """The shared window in front; its keys are the usual ones again after the test."""
+    shared_window.activateWindow()
+    yield shared_window
+    shared_window.workspace.keys.reset()
 
 
 @pytest.fixture

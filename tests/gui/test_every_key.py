@@ -1,6 +1,5 @@
 """Every key on every widget of the real window, which keeps much of what was pressed."""
 
-import pytest
 from PyQt6 import sip
 from PyQt6.QtCore import Qt, QTimer
 from PyQt6.QtWidgets import QApplication, QWidget
@@ -23,18 +22,6 @@ KEYS = (
     Qt.Key.Key_Delete,
     Qt.Key.Key_S,
 )
-
-
-@pytest.fixture(scope="module")
-def workspace(shared_workspace):
-    return shared_workspace
-
-
-@pytest.fixture
-def window(shared_window):
-    """A window that no test of another file gets."""
-    shared_window.activateWindow()
-    return shared_window
 
 
 def press(qtbot, widget, key, modifier=Qt.KeyboardModifier.NoModifier) -> None:

@@ -18,11 +18,6 @@ LIMIT = 60_000
 CONTROL = Qt.KeyboardModifier.ControlModifier
 
 
-@pytest.fixture(scope="module")
-def workspace(shared_workspace):
-    return shared_workspace
-
-
 @pytest.fixture
 def window(shared_window, qtbot, workspace, tmp_path):
     """The window, and the flight that the test before began anew; or the first one."""

@@ -18,17 +18,11 @@ SLACK = dataclasses.replace(TAUT, tension=0.0)
 DROP, TAKE = Action(set={"open_hooks": 1.0}), Action(set={"open_hooks": 0.0})
 
 
-@pytest.fixture(scope="module")
-def workspace(shared_workspace):
-    return shared_workspace
-
-
 @pytest.fixture
-def window(shared_window):
-    """A window that no test of another file gets, with the sticks in front."""
-    shared_window.activateWindow()
-    shared_window.show_screen("joystick")
-    return shared_window
+def window(window):
+    """With the sticks in front."""
+    window.show_screen("joystick")
+    return window
 
 
 @pytest.fixture(scope="module")

@@ -89,18 +89,6 @@ def test_sentences_name_the_chosen_keys(keys):
     )
 
 
-@pytest.fixture(scope="module")
-def workspace(shared_workspace):
-    return shared_workspace
-
-
-@pytest.fixture
-def window(shared_window):
-    shared_window.activateWindow()
-    yield shared_window
-    shared_window.workspace.keys.reset()
-
-
 def edit_key(table, help, key, modifier=Qt.KeyboardModifier.NoModifier):
     """Double-click the key of a row, and press another one."""
     model = table.model()

@@ -1,6 +1,5 @@
 """Keys over the real window: what stops the rotors, what does not, and shortcuts in fields."""
 
-import pytest
 from PyQt6.QtCore import QEvent, Qt
 from PyQt6.QtGui import QAction, QKeySequence, QShortcut
 from PyQt6.QtWidgets import QApplication, QFileDialog, QLineEdit, QWidget
@@ -20,17 +19,6 @@ LIMIT = 120_000
 LEFT = Qt.MouseButton.LeftButton
 CONTROL = Qt.KeyboardModifier.ControlModifier
 FLIES = (FlightMode.TAKING_OFF, FlightMode.HOVERING, FlightMode.CRUISING, FlightMode.ASCENDING)
-
-
-@pytest.fixture(scope="module")
-def workspace(shared_workspace):
-    return shared_workspace
-
-
-@pytest.fixture
-def window(shared_window):
-    shared_window.activateWindow()
-    return shared_window
 
 
 def test_space_pauses_and_resumes_after_a_click_on_take_off(window, qtbot, workspace):

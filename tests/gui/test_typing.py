@@ -40,11 +40,6 @@ def test_a_comma_separates_decimals_and_nothing_else():
             read_number(text)
 
 
-@pytest.fixture(scope="module")
-def workspace(shared_workspace):
-    return shared_workspace
-
-
 @pytest.fixture
 def window(shared_window, workspace, canned, unasked, monkeypatch):
     """The window with all its screens, before a flight out of a can that does what it is told.

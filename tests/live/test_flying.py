@@ -137,6 +137,18 @@ def test_whoever_asks_to_hold_land_or_stop_ends_the_script(request_name):
     assert bench.session.next_action is None
 
 
+def test_the_landing_after_a_clients_silence_ends_the_script_and_repeats_to_the_bit():
+    """Its holds do not: the script goes on until the drone lands."""
+    script = [Action(at=1.5, set={"kp_roll": 88.0}), Action(at=5.25, velocity=[0.0, 0.5, 0.0])]
+    bench = Bench(Scenario(script=script))
+    bench.bridge.authority.request(1, "one", 0.0)
+    bench.fly(5.5)
+    assert bench.session.snapshot().mode is FlightMode.LANDING
+    assert (bench.session.get("kp_roll"), bench.session.asked[1]) == (88.0, 0.0)
+    flown = bench.flown()
+    assert_equal_to_the_bit(flown.recording, in_one_run(flown.scenario))
+
+
 def test_what_the_script_itself_asks_for_does_not_end_it():
     script = [Action(at=0.1, request="land"), Action(at=0.2, request="stop"), Action(at=9.0)]
     bench = Bench(Scenario(script=script))

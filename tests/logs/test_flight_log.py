@@ -29,11 +29,12 @@ from workbench.gains.gains import load_gains
 from workbench.link.backplane import Published, Sampled
 from workbench.link.topics import topic_from
 from workbench.logs import flight_log, mcap_writer
+from workbench.logs.contents import scenario_text
 from workbench.logs.flight_log import FlightLog, LoggedFlight
 from workbench.logs.mcap_writer import MCAP_CHUNK_BYTES
 from workbench.logs.record import read_log
-from workbench.scenario.scenario import Scenario
-from workbench.scenario.scenario_file import load_scenario
+from workbench.scenario.scenario import Action, Push, Scenario
+from workbench.scenario.scenario_file import load_scenario, parse_scenario
 
 pytestmark = pytest.mark.usefixtures("unheld")
 
@@ -174,6 +175,25 @@ def test_files_of_a_scenario_are_named_from_the_root(flown, tmp_path, monkeypatc
     log.close()
     found = yaml.safe_load(read_log(Path("a.mcap")).scenario_text)
     assert found["world"] == str(tmp_path / "my_world.yaml")
+
+
+def test_the_scenario_of_a_log_states_what_differs_from_the_defaults():
+    """Actions, too; numbers of numpy are numbers, and a reader gets the same scenario."""
+    script = [
+        Action(at=np.float64(0.5), velocity=[np.float64(0.1), 0.0, 0.0]),
+        Action(at=1.0, push=Push(force=[1.0, 0.0, 0.0])),
+        Action(),
+    ]
+    scenario = Scenario(script=script)
+    text = scenario_text(scenario)
+    assert yaml.safe_load(text) == {
+        "script": [
+            {"at": 0.5, "velocity": [0.1, 0.0, 0.0]},
+            {"at": 1.0, "push": {"force": [1.0, 0.0, 0.0]}},
+            {},
+        ]
+    }
+    assert parse_scenario(Path("scenario.yaml"), text) == scenario
 
 
 def test_chunks_are_of_64_to_256_kilobytes(log):

@@ -1,5 +1,6 @@
 """A log is read in a held process, whose answer is as foreign as the log."""
 
+import errno
 import gzip
 import json
 import threading
@@ -197,3 +198,14 @@ def test_a_chunk_that_states_too_much_costs_no_more_than_itself(log, tmp_path):
     record, whole = read_log(path), read_log(log)
     assert record.remark == "1 damaged parts were left out"
     assert record.states.tobytes() == whole.states.tobytes()
+
+
+def test_a_full_folder_for_temporary_files_is_said(log, monkeypatch):
+    """Python looks for one that takes a file, and raises if none does."""
+
+    def none_is_usable(*_):
+        raise FileNotFoundError(errno.ENOENT, "No usable temporary directory found")
+
+    monkeypatch.setattr(log_process, "TemporaryDirectory", none_is_usable)
+    with pytest.raises(WorkbenchError, match="No usable temporary .* set TMPDIR"):
+        read_flight(log)

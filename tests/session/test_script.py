@@ -2,8 +2,9 @@
 
 import math
 
-from workbench.scenario.scenario import Action, Rates
+from workbench.scenario.scenario import Action, Rates, Scenario
 from workbench.session.script import Script
+from workbench.session.session import Session
 
 PERIOD = 1 / 128
 """Of control; eight steps of the physics."""
@@ -83,3 +84,20 @@ def test_it_begins_again_and_without_actions_it_has_nothing():
     nothing = script()
     assert nothing.next_step == math.inf
     assert times(nothing, 10**9) == []
+
+
+def test_a_hold_a_landing_and_a_stop_end_the_script_of_a_session(case):
+    session = Session(Scenario(script=[Action(at=0.5, request="take_off")]))
+    for action, ends in (
+        (Action(request="hold"), True),
+        (Action(request="land"), True),
+        (Action(request="stop"), True),
+        (Action(request="take_off"), False),
+        (Action(velocity=[0.0, 0.0, 0.0]), False),
+        (Action(request="hold", end_script=False), False),
+        (Action(end_script=True), True),
+    ):
+        with case(action):
+            session.reset()
+            session.do(action)
+            assert (session.next_action is None) == ends

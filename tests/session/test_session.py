@@ -369,6 +369,23 @@ def test_nonsense_is_refused_in_a_sentence_and_changes_nothing(case):
             session.tick(0.1)
 
 
+TABLE = """ground: true
+obstacles: [{name: table, shape: {box: [2, 2, 1.2]}, position: [0, 0, 0.6]}]
+"""
+
+
+def test_a_landing_on_an_obstacle_ends(tmp_path):
+    """As on the ground, the rotors stop; the drone starts again from there."""
+    (tmp_path / "table.yaml").write_text(TABLE)
+    session = Session(Scenario(world=str(tmp_path / "table.yaml"), script=[Action(request="land")]))
+    session.tick(4.0)
+    found = session.snapshot()
+    assert (found.mode, found.p_WB[2]) == (FlightMode.OFF, pytest.approx(1.2 + 0.136, abs=0.002))
+    session.do(Action(request="take_off", height=1.8))
+    session.tick(1.5)
+    assert session.snapshot().p_WB[2] > 1.4
+
+
 WORLD = """
 obstacles: [{name: box, shape: {box: [2, 2, 2]}, position: [0, 0, 1]}]
 moving: [{name: cart, shape: {sphere: 0.5}, path: [[0, 5, 0, 1.5], [1, 9, 0, 1.5]]}]

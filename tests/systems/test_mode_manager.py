@@ -96,6 +96,33 @@ def test_settings_are_live(flown):
     assert outputs(manager, context)[1][3] == 0.45
 
 
+def test_a_landing_ends_where_the_demanded_thrust_is_less_than_that_of_hover(vehicle):
+    """90 % of the thrust is not enough to rest in the air, 98 % may be."""
+    for share, expected in ((0.9, FlightMode.OFF), (0.98, FlightMode.LANDING)):
+        rotors = vehicle.rotors
+        manager = ModeManager(
+            period=PERIOD,
+            settings=SETTINGS,
+            standing_height=0.1,
+            rotors=rotors,
+            hover_speeds=[400.0] * len(rotors),
+        )
+        simulator = Simulator(manager)
+        context = simulator.get_mutable_context()
+        for name, value in (
+            ("state", [*STATE[:10], 0.0, 0.0, 0.0]),
+            ("reference", list(REFERENCE)),
+            ("request", [0.0] * 3),
+            ("charge", [0.9]),
+            ("commands", [400.0 * share**0.5] * len(rotors)),
+        ):
+            manager.GetInputPort(name).FixValue(context, value)
+        state = initial_state(FlightMode.LANDING, P)._replace(holding=1.0)
+        manager.set_mode(context, state, P)
+        simulator.AdvanceTo(4.0)
+        assert outputs(manager, context)[0][0] == expected
+
+
 def test_walls_that_are_connected_limit_the_speed(flown):
     manager, simulator = flown
     context = simulator.get_mutable_context()

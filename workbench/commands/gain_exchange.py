@@ -231,7 +231,7 @@ def _from_log(args: argparse.Namespace, law: "Controller | None") -> "ImportedGa
 
 def _export(args: argparse.Namespace) -> int:
     """Compare with the existing file, or the defaults of the firmware, and write."""
-    from workbench.common.plain_files import write_atomically
+    from workbench.common.plain_files import write_in_folder
     from workbench.common.resources import existing_path
     from workbench.gains.formats import export_gains, find_firmware, import_gains
     from workbench.gains.gain_change import diff_gains
@@ -272,7 +272,7 @@ def _export(args: argparse.Namespace) -> int:
             f"{args.file}: {made.refusal}: set them with --set, or insist with --force"
         )
     if not args.preview:
-        write_atomically(args.file, made.data)
+        write_in_folder(args.file, made.data)
         print_written_files([args.file])
     return ExitCode.DONE
 

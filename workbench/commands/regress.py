@@ -25,7 +25,7 @@ from workbench.commands.options import (
     parse_argument,
     parse_variation,
 )
-from workbench.commands.outputs import Outputs
+from workbench.commands.outputs import Outputs, check_writable
 from workbench.commands.printing import pick, print_result
 from workbench.commands.progress import progress_bar
 from workbench.commands.step import LOAD_CHOICES
@@ -92,6 +92,7 @@ def add_parser(commands: Subcommands) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Fly, judge, print and write; return 1 if a demand is not met."""
+    from workbench.design.regress.baseline import conditions_file
     from workbench.design.regress.flight import Changes
     from workbench.design.regress.running import local_executor, record, regress
     from workbench.design.regress.spec_names import find_specs
@@ -113,6 +114,8 @@ def run(args: argparse.Namespace) -> int:
     ):
         junit = outputs.add(args.junit) if args.junit else None
         html = outputs.add(args.html) if args.html else None
+        for spec in specs if args.update else ():
+            check_writable(conditions_file(Path(spec)))
         with progress_bar("judging the cases") as progress:
             if args.update:
                 results, files = record(
@@ -266,6 +269,7 @@ def add_pin(commands: Subcommands) -> None:
 
 def run_pin(args: argparse.Namespace) -> int:
     """Fly or read, write and prove the spec."""
+    check_writable(args.spec)
     if args.from_log:
         return _pin_log(args)
     for option in ("loop", "span", "order", "mapping"):

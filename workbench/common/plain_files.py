@@ -153,8 +153,8 @@ def atomic_file(path: Path) -> Iterator[BinaryIO]:
         try:
             number = os.open(target.parent, getattr(os, "O_TMPFILE", 0) | os.O_WRONLY, 0o666)
         except OSError:  # macOS and some network filesystems have no files without names
+            number = os.open(named, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666)
             partial = named
-            number = os.open(partial, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666)
         with os.fdopen(number, "wb") as stream:
             yield stream
             stream.flush()

@@ -31,7 +31,12 @@ SLOW_DESCENT_HEIGHT_M, up to MAX_SINK_SPEED [m/s], if that is faster than the la
 MIN_DOWNWARD_COMPONENT = 0.7
 """A wall whose direction points down by this much or more is below the drone."""
 MIN_STANDING_TIME_S = 2.0
-"""On an estimate, whose height may be wrong, a drone slower for this long has landed [s]."""
+"""Above the ground, a drone slower for this long has landed if its height is an estimate, which may
+be wrong, or if something carries it [s]."""
+MAX_CARRIED_THRUST_RATIO = 0.97
+"""A drone at rest that demands less than this share of its thrust in hover is carried by an
+obstacle: in the air it would sink. The land detectors of PX4 and ArduPilot also ask for low thrust
+without vertical speed."""
 MIN_ARREST_TIME_S = 0.2
 MAX_ARREST_HEIGHT_M = 0.5
 """With a lost position, a landing ends when the descent has stopped for this long below this
@@ -45,13 +50,7 @@ TAKE_OFF_TIMEOUT_S = 3.0
 
 
 HOVERING, ASCENDING, DESCENDING, CRUISING = (
-    float(mode)
-    for mode in (
-        FlightMode.HOVERING,
-        FlightMode.ASCENDING,
-        FlightMode.DESCENDING,
-        FlightMode.CRUISING,
-    )
+    float(FlightMode[name]) for name in ("HOVERING", "ASCENDING", "DESCENDING", "CRUISING")
 )
 HOLD_HEIGHT_M = 0.01
 """Height that aborts a landing without a climb: no drone in the air is that low [m]."""
@@ -115,7 +114,8 @@ class FlightModeInputs(NamedTuple):
 
     `health` is that of the estimate of position and velocity, None with the true state. The true
     `charge` decides when the rotors stop, the `known_charge` when the drone lands. `ended` is
-    whether the program that runs the law has ended.
+    whether the program that runs the law has ended. The law demands `thrust_ratio` times the thrust
+    that hovers the drone.
     """
 
     time: float
@@ -130,6 +130,7 @@ class FlightModeInputs(NamedTuple):
     health: EstimateHealth | None = None
     known_charge: float | None = None
     ended: bool = False
+    thrust_ratio: float = 1.0
 
 
 def accepts_request(mode: FlightMode, request: ModeRequest) -> bool:
@@ -339,13 +340,14 @@ def _landing(
         return state._replace(holding=1.0, since=now.time, still_since=now.time, x=x, y=y)
     moving = abs(now.v_WB[2]) > MAX_TOUCH_DOWN_SPEED
     high = in_the_air(z, now.standing_height)
+    carried = now.thrust_ratio < MAX_CARRIED_THRUST_RATIO
     enough = MIN_STANDING_TIME_S if high else MIN_TOUCH_DOWN_TIME_S
     if state.reason == Reason.POSITION_LOST and z < now.standing_height + MAX_ARREST_HEIGHT_M:
         moving = now.v_WB[2] < -0.5 * settings.landing_speed
         enough = MIN_ARREST_TIME_S
     if (
         moving
-        or (high and now.health is None)
+        or (high and now.health is None and not carried)
         or now.time - state.since < 2.0 * MIN_TOUCH_DOWN_TIME_S
     ):
         return state._replace(still_since=now.time)

@@ -125,6 +125,8 @@ def make_workbench(
             settings=FlightModeSettings(**setup.of_system("modes")),
             standing_height=vehicle.ground_clearance,
             wall_period=_wall_period(rates) if world.names else None,
+            rotors=vehicle.rotors,
+            hover_speeds=vehicle.hover_speeds.tolist(),
         ),
     )
     battery = add_battery_systems(
@@ -143,6 +145,7 @@ def make_workbench(
     builder.Connect(battery.GetOutputPort("charge"), modes.GetInputPort("charge"))
     asked = computer.GetOutputPort("commands")
     spun = rotor_commands(builder, asked, len(vehicle.rotors), "recorded_commands")
+    builder.Connect(spun, modes.GetInputPort("commands"))
     signals = airframe.signals(spun, servo_setpoints(builder)) | {
         "reference": reference,
         "mode": modes.GetOutputPort("mode"),

@@ -30,9 +30,6 @@ from workbench.session.session import Session
 from workbench.systems.bridge import Bridge
 from workbench.systems.pilot import urgency
 
-SCRIPT_ENDING_REQUESTS = ("hold", "land", "stop")
-"""Requests of a pilot after which the script of the scenario gives no more orders."""
-
 
 class ClientRequests:
     """Executes the requests of clients.
@@ -109,7 +106,7 @@ class ClientRequests:
                 if what == "take_off":
                     action = replace(action, height=height)
                 elif what == "hold":
-                    action = effect_action(SilenceEffect.HOLD)
+                    action = replace(effect_action(SilenceEffect.HOLD), end_script=None)
                 action = pilot_action(action, self._session, self._bridge)
                 self._listens(what, action)
                 self._do(action, authority.state(now).name)
@@ -196,13 +193,12 @@ class ClientRequests:
 def pilot_action(action: Action, session: Session, bridge: Bridge) -> Action:
     """Return the form in which the action of a pilot, operator or client, takes effect.
 
-    A hold, a landing and a stop end the script of the scenario, which would otherwise start the
-    rotors again, or leave the place.
+    An action that ends the script of the scenario says so.
 
     During a landing, in the air, some actions end it. A take-off climbs again, if the drone is
     below its height. A hold, a stick that leaves neutral, and a place to go to become a hold.
     """
-    if action.request in SCRIPT_ENDING_REQUESTS and session.next_action is not None:
+    if action.ends_script and session.next_action is not None:
         action = replace(action, end_script=True)
     steered = (*(action.velocity or ()), action.yaw_rate or 0.0)
     is_command = action.velocity is not None or action.yaw_rate is not None
@@ -220,5 +216,9 @@ def pilot_action(action: Action, session: Session, bridge: Bridge) -> Action:
 
 
 def effect_action(effect: SilenceEffect, at: float = 0.0) -> Action:
-    """Return the script's action that repeats an effect of the ladder or of a new pilot."""
-    return Action(at, velocity=[0.0, 0.0, 0.0], yaw_rate=0.0, request=effect.value)
+    """Return the script's action that repeats an effect of the ladder or of a new pilot.
+
+    A landing ends the scenario's script; a hold until somebody flies does not.
+    """
+    ends = effect is SilenceEffect.LAND
+    return Action(at, velocity=[0.0, 0.0, 0.0], yaw_rate=0.0, request=effect.value, end_script=ends)

@@ -308,7 +308,7 @@ class FlightNetwork:
 
     def _note(self, action: Action, by: str) -> None:
         """Record an action, and announce parameters that it sets, and a disturbance."""
-        self._log.act(action, by)
+        self._log.act(dataclasses.replace(action, end_script=action.end_script or None), by)
         for name, value in self._set_by(action).items():
             self._publish(self._announcer.parameter(action.at, name, value))
         for said in disturbance_texts(action):

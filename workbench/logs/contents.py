@@ -12,7 +12,7 @@ from typing import Any
 import yaml
 
 from workbench.common.resources import list_models, list_worlds
-from workbench.common.yaml_files import as_record
+from workbench.common.yaml_files import as_record, dump_changes
 from workbench.control.controller import Controller
 from workbench.control.installed_laws import DEFAULT_CONTROLLER, is_shipped
 from workbench.control.schedule import split_label, with_label
@@ -55,7 +55,7 @@ def law_attachment_name(law: Controller) -> str:
 
 
 def scenario_text(scenario: Scenario) -> str:
-    """Return a scenario as YAML, with absolute paths of files."""
+    """Return the YAML of what differs from the default scenario, with absolute paths of files."""
     from pydrake.common.yaml import yaml_dump_typed
 
     vehicle = scenario.vehicle
@@ -72,8 +72,8 @@ def scenario_text(scenario: Scenario) -> str:
             packages={name: _from_root(path, []) for name, path in vehicle.packages.items()},
         ),
     )
-    text: str = yaml_dump_typed(rooted, defaults=Scenario())
-    return text
+    plain = yaml_dump_typed(rooted, defaults=Scenario())  # numbers may be numpy's
+    return dump_changes(as_record(yaml.load(plain, _LOADER), Scenario))
 
 
 def logged_gains_text(

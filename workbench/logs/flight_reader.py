@@ -7,7 +7,7 @@ from typing import Any
 
 from workbench.common.flight import Flight
 from workbench.logs.array_files import ArrayReader
-from workbench.logs.imported import flight_of_log, signal_topics
+from workbench.logs.imported import flight_of_log, imported_topics, signal_topics
 from workbench.logs.log_process import read_in_process
 from workbench.logs.logged_topic import LoggedTopic
 from workbench.logs.readers.log_reader import LogFile
@@ -66,7 +66,8 @@ def log_topics(
     """
     found = _read_log_file(file, progress)
     if isinstance(found, LogRecord):
-        return [*found.topics.values()], found.remark
+        topics = imported_topics(found) if found.imported else [*found.topics.values()]
+        return topics, found.remark
     return [each.topic for each in signal_topics(found)], found.remark
 
 

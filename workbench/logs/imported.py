@@ -7,7 +7,8 @@ time. Each gap has a message of NaN only, so that no curve is drawn across it.
 import json
 import re
 import unicodedata
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import replace
 from itertools import islice
 from typing import Any, NamedTuple
@@ -61,16 +62,44 @@ def imported_flight(record: LogRecord) -> Flight:
         WorkbenchError: if the description of its signals cannot be read.
     """
     samples = {}
-    for topic in record.topics.values():  # those of a damaged part of the file are missing
+    for topic in imported_topics(record):  # those of a damaged part of the file are missing
         for each in topic.columns.values():
             if each.values.dtype.kind == "f":
                 good = np.isfinite(each.values)
                 samples[each.name] = each.time[good], each.values[good]
+    with _damage_sentences(record):
+        flight = Flight.from_description(json.loads(record.imported), record.path, samples)
+    return replace(flight, signals=without_jumps(flight.signals))  # earlier versions left jumps
+
+
+def imported_topics(record: LogRecord) -> list[LoggedTopic]:
+    """Return the topics of a log written by `write_flight`, with the names of its signals.
+
+    Raises:
+        WorkbenchError: if the description of its signals cannot be read.
+    """
+    with _damage_sentences(record):
+        said = json.loads(record.imported).get("ros_names", {})
+        names = {str(ros): str(name) for ros, name in said.items()}
+        return [_with_signal_names(topic, names) for topic in record.topics.values()]
+
+
+def _with_signal_names(topic: LoggedTopic, names: Mapping[str, str]) -> LoggedTopic:
+    """Return a topic with the names of signals in place of those that ROS 2 allows."""
+    name, fields = topic.short, {}
+    for path, column in topic.fields.items():
+        written = f"{topic.short}.{path}"
+        before, _, after = names.get(written, written).partition(".")
+        fields[after] = column
+        name = before if written in names else name
+    return replace(topic, name=f"{PREFIX}{name}", fields=fields)
+
+
+@contextmanager
+def _damage_sentences(record: LogRecord) -> Iterator[None]:
+    """Raise a `WorkbenchError` if the description of the signals of a log cannot be read."""
     try:
-        said = json.loads(record.imported)
-        names = said.get("ros_names", {})
-        samples = {names.get(name, name): each for name, each in samples.items()}
-        flight = Flight.from_description(said, record.path, samples)
+        yield
     except (
         KeyError,
         TypeError,
@@ -82,7 +111,6 @@ def imported_flight(record: LogRecord) -> Flight:
         raise WorkbenchError(
             f"{record.path}: its description of the signals is damaged: {error}"
         ) from error
-    return replace(flight, signals=without_jumps(flight.signals))  # earlier versions left jumps
 
 
 def record_metadata(flight: Flight, topics: Iterable[SignalTopic]) -> str:

@@ -54,7 +54,14 @@ def read_in_process(
     path, mapping, number = file
     seconds, megabytes = _process_limits(path)
     reads = [path] if own else [path, *filter(None, [mapping]), *companion_files(path)]
-    with TemporaryDirectory() as folder, _reported_progress(Path(folder) / PROGRESS_FILE, progress):
+    try:
+        temporary = TemporaryDirectory()
+    except OSError as error:
+        raise WorkbenchError(
+            f"{path}: cannot be read, as no temporary folder can be made: {error.strerror}: make "
+            "room, or set TMPDIR to another folder"
+        ) from error
+    with temporary as folder, _reported_progress(Path(folder) / PROGRESS_FILE, progress):
         request = {
             "path": str(path),
             "mapping": None if mapping is None else str(mapping),

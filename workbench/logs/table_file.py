@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from workbench.common.errors import WorkbenchError
-from workbench.common.plain_text import plain_text
+from workbench.common.plain_text import file_stem, plain_text
 from workbench.common.series import Series
 from workbench.logs.logged_topic import LoggedTopic
 
@@ -29,7 +29,7 @@ def topic_tables(topic: LoggedTopic) -> dict[str, dict[str, Series]]:
     Raises:
         WorkbenchError: if a message cannot be decoded.
     """
-    name = topic.short.strip("/").replace("/", "_")
+    name = file_stem(topic.short.strip("/"))
     time = Series(f"{topic.short}.t", "s", topic.time, topic.time)
     found = {name: {"t": time, **topic.columns}}
     if topic.points:

@@ -124,6 +124,10 @@ class AttitudeSetpoint:
         return {name: value for name, value in vars(self).items() if value is not None}
 
 
+SCRIPT_ENDING_REQUESTS = ("hold", "land", "stop")
+"""Requests after which the script of the scenario gives no more orders; its own do not end it."""
+
+
 @dataclass(frozen=True)
 class Action:
     """An action of the pilot at a time [s]; whatever is not given stays the same.
@@ -131,8 +135,9 @@ class Action:
     A velocity in W [m/s], a yaw rate [rad/s], a point to go to [m], a request (arm, take_off, hold,
     land, stop, abort_landing) with its height [m], setpoints of attitude or rates, a gust, a push,
     an injection into the law, new values of live parameters, or a controller to take over (the name
-    of a shipped one, or a file). After `end_script`, which is no part of a script, the scenario's
-    script orders no more. `interpreted` has no effect: files of earlier versions have it.
+    of a shipped one, or a file). `end_script`, which is no part of a script, is whether the
+    scenario's script orders no more after it; None, the default, means after a hold, a landing or a
+    stop. `interpreted` has no effect: files of earlier versions have it.
     """
 
     at: float = 0.0
@@ -147,8 +152,15 @@ class Action:
     setpoint: AttitudeSetpoint | None = None
     set: dict[str, float] = field(default_factory=dict)
     controller: str | None = None
-    end_script: bool = False
+    end_script: bool | None = None
     interpreted: bool = False
+
+    @property
+    def ends_script(self) -> bool:
+        """Whether the scenario's script orders no more after it."""
+        if self.end_script is None:
+            return self.request in SCRIPT_ENDING_REQUESTS
+        return self.end_script
 
     @property
     def flies(self) -> bool:

@@ -100,9 +100,10 @@ def repeat_scenario(
         dataclasses.replace(action, at=acting_step(action.at, rates) * rates.physics_step)
         for action in scenario.script
     ]
+    # in a log an action that ended the script says so: in earlier versions not every hold did
     ended = min((action.at for action in done if action.end_script), default=math.inf)
     scripted = [action for action in scripted if action.at < ended]
-    live = [dataclasses.replace(action, end_script=False) for action in done]
+    live = [dataclasses.replace(action, end_script=None) for action in done]
     # a flight begins with what its script sets at 0, although that was ended then
     values = Script(scenario.script, rates).first_values if ended <= 0.0 else {}
     first = [Action(0.0, set=dict(each)) for each in (settings, values) if each]

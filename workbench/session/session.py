@@ -154,7 +154,7 @@ class Session(ObservedFlight, PilotOrders[None]):
         self._begin(checkpoint)
 
     def do(self, action: Action) -> None:
-        """Execute an action now; its `at` is ignored.
+        """Execute an action now, see `Action.ends_script`; its `at` is ignored.
 
         Raises:
             WorkbenchError: if a number, a name or a request is not valid, or the flight lacks what
@@ -189,7 +189,7 @@ class Session(ObservedFlight, PilotOrders[None]):
             live.set_attitude(action.setpoint)
         if action.injection is not None:
             self._begin_injection(action.injection)
-        if action.end_script:
+        if action.ends_script:
             self._script.end()
 
     act = do
@@ -302,10 +302,11 @@ class Session(ObservedFlight, PilotOrders[None]):
                     self._bridge.script_flies(self.time)
                 if action.controller is not None:
                     self._take_over(action.controller)
-                self.do(dataclasses.replace(action, controller=None))
+                self.do(dataclasses.replace(action, controller=None, end_script=False))
             step = int(min(target, self._script.next_step, self._inject()))
             self._live.integration.advance(step)
             self._steps = step
+            self._script.ended |= self._bridge is not None and self._bridge.has_landed
 
     def run(self, progress: Callable[[float], None] | None = None) -> None:
         """Fly to the end of the scenario, calling `progress` with the flown share, 0 .. 1."""

@@ -141,6 +141,11 @@ class Bridge:
         """Note that a command, or an effect of silence, takes effect at a time [s]."""
         self._applied.append(AppliedCommand(now, by, what, aborts))
 
+    @property
+    def has_landed(self) -> bool:
+        """Whether silence has landed the drone since the last call of `applied`."""
+        return any(each.what is SilenceEffect.LAND for each in self._applied)
+
     def applied(self) -> list[AppliedCommand]:
         """Return the commands that took effect since the last call."""
         applied, self._applied = self._applied, []

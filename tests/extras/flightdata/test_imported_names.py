@@ -9,7 +9,7 @@ from rosbags.highlevel import AnyReader
 from workbench.common.flight import Flight
 from workbench.common.series import make_series
 from workbench.extras.flightdata.importing import write_flight
-from workbench.logs.flight_reader import read_flight
+from workbench.logs.flight_reader import log_topics, read_flight
 from workbench.logs.imported import signal_topics
 
 pytestmark = pytest.mark.usefixtures("unheld")
@@ -80,5 +80,8 @@ def test_an_imported_log_is_read_whatever_its_signals_are_called(tmp_path):
             "t1a.q": read["/dh_drone/t1a"].q,
         }
         assert last == {name: signals[name].values[-1] for name in last}
-    exported = {each.name for topic, *_ in signal_topics(flight) for each in topic.columns.values()}
-    assert set(signals) <= exported
+    exported = [each.name for topic, *_ in signal_topics(flight) for each in topic.columns.values()]
+    assert set(signals) <= set(exported)
+    topics, _ = log_topics(path)
+    assert [each.name for topic in topics for each in topic.columns.values()] == exported
+    assert [topic.short for topic in topics] == ["csv", "höhe", "hohe", "flug", "t1_a", "t1a"]

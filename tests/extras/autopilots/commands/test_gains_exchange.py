@@ -91,7 +91,7 @@ def test_export_changes_nothing_but_gains(run, vehicle):
 
 
 def test_export_writes_a_new_file_for_an_older_firmware(run, tmp_path):
-    path = tmp_path / "new.param"
+    path = tmp_path / "new" / "new.param"
     words = ("--for", "ardupilot", "--firmware", "4.6", "--no-margins")
     assert run("gains", "export", path, *words).code == 0
     assert "PSC_ACCZ_P,0.5\n" in path.read_text()

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from workbench.common.errors import WorkbenchError
+from workbench.extras.flightdata.identify.fit import Fit
 from workbench.extras.flightdata.identify.flight import PlanLimits, excitation, usual_limits
 from workbench.extras.flightdata.identify.held_back import HeldBackPrediction
 from workbench.extras.flightdata.identify.identified_number import (
@@ -16,10 +17,13 @@ from workbench.extras.flightdata.identify.identified_number import (
     ROUGHLY_KNOWN,
     WELL_KNOWN,
     IdentifiedNumber,
+    identified_rows,
     validated_numbers,
 )
 from workbench.extras.flightdata.identify.identified_sidecar import sidecar_text
 from workbench.extras.flightdata.identify.quantities import with_quantities
+from workbench.extras.flightdata.identify.report import IdentificationReport
+from workbench.extras.flightdata.identify.search import IdentificationResult
 from workbench.plant.loading import load_vehicle
 from workbench.plant.rotor_sources.sidecar import load_sidecar
 from workbench.scenario.scenario_file import load_scenario, save_scenario
@@ -36,6 +40,7 @@ FOUND = {
     "drag": 0.3,
     "climb_drag": 0.1,
 }
+ONE = np.zeros((1, 1))
 ROW = IdentifiedNumber("rotor_lag", "s", 0.02, 0.018, 0.022, 0.0167, "well", "")
 
 
@@ -182,3 +187,21 @@ def test_drag_is_refuted_only_by_a_flight_that_moves_sideways(case) -> None:
             hover, drag = validated_numbers(rows, held_back)
             assert (hover.verdict, drag.verdict) == (WELL_KNOWN, expected)
             assert ("2 m/s" in drag.flight) is (expected == NOT_ENOUGH_MOTION)
+
+
+def test_a_voltage_exponent_is_at_most_roughly_known_and_says_why(case) -> None:
+    """Its interval does not have what drifts along a flight as the voltage does."""
+    names = ("curve_0", "curve_1", "curve_2", "voltage")
+    for deviation, verdict in ((0.01, ROUGHLY_KNOWN), (0.9, NOT_DETERMINED)):
+        with case(deviation):
+            covariance = np.diag([1e-6, 1e-6, 1e-6, deviation**2])
+            fit = Fit(names, np.array([0.0, 0.5, 0.5, 1.0]), covariance, 20, ONE, ("force",), True)
+            vehicle = load_vehicle(DRONES / "crazyflie.urdf")
+            found = IdentificationResult(vehicle, (), fit, None, {}, 30.0)
+            rows = identified_rows(found)
+            assert {row.name: row.verdict for row in rows}["voltage_exponent"] == verdict
+            assert next(row for row in rows if row.name == "hover_command").verdict == WELL_KNOWN
+            report = IdentificationReport(found, rows, ONE, (0.0, 0.0), None, "")
+            assert sum("drifts along a flight" in said for said in report.sentences) == 1
+            without = dataclasses.replace(report, rows=rows[:-1])
+            assert not any("drifts along a flight" in said for said in without.sentences)

@@ -21,8 +21,10 @@ from workbench.extras.flightdata.identify.held_back import (
     held_back_prediction,
 )
 from workbench.extras.flightdata.identify.identified_number import (
+    DRIFT_TEXT,
     FAST_LEVEL_FLIGHT_TEXT,
     THROTTLE_DOUBLETS_TEXT,
+    VOLTAGE_EXPONENT,
     IdentifiedNumber,
     identified_rows,
     is_lag_separable,
@@ -133,6 +135,8 @@ class IdentificationReport:
         """Remarks in addition to the table."""
         said = [is_lag_separable(self.found)] if self.found.fast else []
         said += [f"no {what}: {why}" for what, why in self.found.refused.items()]
+        if any(row.name == VOLTAGE_EXPONENT for row in self.rows):
+            said.append(DRIFT_TEXT)
         if any(row.name.startswith("inertia") for row in self.rows):
             said.append(
                 f"inertias are for a mass of {self.vehicle.mass:.4g} kg and the described arms: "

@@ -119,9 +119,13 @@ class WhatIf:
         log, own, other = self.saturated
         if max(own, other) < DOUBTED_SATURATION_SHARE:
             return ""
+        reason = ""
+        if own - log >= DOUBTED_SATURATION_SHARE:  # the log itself does not explain it
+            reason = "integrals of inner loops may wind up against the disturbance, and "
         return (
             f"motors saturate {other:.0%} of the time with it, {own:.0%} where the model flies "
-            f"{self.flight} with its own law and {log:.0%} in the log: its height may be wrong"
+            f"{self.flight} with its own law and {log:.0%} in the log: {reason}its height may be "
+            "wrong"
         )
 
     @property
