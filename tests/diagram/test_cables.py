@@ -4,15 +4,18 @@ import math
 
 import numpy as np
 import pytest
+from pydrake.systems.framework import DiagramBuilder
 
 from tests.jointed import drone, joint, link
 from workbench.common.errors import WorkbenchError
 from workbench.design.linear.operating_point import OperatingPoint
 from workbench.design.linear.study import LinearStudy
+from workbench.diagram.free_loads import free_loads
 from workbench.diagram.joint_modes import joint_study
 from workbench.plant.description import read_description
 from workbench.plant.gravity import GRAVITY
 from workbench.plant.loading import load_vehicle
+from workbench.plant.multibody import add_plant
 from workbench.plant.variation import Variation
 from workbench.scenario.scenario import Action, Scenario, ScenarioStart, VehicleConfig
 from workbench.session.session import Session
@@ -311,3 +314,18 @@ def test_a_load_that_lies_on_the_ground_is_picked_up(tmp_path):
     lifted = session.pose("world", "ball").translation()
     assert lifted[2] == pytest.approx(recording.p_WB[-1, 2] - LENGTH, abs=0.02)
     assert lifted[2] > 0.5
+
+
+def test_a_load_is_within_its_sphere_and_no_point_of_it_is_faster_than_that_says(tmp_path):
+    """It spins about y at 30 rad/s while it moves: points of its rim move at v + 30 r at most."""
+    description = read_description(slung(tmp_path))
+    plant, _ = add_plant(DiagramBuilder(), description.undrawn(), time_step=0.0)
+    [load] = free_loads(plant, description)
+    context = plant.CreateDefaultContext()
+    load.joint.SetTranslation(context, [1.0, 2.0, -3.0])
+    load.joint.set_angular_velocity(context, [0.0, 30.0, 0.0])
+    load.joint.set_translational_velocity(context, [1.0, 0.0, 0.0])
+    centre, radius, speed = load.sphere(plant, context)
+    at = plant.EvalBodyPoseInWorld(context, load.body).translation()
+    assert centre == pytest.approx(at) and radius == pytest.approx(RADIUS)
+    assert speed == pytest.approx(1.0 + 30.0 * RADIUS)

@@ -485,6 +485,20 @@ def hanging_chain(folder, links: int, load: float = 0.15):
     return read_description(drone(folder, parts))
 
 
+def test_a_link_hangs_as_a_pendulum_and_stands_as_an_unstable_one(tmp_path):
+    """Below a base that is heavy: w² = m g l / (J + m l²), and the same growth rate above it."""
+    mass, length = 0.2, 0.3
+    rate = math.sqrt(mass * GRAVITY * length / (2e-4 + mass * length**2))
+    for side, expected in ((-1.0, [1j * rate]), (1.0, [-rate, rate])):
+        parts = link("bob", mass, (0.0, 0.0, side * length))
+        parts += joint("hinge", "continuous", "base", "bob")
+        path = drone(tmp_path, parts, mass=1e4, moments=(1e4, 1e4, 1e4))
+        modes, _, _ = joint_study(read_description(path))
+        found = sorted((mode.eigenvalue for mode in modes), key=lambda each: each.real)
+        assert found == pytest.approx(expected, rel=1e-3, abs=1e-6)
+        assert {mode.joint for mode in modes} == {"hinge"}
+
+
 def test_ball_joints_have_modes_and_choose_the_integrator(tmp_path):
     """A light link between base and load twists against both dampers: I w' = -2 D w."""
     modes, _, _ = joint_study(hanging_chain(tmp_path, 2))
