@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 
 from workbench.common.errors import WorkbenchError
-from workbench.gui.signals import Signals
+from workbench.gui.signals import Signals, events_in
+from workbench.link.backplane import Published
+from workbench.link.drone_topics import EVENTS_SIGNAL, fixed_topic
 
 
 def filled(canned, seconds=180.0):
@@ -55,3 +57,20 @@ def test_a_new_flight_begins_empty(canned):
     signals.begin(canned.views[0].topics)
     assert len(signals.series("velocity_data.v_x")[0]) == 0
     assert signals.now == 0.0
+
+
+def test_events_have_the_severity_that_is_nearest_to_theirs():
+    """That of a newer server may be one more, and then it is a failure."""
+    topic = fixed_topic(EVENTS_SIGNAL.id)
+    for severity, word in (
+        (-1, "information"),
+        (0, "information"),
+        (1, "warning"),
+        (2, "failure"),
+        (3, "failure"),
+        (7, "failure"),
+    ):
+        values = {"severity": severity, "said": "it tilts"}
+        payload = topic.pack([values[field.name] for field in topic.fields])
+        published = Published(1_500_000_000, 0, ((EVENTS_SIGNAL.id, payload),))
+        assert events_in([published]) == [(1.5, word, "it tilts")]
