@@ -3,6 +3,7 @@
 import dataclasses
 import math
 import pickle
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,7 +11,7 @@ import pytest
 from workbench.common.errors import WorkbenchError
 from workbench.control.controller_file import load_controller
 from workbench.design.branches import Branch
-from workbench.design.fork import MAX_BRANCH_DURATION_S, Forker, fly_fork
+from workbench.design.fork import MAX_BRANCH_DURATION_S, Forker, _restore_branch, fly_fork
 from workbench.scenario.scenario import Action, Scenario, ScenarioStart, SensorsConfig
 from workbench.session.session import Session
 from workbench.systems.bridge import Bridge
@@ -205,6 +206,22 @@ def test_a_script_that_sets_what_a_controller_has_not_ends_that_branch():
     flight.tick(0.75)
     assert as_flown.lost == ""
     assert_is(as_flown, flight.recording())
+
+
+def test_a_step_is_added_to_the_command_of_the_flight(case):
+    """Also to a yaw rate, and other axes stay as they are asked for."""
+    asked = {"x": 0.8, "y": -0.2, "z": 0.1, "yaw": 0.3}
+    instant = SimpleNamespace(velocity=[0.8, -0.2, 0.1], yaw_rate=0.3)
+    told = []
+    session = SimpleNamespace(
+        begin_from=told.append, command=lambda velocity, rate: told.append((*velocity, rate))
+    )
+    for axis in asked:
+        told.clear()
+        _restore_branch(session, instant, {}, Step(axis, 0.25))
+        with case(axis):
+            wanted = tuple((asked | {axis: asked[axis] + 0.25}).values())
+            assert told == [instant, pytest.approx(wanted)]
 
 
 @pytest.mark.slow

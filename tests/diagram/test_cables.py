@@ -4,19 +4,23 @@ import math
 
 import numpy as np
 import pytest
+from pydrake.systems.framework import DiagramBuilder
 
 from tests.jointed import drone, joint, link
 from workbench.common.errors import WorkbenchError
 from workbench.design.linear.operating_point import OperatingPoint
 from workbench.design.linear.study import LinearStudy
+from workbench.diagram.free_loads import free_loads, hang_loads, refuse_out_of_reach
 from workbench.diagram.joint_modes import joint_study
 from workbench.plant.description import read_description
 from workbench.plant.gravity import GRAVITY
-from workbench.plant.loading import load_vehicle
+from workbench.plant.loading import load_vehicle, make_vehicle
+from workbench.plant.multibody import add_plant
 from workbench.plant.variation import Variation
 from workbench.scenario.scenario import Action, Scenario, ScenarioStart, VehicleConfig
 from workbench.session.session import Session
 from workbench.setup import make_setup
+from workbench.systems.cables import cable_rows
 from workbench.systems.joint_forces import STOP_RATE_RAD_S
 
 BASE, LOAD, LENGTH, RADIUS = 1.0, 0.2, 0.8, 0.05
@@ -311,3 +315,47 @@ def test_a_load_that_lies_on_the_ground_is_picked_up(tmp_path):
     lifted = session.pose("world", "ball").translation()
     assert lifted[2] == pytest.approx(recording.p_WB[-1, 2] - LENGTH, abs=0.02)
     assert lifted[2] > 0.5
+
+
+def test_a_load_is_within_its_sphere_and_no_point_of_it_is_faster_than_that_says(tmp_path):
+    """It spins about y at 30 rad/s while it moves: points of its rim move at v + 30 r at most."""
+    description = read_description(slung(tmp_path))
+    plant, _ = add_plant(DiagramBuilder(), description.undrawn(), time_step=0.0)
+    [load] = free_loads(plant, description)
+    context = plant.CreateDefaultContext()
+    load.joint.SetTranslation(context, [1.0, 2.0, -3.0])
+    load.joint.set_angular_velocity(context, [0.0, 30.0, 0.0])
+    load.joint.set_translational_velocity(context, [1.0, 0.0, 0.0])
+    centre, radius, speed = load.sphere(plant, context)
+    at = plant.EvalBodyPoseInWorld(context, load.body).translation()
+    assert centre == pytest.approx(at) and radius == pytest.approx(RADIUS)
+    assert speed == pytest.approx(1.0 + 30.0 * RADIUS)
+
+
+def test_loads_hang_on_the_shortest_of_their_cables_and_hooks_reach_as_far_as_theirs(tmp_path):
+    """Of 0.8 and 1.1 m, from one point: the shorter one is stretched by m g over both stiffnesses,
+    as `hang_loads` states."""
+    free = joint("free", "floating", "base", "load", (0.1, 0.2, -0.3))
+    cables = "".join(
+        f'<cable name="{name}" length="{length}"><parent link="base" xyz="0.1 0 0"/>'
+        '<child link="load"/></cable>'
+        for name, length in (("long", 1.1), ("short", LENGTH))
+    )
+    description = read_description(drone(tmp_path, link("load", LOAD) + free + cables, BASE))
+    plant, _ = add_plant(DiagramBuilder(), description.undrawn(), time_step=0.0)
+    [load] = free_loads(plant, description)
+    rows = cable_rows(plant, description.model, plant.GetBodyByName("base").model_instance())
+    context = plant.CreateDefaultContext()
+    hang_loads(plant, context, rows, make_vehicle(description))
+    stretch = LOAD * GRAVITY / sum(row.stiffness for row in rows)
+    hung = plant.EvalBodyPoseInWorld(context, load.body).translation()
+    assert hung == pytest.approx([0.1, 0.0, -LENGTH - stretch], abs=1e-9)
+    assert 0.0 < stretch < 0.01
+    (short,) = (row for row in rows if row.name == "short")
+    for share, reaches in ((0.99, True), (1.01, False)):
+        load.joint.SetTranslation(context, [0.0, -0.2, 0.3 - share * LENGTH])
+        if reaches:
+            refuse_out_of_reach(plant, context, short)
+        else:
+            with pytest.raises(WorkbenchError, match="0.8 m long, and its load is 0.81 m away"):
+                refuse_out_of_reach(plant, context, short)

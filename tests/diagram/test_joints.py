@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource
 
 from tests.jointed import ARM, crossings, drone, joint, link
@@ -14,11 +15,13 @@ from workbench.common.errors import WorkbenchError
 from workbench.design.rollout.engine import RolloutEngine
 from workbench.design.rollout.senses import why_not_compiled
 from workbench.diagram.core import make_open_loop
-from workbench.diagram.joint_modes import joint_study
+from workbench.diagram.joint_modes import joint_modes, joint_study
 from workbench.diagram.mounting import find_imu
 from workbench.plant.description import read_description
+from workbench.plant.gathered import merged_model
 from workbench.plant.gravity import GRAVITY
 from workbench.plant.loading import make_vehicle
+from workbench.plant.multibody import add_plant
 from workbench.plant.reach import reach_sphere
 from workbench.scenario.scenario import (
     Action,
@@ -36,7 +39,7 @@ from workbench.session.integration import (
 )
 from workbench.session.session import Session
 from workbench.setup import make_setup
-from workbench.systems.joint_forces import STOP_RATE_RAD_S
+from workbench.systems.joint_forces import STOP_RATE_RAD_S, joint_rows
 
 RATES = Rates()
 
@@ -491,6 +494,42 @@ def hanging_chain(folder, links: int, load: float = 0.15):
         parts += joint(f"ball_{number}", "ball", above, name, (0, 0, place), more=damped)
         above, place = name, -0.1
     return read_description(drone(folder, parts))
+
+
+def test_a_link_hangs_as_a_pendulum_and_stands_as_an_unstable_one(tmp_path):
+    """Below a base that is heavy: w² = m g l / (J + m l²), and the same growth rate above it."""
+    mass, length = 0.2, 0.3
+    rate = math.sqrt(mass * GRAVITY * length / (2e-4 + mass * length**2))
+    for side, expected in ((-1.0, [1j * rate]), (1.0, [-rate, rate])):
+        parts = link("bob", mass, (0.0, 0.0, side * length))
+        parts += joint("hinge", "continuous", "base", "bob")
+        path = drone(tmp_path, parts, mass=1e4, moments=(1e4, 1e4, 1e4))
+        modes, _, _ = joint_study(read_description(path))
+        found = sorted((mode.eigenvalue for mode in modes), key=lambda each: each.real)
+        assert found == pytest.approx(expected, rel=1e-3, abs=1e-6)
+        assert {mode.joint for mode in modes} == {"hinge"}
+
+
+def test_a_follower_moves_along_or_opposite_and_the_base_with_it_or_not(tmp_path):
+    """Two sliders of m on a base of M and one spring k: together w² = k (1 / 2m + 1 / M), and
+    opposite k / 2m, as the base then stays."""
+    mass, base, spring = 0.2, 1.0, 40.0
+    limit = '<limit lower="-1" upper="1" effort="100" velocity="100"/>'
+    for multiplier, rate in (
+        (1.0, math.sqrt(spring * (0.5 / mass + 1.0 / base))),
+        (-1.0, math.sqrt(spring * 0.5 / mass)),
+    ):
+        follows = f'{limit}<mimic joint="lead" multiplier="{multiplier}"/>'
+        parts = link("one", mass) + link("other", mass)
+        parts += joint("lead", "prismatic", "base", "one", axis=(1, 0, 0), more=limit)
+        parts += joint("tail", "prismatic", "base", "other", axis=(1, 0, 0), more=follows)
+        description = read_description(drone(tmp_path, parts, mass=base))
+        plant, _ = add_plant(DiagramBuilder(), description.undrawn(), time_step=0.0)
+        rows = joint_rows(plant, merged_model(description.model, "base"))
+        assert [row.name for row in rows] == ["lead", "tail"]
+        held = tuple(row._replace(stiffness=spring if row.name == "lead" else 0.0) for row in rows)
+        slowest = min(joint_modes(plant, held), key=lambda mode: mode.rate)
+        assert slowest.eigenvalue.imag == pytest.approx(rate, rel=0.02)
 
 
 def test_ball_joints_have_modes_and_choose_the_integrator(tmp_path):

@@ -5,7 +5,9 @@ import pytest
 
 from tests.jointed import drone, joint, link
 from workbench.common.errors import WorkbenchError
-from workbench.gui.signals import Signals
+from workbench.gui.signals import Signals, events_in
+from workbench.link.backplane import Published
+from workbench.link.drone_topics import EVENTS_SIGNAL, fixed_topic
 from workbench.live.view import LiveView
 from workbench.scenario.scenario import Scenario, VehicleConfig
 from workbench.session.session import Session
@@ -89,3 +91,20 @@ def test_a_joint_has_the_unit_of_its_motion_once_the_vehicle_is_known(tmp_path, 
     assert not [unit for unit in workspace.signals.units.values() if " or " in unit]
     workspace.signals.begin(session.topics)
     assert workspace.signals.units["joint_states.position.leg"] == "rad or m"
+
+
+def test_events_have_the_severity_that_is_nearest_to_theirs():
+    """That of a newer server may be one more, and then it is a failure."""
+    topic = fixed_topic(EVENTS_SIGNAL.id)
+    for severity, word in (
+        (-1, "information"),
+        (0, "information"),
+        (1, "warning"),
+        (2, "failure"),
+        (3, "failure"),
+        (7, "failure"),
+    ):
+        values = {"severity": severity, "said": "it tilts"}
+        payload = topic.pack([values[field.name] for field in topic.fields])
+        published = Published(1_500_000_000, 0, ((EVENTS_SIGNAL.id, payload),))
+        assert events_in([published]) == [(1.5, word, "it tilts")]

@@ -1,8 +1,11 @@
 """The small clients in examples/link watch and fly, each in its own language."""
 
+import importlib.util
+import io
 import json
 import os
 import shutil
+import struct
 import subprocess
 import sys
 import time
@@ -246,3 +249,21 @@ def test_the_javascript_client_unpacks_every_topic():
         for name, value in one.items():
             wanted = other[name]
             assert value == (str(wanted) if name in ("stamp", "wall_ns") else wanted), name
+
+
+def test_the_square_takes_the_newest_time_of_topics_that_come_in_any_order():
+    """Topics of a batch are in any order, and a command with an old time is stale."""
+    spec = importlib.util.spec_from_file_location("square", EXAMPLES / "square.py")
+    square = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(square)
+    link = square.Link.__new__(square.Link)  # without a connection
+    link.position_data = link.on_off_state = {"id": 0}
+    link.newest_ns = 0
+    times = (100, 300, 200)
+    frames = [struct.pack("<2sBBHHIIq", b"DH", 1, 1, 9, 0, 1, 0, t_ns) for t_ns in times]
+    link.incoming = io.BytesIO(b"".join(frames))
+    seen = []
+    for _ in times:
+        link.receive()
+        seen.append(link.newest_ns)
+    assert seen == [100, 300, 300]

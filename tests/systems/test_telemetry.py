@@ -262,6 +262,28 @@ def test_nothing_is_made_that_nobody_wants():
     assert len(session.drain()) == 13
 
 
+def test_a_flight_that_begins_anew_is_published_from_its_begin_on():
+    """To the bit as the first time, though its times and stamps are those of before."""
+    scenario = Scenario(sensors=SensorsConfig(use=["imu", "gps", "barometer"]))
+    session = Session(scenario, bridge=Bridge())
+    flights = []
+    for seconds in (0.05, 0.25):
+        session.drain()
+        session.reset()
+        session.tick(seconds)
+        flights.append(
+            [(each.published.t_ns, dict(each.published.payloads)) for each in session.drain()]
+        )
+    first, again = flights
+    assert first and first[0][0] == 0
+    clock = topic.CLOCK_SIGNAL.id  # has the time of the wall
+    for (t_ns, before), (t_again_ns, after) in zip(first, again, strict=False):
+        assert t_ns == t_again_ns and before.keys() == after.keys()
+        assert {k: v for k, v in before.items() if k != clock} == {
+            k: v for k, v in after.items() if k != clock
+        }
+
+
 @pytest.mark.parametrize("estimator", ["ekf", "complementary"])
 def test_the_estimate_is_published_beside_the_truth(estimator):
     session = Session(Scenario(estimator=estimator), bridge=Bridge())

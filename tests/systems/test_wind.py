@@ -5,7 +5,7 @@ import pytest
 from pydrake.systems.analysis import Simulator
 
 from workbench.dynamics.air.normals import NORMALS_PER_SAMPLE, draw_normals
-from workbench.dynamics.air.settings import AirSettings
+from workbench.dynamics.air.settings import WIND_FIELDS, AirSettings
 from workbench.dynamics.air.update import turbulent_wind
 from workbench.systems.noise import noise_seed
 from workbench.systems.wind import Wind
@@ -15,8 +15,15 @@ STATE = np.array([1.0, *[0.0] * 5, 20.0, 0.0, 0.0, 0.0, 3.0, -1.0, 0.5])
 SEED = 5
 
 
-def blowing(settings, seed=SEED, periods=64):
-    """Return the wind in the middle of control periods (N, 3)."""
+def blowing(settings, seed=SEED, periods=64, changes=None):
+    """Return the wind in the middle of control periods (N, 3).
+
+    Args:
+        settings: at the begin.
+        seed: of the turbulence.
+        periods: their number.
+        changes: settings from the begin of a period on, by its number.
+    """
     wind = Wind(settings=settings, period=PERIOD)
     simulator = Simulator(wind)
     context = simulator.get_mutable_context()
@@ -24,6 +31,9 @@ def blowing(settings, seed=SEED, periods=64):
     wind.set_seed(context, seed)
     found = []
     for number in range(periods):
+        if number in (changes or {}):
+            values = list(changes[number][: len(WIND_FIELDS)])
+            context.get_mutable_numeric_parameter(0).SetFromVector(values)
         simulator.AdvanceTo((number + 0.5) * PERIOD)
         found.append(wind.get_output_port().Eval(context).copy())
     return np.array(found)
@@ -41,6 +51,15 @@ def test_turbulence_is_that_of_the_pure_functions():
         wanted.append(np.array(blown) + [4.0, -2.0, 0.0])
         eddies = after.copy()
     assert blowing(settings) == pytest.approx(np.array(wanted), rel=1e-9)
+
+
+def test_turbulence_that_begins_anew_remembers_nothing_of_before():
+    """From the same period on, with the same noise, as air that was calm until then."""
+    calm, rough = AirSettings(), AirSettings(turbulence=8.0)
+    again = blowing(rough, periods=40, changes={10: calm, 20: rough})
+    first = blowing(calm, periods=40, changes={20: rough})
+    assert np.abs(again[:10]).min() > 0.0 and not again[10:20].any()
+    assert again[20:] == pytest.approx(first[20:])
 
 
 def test_a_gust_is_that_of_its_time():

@@ -4,7 +4,13 @@ import numpy as np
 import pytest
 
 from workbench.control.controller_file import load_controller
-from workbench.design.tune.variables import Variables, mirrored_wishes, symmetric, variables_for
+from workbench.design.tune.variables import (
+    Variables,
+    counterparts,
+    mirrored_wishes,
+    symmetric,
+    variables_for,
+)
 from workbench.design.tune.wish import parse_wish
 
 PD = load_controller()
@@ -29,6 +35,14 @@ def test_all_axes_of_a_symmetric_vehicle_have_seven_gains():
     assert ("kp_pitch", "kp_roll") in found.groups
     assert found == variables_for(PD, ["rotors"], tied=True)
     assert len(variables_for(PD, ["rotors"], tied=False).groups) == 11
+
+
+def test_loops_and_points_along_y_have_those_along_x_as_counterparts():
+    """Named by hand: velocity, acceleration and position by their axes, roll beside pitch."""
+    along_x = {f"{what}_y": f"{what}_x" for what in ("velocity", "acceleration", "position")}
+    along_x |= {f"{what}_y_error": f"{what}_x_error" for what in ("velocity", "position")}
+    along_x |= {f"roll{what}": f"pitch{what}" for what in ("", "_error", "_acceleration")}
+    assert counterparts(PD) == {"y": "x"} | along_x
 
 
 def test_coordinates_are_logarithms_and_come_back():

@@ -133,6 +133,14 @@ MOTION = (
         (None, 0, 0, 0, 0, 11_100, -1, 0, 0, 0, 0, 0, 0, 80),
         {"battery.voltage": 11.1, "battery.current": None},
     ),
+    *(
+        (
+            what,
+            (*[0] * 12, 3000, 6000, 9000, 12_000, *[0] * 8),
+            {f"rotors.speed.{first + i}": (i + 1) * 100.0 * np.pi for i in range(4)},
+        )
+        for what, first in ((wire.ESC_TELEMETRY_1_TO_4, 0), (wire.ESC_TELEMETRY_5_TO_8, 4))
+    ),
 )
 
 
@@ -216,6 +224,7 @@ def test_the_clock_is_that_of_the_vehicle(tmp_path, case):
         ("overflow", 2**32 - 5030 + even, 1000 * even + late, 0.1 * np.arange(100)),
         ("overflow, late from there on", 2**32 - 5030 + even, behind, 0.1 * np.arange(100)),
         ("restart", restarted, arrival, 1e-6 * arrival),
+        ("restart, late before it", restarted, arrival + late * (arrival < 9e6), 1e-6 * arrival),
         ("ground clock set back", 5000 + even, 1000 * even - 10**9 * (even > 5000), None),
     ):
         with case(name):

@@ -40,6 +40,8 @@ BATTERY_STATUS = Definition(147, 154, "iih" + "H" * 10 + "hBBBb", "iBHHHHBI")
 AUTOPILOT_VERSION = Definition(148, 178, "QQIIIIHH8s8s8s", "18s")
 STATUSTEXT = Definition(253, 83, "B50s", "HB")
 ACTUATOR_OUTPUT_STATUS = Definition(375, 251, "QI" + "f" * 32)
+ESC_TELEMETRY_1_TO_4 = Definition(11030, 144, "H" * 20 + "BBBB")
+ESC_TELEMETRY_5_TO_8 = Definition(11031, 133, "H" * 20 + "BBBB")
 
 
 def x25(data: bytes) -> int:

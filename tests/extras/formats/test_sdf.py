@@ -196,6 +196,17 @@ def test_a_ball_joint_has_the_damping_of_its_axis_as_in_drake(tmp_path):
     assert freedom.friction == 0.001
 
 
+def test_what_follows_a_joint_is_where_the_format_says(tmp_path):
+    """multiplier * (leader - reference) + offset: 2 (q - 0.3) + 0.1 is 2 q - 0.5."""
+    mimic = (
+        "<mimic joint='lead'><multiplier>2</multiplier><offset>0.1</offset>"
+        "<reference>0.3</reference></mimic>"
+    )
+    text = MODEL.replace("<xyz>0 0 -2</xyz>", f"<xyz>0 0 -2</xyz>{mimic}")
+    found = read(write(tmp_path, text)).joints[0].mimic
+    assert (found.joint, found.multiplier, found.offset) == ("lead", 2.0, pytest.approx(-0.5))
+
+
 def test_a_fixed_joint_needs_no_direction(tmp_path):
     text = MODEL.replace("0 0 -2", "0 0 0").replace('type="revolute"', 'type="fixed"')
     assert read(write(tmp_path, text)).joints[0].axis_J == (0.0, 0.0, 1.0)

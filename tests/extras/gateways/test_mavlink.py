@@ -258,6 +258,53 @@ def test_a_mission_that_replaces_another_can_be_stopped(monkeypatch):
     asyncio.run(scenario())
 
 
+def test_a_change_of_the_mission_stops_the_one_that_is_flown_and_a_question_does_not(case):
+    """Or the drone would go on to places of a mission that nobody sees any more."""
+
+    async def scenario():
+        for message, stops in (
+            (mavlink.MAVLink_mission_request_list_message(1, 1, 0), False),
+            (mavlink.MAVLink_mission_count_message(1, 1, 3, 0), True),
+            (mavlink.MAVLink_mission_clear_all_message(1, 1, 0), True),
+        ):
+            vehicle = MavlinkVehicle(FakeClient(), FakeStation(), {}, True, lambda said: None)
+            message._header = mavlink.MAVLink_header(message.get_msgId(), srcSystem=255)
+            flown = vehicle._flying = asyncio.create_task(asyncio.Event().wait())
+            await vehicle._answer(message)
+            with case(message.get_type()):
+                assert (vehicle._flying is None) is stops
+                assert bool(flown.cancelling()) is stops
+            flown.cancel()
+
+    asyncio.run(scenario())
+
+
+def test_control_is_given_back_when_the_station_is_silent_for_five_seconds(case):
+    """A slow machine sees less of the silence, and never more."""
+
+    class SilentStation(FakeStation):
+        def __init__(self, silent):
+            super().__init__()
+            self._silent = silent
+
+        @property
+        def heard_at(self):
+            return asyncio.get_running_loop().time() - self._silent
+
+    async def scenario():
+        for silent, kept in ((4.9, True), (30.0, False)):
+            said = []
+            vehicle = MavlinkVehicle(FakeClient(), SilentStation(silent), {}, True, said.append)
+            await vehicle._controls()
+            [control] = vehicle._client.given
+            await vehicle._look(in_use=True)
+            with case(silent):
+                assert control.released is not kept
+                assert any("was silent for" in each for each in said) is not kept
+
+    asyncio.run(scenario())
+
+
 def test_a_command_without_an_effect_is_not_acknowledged_as_done():
     """The flight takes the order, and two seconds later the drone is still off."""
 

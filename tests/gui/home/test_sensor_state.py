@@ -43,6 +43,16 @@ def test_a_known_latency_makes_no_reading_old(view):
     assert stated(replace(view, scenario=scenario), age=1.25, rate=10.0).health is SensorHealth.GOOD
 
 
+def test_the_latency_of_a_sensor_of_that_name_counts_before_that_of_its_kind(view):
+    for latency, health in (
+        ({"gps": 0.0, "front_gps": 1.0}, SensorHealth.GOOD),
+        ({"gps": 1.0, "front_gps": 0.0}, SensorHealth.OLD),
+    ):
+        sensors = replace(view.scenario.sensors, latency=latency)
+        named = replace(view, scenario=replace(view.scenario, sensors=sensors))
+        assert stated(named, name="front_gps", age=1.25, rate=10.0).health is health
+
+
 def test_an_ordered_fault_is_named_with_its_cure(view):
     state = stated(view, fault=Fault.FROZEN, age=0.05)
     assert state.health is SensorHealth.FAULTY

@@ -134,6 +134,9 @@ def test_several_are_flown_in_turn_and_one_is_taken_away(bench, qtbot):
     qtbot.waitUntil(lambda: bench.asked((-3.0, 3.0)))
     assert bench.route.present == 1
     assert "waypoint 2 of 2" in bench.map.spoken
+    bench.click(3.0, 0.0, RIGHT)  # the one before: the next one is still flown to
+    assert [round(x) for x, _ in bench.places] == [-3] and bench.route.present == 0
+    assert bench.asked((-3.0, 3.0))
     bench.click(-3.0, 3.0, RIGHT)  # the one that is flown to: it brakes and stays
     assert bench.places == []
     qtbot.waitUntil(lambda: bench.now.reference[7] == 0.0)

@@ -86,6 +86,15 @@ def test_the_ground_is_no_obstacle():
     assert np.isfinite(ring.distances).sum() == 1
 
 
+def test_the_ground_is_as_far_from_a_lidar_as_that_is_above_it():
+    # On a mast of 0.5 m, 2 m up: the ground is 5 m along a ray 30 degrees down, and not at 4 m.
+    down = math.radians(-30.0)
+    topic = cloud_topic(elevations=(down, -down, 2), p_BS=(0.2, 0.0, 0.5))
+    ring = ring_of(topic, [5.0, 4.0, 5.0, 5.0] + [math.inf] * 4, height=2.0)
+    assert ring.nearest == pytest.approx(4.0)
+    assert np.isfinite(ring.distances).sum() == 1
+
+
 def test_the_ground_is_found_in_a_bank():
     # Right side down by 30 degrees: the ray to the right goes down, from 2 m it is 4 m long.
     down_B = (0.0, -0.5, -math.sqrt(0.75))

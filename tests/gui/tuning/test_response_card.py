@@ -126,6 +126,10 @@ def test_gains_that_change_during_the_step_withhold_its_numbers(history):
     history.begin(ActiveExcitation(STEP, 12.0, 2), GAINS)  # after the step: its numbers stay
     history.begin(ActiveExcitation(STEP, 14.0, 3), GAINS)
     assert "parameters changed" not in history.ghosts[0].numbers.withheld
+    for gains in ({"kp_pitch": 300.0}, GAINS):  # there and back during the step
+        history.begin(ActiveExcitation(STEP, 14.0, 3), gains)
+    history.present(15.1)
+    assert "parameters changed" in history.withheld
 
 
 def test_numbers_stay_with_their_age_until_others_are_not_withheld():

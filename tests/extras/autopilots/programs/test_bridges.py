@@ -339,8 +339,10 @@ def test_an_ardupilot_started_anew_resets_the_vehicle():
     fly(flown, peer, 50 / 1024)
     double.join()
     again = ArduPilotDouble(peer.address, share(flown))
+    assert peer.armed
     with pytest.raises(RestartedError):
         peer.exchange(flown.motion())
+    assert not peer.armed
     flown.reset()
     fly(flown, peer, 0.1)
     peer.close()

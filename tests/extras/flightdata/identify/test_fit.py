@@ -33,7 +33,12 @@ from workbench.extras.flightdata.identify.model_rows import (
 )
 from workbench.extras.flightdata.identify.quantities import IdentifiedQuantity, spin_up
 from workbench.extras.flightdata.identify.report import make_report, noise_densities
-from workbench.extras.flightdata.identify.search import IdentificationResult, combined_lag, identify
+from workbench.extras.flightdata.identify.search import (
+    IdentificationResult,
+    _with_lag,
+    combined_lag,
+    identify,
+)
 from workbench.plant.loading import load_vehicle
 from workbench.plant.vehicle import Vehicle
 
@@ -275,6 +280,20 @@ def test_two_lags_that_do_not_agree_spread_as_far_as_they_are_apart(vehicle):
     assert lag == pytest.approx(0.1 + 0.5 * apart)
     assert spread == pytest.approx(0.5 * apart)
     assert each == pytest.approx((0.1, sigma, 0.1 + apart, sigma))
+
+
+def test_a_lag_that_is_not_known_spreads_all_other_numbers(vehicle):
+    """A lag of 0.2 with a deviation of 0.05, for each of which the thrust moves by -3."""
+    alone = 0.01 * np.array([[4.0, 1.0], [1.0, 9.0]])
+    at = found_of(vehicle, {"thrust": 1.0, "drag": 2.0}, alone, flown(vehicle, 250, 0.1)).fit
+    moved = dataclasses.replace(at, values=at.values + 0.05 * np.array([-3.0, 1.0]))
+    found = _with_lag(at, moved, 0.2, 0.05)
+    per_lag = np.array([1.0, -3.0, 1.0])
+    expected = 0.05**2 * np.outer(per_lag, per_lag)
+    expected[1:, 1:] += alone
+    assert found.names == ("lag", "thrust", "drag")
+    np.testing.assert_allclose(found.values, [0.2, 1.0, 2.0])
+    np.testing.assert_allclose(found.covariance, expected)
 
 
 def test_lag_and_delay_together_are_known_better_where_one_makes_up_for_the_other(vehicle):

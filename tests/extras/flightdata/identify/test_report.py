@@ -5,10 +5,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy import signal
 
 from workbench.common.errors import WorkbenchError
 from workbench.extras.flightdata.identify.fit import Fit
-from workbench.extras.flightdata.identify.flight import PlanLimits, excitation, usual_limits
+from workbench.extras.flightdata.identify.flight import (
+    IdentificationFlight,
+    PlanLimits,
+    excitation,
+    usual_limits,
+)
 from workbench.extras.flightdata.identify.held_back import HeldBackPrediction
 from workbench.extras.flightdata.identify.identified_number import (
     NOT_DETERMINED,
@@ -21,7 +27,10 @@ from workbench.extras.flightdata.identify.identified_number import (
     validated_numbers,
 )
 from workbench.extras.flightdata.identify.identified_sidecar import sidecar_text
-from workbench.extras.flightdata.identify.quantities import with_quantities
+from workbench.extras.flightdata.identify.quantities import (
+    identifiable_quantities,
+    with_quantities,
+)
 from workbench.extras.flightdata.identify.report import IdentificationReport
 from workbench.extras.flightdata.identify.search import IdentificationResult
 from workbench.plant.loading import load_vehicle
@@ -78,6 +87,26 @@ def test_quantities_make_the_vehicle_that_they_are_of() -> None:
     drags = sum(one.rotor_drag_coefficient for one in made.rotors)
     mean = np.mean(made.hover_speeds)  # of rotors that give a little more or less
     assert drags * mean / vehicle.mass == pytest.approx(0.3, rel=1e-3)
+
+
+def test_the_delay_of_a_gyro_is_that_of_its_low_pass_and_half_of_it_is_in_doubt() -> None:
+    """Behind a filter a slow ramp is late by its group delay, here by scipy's own filter."""
+    vehicle, still = load_vehicle(DRONES / "crazyflie.urdf"), np.zeros((10, 3))
+    for cutoff in (30.0, 80.0):
+        flight = IdentificationFlight(
+            time=0.002 * np.arange(10),
+            commands=np.ones((10, 4)),
+            gyro=still,
+            force=still,
+            gyro_lowpass=cutoff,
+        )
+        b, a = signal.butter(2, 2.0 * np.pi * cutoff, analog=True)
+        w, response = signal.freqs(b, a, [1e-3])
+        delay = -float(np.angle(response)[0] / w[0])
+        (found,) = (
+            each for each in identifiable_quantities(flight, vehicle) if each.name == "gyro_delay"
+        )
+        assert (found.start, found.prior) == pytest.approx((delay, 0.5 * delay), rel=1e-5)
 
 
 def test_a_body_that_cannot_be_is_refused_with_its_line(tmp_path: Path) -> None:

@@ -126,19 +126,31 @@ def test_a_part_without_a_long_gap_is_flown_again(simulate):
 
 
 def test_sampled_vehicles_scatter_as_the_uncertainty_says(vehicle):
-    """Logarithms of their factors over 400 draws; a standard deviation is then known to 3.5 %."""
+    """Logarithms of their factors over 400 draws; a standard deviation is then known to 3.5 %, and
+    a correlation to 0.05."""
     random, uncertain = np.random.default_rng(0), Uncertainty()
     drawn = [drawn_vehicle(vehicle, uncertain, random) for _ in range(400)]
     rotor = vehicle.rotors[0]
-    for factors, size in (
+    apart = (
         ([each.mass / vehicle.mass for each, _ in drawn], 0.02),
         ([each.inertia[0, 0] / vehicle.inertia[0, 0] for each, _ in drawn], 0.1),
         ([each.rotors[0].motor_constant / rotor.motor_constant for each, _ in drawn], 0.02),
         ([each.rotors[0].time_constant_up / rotor.time_constant_up for each, _ in drawn], 0.1),
+        (
+            [
+                each.rotors[0].rotor_drag_coefficient / rotor.rotor_drag_coefficient
+                for each, _ in drawn
+            ],
+            0.3,
+        ),
         ([np.exp(wind[0]) for _, wind in drawn], 2.0),
-    ):
+        ([np.exp(wind[1]) for _, wind in drawn], 2.0),
+    )
+    for factors, size in apart:
         assert np.std(np.log(factors)) == pytest.approx(size, rel=0.14)
         assert abs(np.mean(np.log(factors))) < 0.2 * size
+    hang_together = np.corrcoef(np.log([factors for factors, _ in apart])) - np.eye(len(apart))
+    assert np.abs(hang_together).max() < 0.2
 
 
 def test_a_push_has_the_same_impulse_at_another_period():
