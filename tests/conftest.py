@@ -139,6 +139,39 @@ def pytest_runtest_setup(item):
     if time.time() > item.config.getoption("--until"):
         pytest.skip("no time was left for it")
     _count_flights(item.config)
+    _read_once(item.config)
+
+
+_READ = pytest.StashKey[bool]()
+
+
+def _read_once(config):
+    """Let all scenarios of this process have one reading of the shipped drone.
+
+    To read and weigh it takes most of the time in which a session is made. It is read before the
+    test that follows changes anything; `read_description` itself reads anew.
+    """
+    setup = sys.modules.get("workbench.setup")
+    if setup is None or _READ in config.stash:
+        return
+    config.stash[_READ] = True
+    from workbench.common.resources import find_model
+    from workbench.scenario import configured
+
+    model, read_anew, make_anew = (
+        find_model("dh_drone"),
+        configured.read_description,
+        setup.make_vehicle,
+    )
+    read = read_anew(model)
+    made = make_anew(read)
+
+    def description_of(path, args, packages, rotors):
+        same = path == model and not (args or packages or rotors)
+        return read if same else read_anew(path, args, packages, rotors)
+
+    configured.read_description = description_of
+    setup.make_vehicle = lambda description: made if description is read else make_anew(description)
 
 
 _FLOWN = pytest.StashKey[float]()

@@ -84,7 +84,7 @@ def test_what_is_plainly_wrong_is_refused_without_drake(tmp_path):
 @pytest.fixture(scope="module")
 def step_modules(tmp_path_factory):
     folder = tmp_path_factory.mktemp("step")
-    step = ["step", "--axis", "x", "--amplitude", "1", "--duration", "1"]
+    step = ["step", "--controller", "lqi", "--axis", "x", "--amplitude", "1", "--duration", "1"]
     codes, modules = loaded_by(folder, step)
     assert codes == [0]
     assert (folder / "out" / "step-x.png").is_file()
@@ -92,7 +92,10 @@ def step_modules(tmp_path_factory):
 
 
 def test_a_step_does_without(case, step_modules):
-    """numba brings a little of scipy with it, whose BLAS it offers to what it compiles."""
+    """numba brings a little of scipy with it, whose BLAS it offers to what it compiles.
+
+    The law is lqi, which designs its feedback before it flies.
+    """
     for module in [
         "control",
         "embreex",

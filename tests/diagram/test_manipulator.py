@@ -25,12 +25,12 @@ def hand_to_handle(session: Session) -> np.ndarray:
 
 def test_the_arm_takes_a_crate_from_the_ground(tmp_path):
     """Thrust rises by the crate's weight, which the ground bears before and the fingers after."""
-    script = [Action(2.0, set={"open_hooks": 0.0}, go_to=[0.0, 0.0, 0.6])]
+    script = [Action(1.0, set={"open_hooks": 0.0}, go_to=[0.0, 0.0, 0.6])]
     start = ScenarioStart(position=[0.0, 0.0, 0.48])
     arm = VehicleConfig(model="manipulator")
     stretched = {"open_hooks": 1.0, "servo_shoulder": 0.9, "servo_elbow": -1.8}
-    session = Session(Scenario(vehicle=arm, start=start, script=script, duration=5.0), stretched)
-    session.tick(2.0)
+    session = Session(Scenario(vehicle=arm, start=start, script=script, duration=3.5), stretched)
+    session.tick(1.0)
     assert 0.0 < -hand_to_handle(session)[2] < REACH
     bare = session.recording()
     weight = (session.vehicle.mass - CRATE) * GRAVITY

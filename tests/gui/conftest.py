@@ -19,6 +19,7 @@ from workbench.gui.charts.chart import Chart
 from workbench.gui.main_window import MainWindow
 from workbench.gui.preferences import Preferences
 from workbench.gui.screen_table import SCREEN_TABLE
+from workbench.gui.start.sketches import Sketches
 from workbench.gui.style import apply_style
 from workbench.gui.theme import Look
 from workbench.gui.workspace import make_workspace
@@ -119,8 +120,12 @@ def shared_workspace(qapp, tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def shared_window(request, qapp, shared_workspace, tmp_path_factory):
-    """The real window with all its screens made, while nothing flies, for the tests of a file."""
-    with no_thread_more(), own_style(qapp) as style:
+    """The real window with all its screens made, while nothing flies, for the tests of a file.
+
+    No process draws the files of its start page; `start/test_start_screen.py` has one.
+    """
+    with no_thread_more(), own_style(qapp) as style, pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Sketches, "ask", lambda sketches, kind, path: None)
         style(shared_workspace.look)  # first: a style takes seconds where a window stands
         yield from _window(request, qapp, shared_workspace, tmp_path_factory)
         shared_workspace.close()

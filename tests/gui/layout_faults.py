@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import cache
 from itertools import combinations
 
 import pytest
@@ -69,8 +70,9 @@ def faults(window: QWidget) -> Iterator[str]:
             yield f"{_name(each)} has text of {_points(each):.1f} pt"
         if isinstance(each, QTabBar):
             needed = each.tabRect(each.count() - 1).right() - each.tabRect(0).left()
-            beside = any(view.isVisible() for view in window.findChildren(View3d))
-            if needed > each.width() and not beside:  # there they may be scrolled, by arrows
+            if needed > each.width() and not any(  # there they may be scrolled, by arrows
+                view.isVisible() for view in window.findChildren(View3d)
+            ):
                 yield f"tabs of {_name(each)} are cut: {each.width()} of {needed} px"
         if isinstance(each, QScrollArea) and each.horizontalScrollBar().maximum() > 0:
             yield f"{_name(each)} is cut: {each.horizontalScrollBar().maximum()} px too wide"
@@ -154,8 +156,13 @@ def _scrolls(area: QScrollArea) -> bool:
 
 def _paints_itself(each: QWidget) -> bool:
     """Return whether a class of ours paints it; Qt's own have a paintEvent, too."""
-    ours = (kind for kind in type(each).__mro__ if kind.__module__.startswith("workbench"))
-    return any("paintEvent" in vars(kind) for kind in ours)
+    return _is_painted(type(each))
+
+
+@cache
+def _is_painted(kind: type) -> bool:
+    ours = (each for each in kind.__mro__ if each.__module__.startswith("workbench"))
+    return any("paintEvent" in vars(each) for each in ours)
 
 
 def _places(parent: QWidget) -> Iterator[str]:

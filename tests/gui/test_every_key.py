@@ -35,8 +35,8 @@ def close_popups(window) -> None:
     """Close menus, lists and dialogs above the window."""
     while (popup := QApplication.activePopupWidget()) is not None:
         popup.close()
-    for each in QApplication.topLevelWidgets():
-        if each.isVisible() and each is not window:
+    for each in QApplication.topLevelWindows():  # of what was shown, a tenth of all widgets
+        if each.isVisible() and each != window.windowHandle():
             each.close()
 
 

@@ -90,8 +90,7 @@ def windows(qapp):
     """Watch before the window is made: it is asked for before `shared_window`."""
     made = Windows()
     qapp.installEventFilter(made)
-    yield made
-    qapp.removeEventFilter(made)
+    return made
 
 
 def no_engine():
@@ -99,7 +98,7 @@ def no_engine():
 
 
 @pytest.fixture(scope="module")
-def window(request, windows, shared_window, workspace, canned):
+def window(request, qapp, windows, shared_window, workspace, canned):
     """The window before a flight out of a can, with what opens on its screens open.
 
     Margins and prediction are answered here, not by processes of which nobody knows when. In place
@@ -135,6 +134,7 @@ def window(request, windows, shared_window, workspace, canned):
             shared_window.show_screen(row.name)
             QApplication.processEvents()
         windows.of_the_app = tuple(windows.seen)
+        qapp.removeEventFilter(windows)
         yield shared_window
 
 

@@ -212,14 +212,18 @@ def feedback(
     errors, command minus measurement, so their gains change sign; the gains are then those of the
     cascade above.
     """
-    import control
     import numpy as np
+    from scipy import linalg  # python-control computes the same, and takes a second to load
 
-    A, B = np.diag(slopes, k=1), np.zeros((len(slopes) + 1, 1))
-    A[-1, -1], B[-1] = -1.0 / lag, 1.0 / lag
-    sampled = control.c2d(control.ss(A, B, np.eye(len(A)), 0.0), dt)
-    K, _, _ = control.dlqr(sampled.A, sampled.B, np.diag(weights), np.eye(1))
-    signs = [-1.0, -1.0, *[1.0] * (len(A) - 2)]
+    n = len(slopes) + 1
+    chain = np.zeros((n + 1, n + 1))  # with the input, which is held, as the last state
+    chain[:-2, 1:-1] = np.diag(slopes)
+    chain[-2, -2:] = -1.0 / lag, 1.0 / lag
+    held = linalg.expm(dt * chain)
+    A, B = np.ascontiguousarray(held[:n, :n]), np.ascontiguousarray(held[:n, n:])
+    S = linalg.solve_discrete_are(A, B, np.diag(weights), np.eye(1))
+    K = linalg.solve(B.T @ S @ B + np.eye(1), B.T @ S @ A)
+    signs = [-1.0, -1.0, *[1.0] * (n - 2)]
     return [float(sign * k) for sign, k in zip(signs, K[0], strict=True)]
 
 

@@ -79,7 +79,6 @@ def test_a_picture_takes_the_place_of_the_sign(screen):
     assert card.accessibleDescription() == "1.9 kg, 4 rotors"
 
 
-@pytest.mark.slow
 def test_a_process_draws_the_pictures_and_ends(qtbot):
     sketches, found = Sketches(), {}
     sketches.ready.connect(lambda path, sketch: found.update({path: sketch}))

@@ -135,6 +135,11 @@ class StartScreen(Screen):
 
     def __init__(self, workspace: Workspace) -> None:
         super().__init__(workspace)
+        self._shipped: dict[FileKind, dict[Path, str]] = {
+            FileKind.MODEL: {find_model(name): name for name in list_models()},
+            FileKind.SCENARIO: {find_scenario(name): name for name in list_scenarios()},
+            FileKind.LOG: {},
+        }
         self.sketches = Sketches(self)
         self.sketches.ready.connect(self._show_sketch)
         ask = workspace.recent.choice_wanted.emit
@@ -176,14 +181,9 @@ class StartScreen(Screen):
 
     def _show_files(self) -> None:
         recent = self.workspace.recent.files()
-        shipped = {
-            FileKind.MODEL: {find_model(name): name for name in list_models()},
-            FileKind.SCENARIO: {find_scenario(name): name for name in list_scenarios()},
-            FileKind.LOG: {},
-        }
         for group in self._groups:
             paths = [Path(path) for kind, path in recent if kind is group.kind]
-            named = shipped[group.kind]
+            named = self._shipped[group.kind]
             own = {path: shown_name(path) for path in paths if path not in named}
             group.show_files(own | named, NO_FLIGHTS_TEXT if group is self.flights else "")
         if self.isVisible():

@@ -14,6 +14,7 @@ from workbench.gui.charts.curve import CurveStyle
 from workbench.gui.visualization.column_dialog import NOT_READ, ColumnDialog
 from workbench.logs.expressions import parse_expression
 from workbench.logs.flight_reader import read_flight
+from workbench.logs.readers.table_head import undescribed_table
 
 pytestmark = pytest.mark.usefixtures("unheld")
 
@@ -92,12 +93,16 @@ def test_a_table_of_an_unknown_kind_is_mapped_in_a_dialog(begun, table, qtbot):
     assert begun.charts.board.board == before
 
 
-@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "cp1252"])
-def test_letters_of_other_languages_stay_in_names(begun, tmp_path, qtbot, encoding):
-    """As a spreadsheet writes them: with a mark of the byte order, or in the code of Windows."""
+def test_letters_of_other_languages_stay_in_names(begun, tmp_path, qtbot, case):
+    """As a spreadsheet writes them: in the code of Windows, or with a mark of the byte order."""
     table = tmp_path / "flug.csv"
     rows = "".join(f"{0.1 * n:.1f};{n}\n" for n in range(20))
-    table.write_bytes(f"Höhe über Grund [cm];Änderung\n{rows}".encode(encoding))
+    text = f"Höhe über Grund [cm];Änderung\n{rows}"
+    encodings = ("utf-8", "utf-8-sig", "cp1252")
+    for encoding in encodings:
+        with case(encoding):
+            table.write_bytes(text.encode(encoding))
+            assert undescribed_table(table).columns == ("Höhe über Grund [cm]", "Änderung")
     begun.open_log(table)
     dialog = asked(begun, qtbot)
     assert dialog.signals[0].currentText() == "csv.höhe_über_grund"
@@ -105,7 +110,10 @@ def test_letters_of_other_languages_stay_in_names(begun, tmp_path, qtbot, encodi
     assert dialog.fault == ""
     press_open(dialog)
     qtbot.waitUntil(lambda: begun.shows_log, timeout=LIMIT)
-    assert len(read_flight(table)["csv.höhe_über_grund"].values) == 20
+    for encoding in encodings:
+        with case(encoding):
+            table.write_bytes(text.encode(encoding))
+            assert len(read_flight(table)["csv.höhe_über_grund"].values) == 20
     assert parse_expression("csv.höhe_über_grund * 2").signals == ("csv.höhe_über_grund",)
     begun.close_log()
 
