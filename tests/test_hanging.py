@@ -49,7 +49,7 @@ def test_a_hang_after_a_failure_ends_the_run_and_is_named(tmp_path):
 
 def test_only_make_test_all_runs_slow_tests():
     root = Path(__file__).parent.parent
-    quick, slow = '-m "not slow"', "-m slow"
+    quick, slow = '-m "not slow"', "-m slow --durations 30"
     outer = {
         "MAKEFLAGS",
         "MAKELEVEL",

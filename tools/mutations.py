@@ -1325,10 +1325,10 @@ MUTATIONS = (
         ("tests/extras/gateways/test_mavlink.py",),
     ),
     Mutation(
-        "Betaflight SITL: the sign of the pitch rate",
+        "Betaflight SITL: the axes of the rates",
         "workbench/extras/autopilots/programs/betaflight_packets.py",
-        "numbers = (p, -q, -r,",
-        "numbers = (p, q, -r,",
+        "numbers = (*to_frd(rates), *(",
+        "numbers = (*rates, *(",
         ("tests/extras/autopilots/programs/test_betaflight_packets.py",),
     ),
     Mutation(

@@ -137,7 +137,7 @@ def test_what_cannot_be_served_is_refused_in_a_sentence(case, run):
         (["--host", "0.0.0.0"], "token"),
         (["--port", "70000"], "70000"),
         (["--token-file", "none.txt"], "none.txt"),
-        (["--tls-cert", "none.pem"], "tls_key"),
+        (["--tls-cert", "none.pem"], "a certificate and its key"),
         (["--scenario", "netwrk"], "network"),
         (["--duration", "-1"], "-1"),
         (["--sensors", "imo"], "imu"),

@@ -24,11 +24,9 @@ FIVE_INCH = Path(__file__).parents[2] / "drones" / "five_inch_quad.urdf.xacro"
 def test_a_torque_turns_a_larger_drone_as_its_motors_say_and_it_hovers_at_the_usual_signal():
     """By the wrench that the distribution gives, over the moments of inertia."""
     vehicle = load_vehicle(FIVE_INCH)
-    motors = larger_motors(vehicle)
+    thrust_max, accelerations = larger_motors(vehicle)
     effects = motor_effects(known_vehicle(law_constants(vehicle)).rotors)
-    g = SimpleNamespace(
-        thrust_max=motors.thrust_max, **dict(zip(MOTOR_EFFECTS, effects, strict=True))
-    )
+    g = SimpleNamespace(thrust_max=thrust_max, **dict(zip(MOTOR_EFFECTS, effects, strict=True)))
     hover = np.array(power_distribution(HOVER_MOTOR_SIGNAL, (0.0, 0.0, 0.0), g, 4.2))
     assert hover[0] == pytest.approx(vehicle.mass * GRAVITY, rel=1e-6)
     torque = 0.01 * FULL_MOTOR_SIGNAL
@@ -36,4 +34,4 @@ def test_a_torque_turns_a_larger_drone_as_its_motors_say_and_it_hovers_at_the_us
         wanted = tuple(torque * np.eye(3)[axis])
         turned = np.array(power_distribution(HOVER_MOTOR_SIGNAL, wanted, g, 4.2)) - hover
         per_signal = turned[1 + axis] / vehicle.inertia[axis, axis] / torque
-        assert abs(per_signal) == pytest.approx(getattr(motors, name), rel=1e-3), name
+        assert abs(per_signal) == pytest.approx(accelerations[name], rel=1e-3), name
