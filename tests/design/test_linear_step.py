@@ -12,6 +12,7 @@ from workbench.analysis.queries import Predict, RequestedStep
 from workbench.analysis.subject import AnalysedVehicle
 from workbench.commands.cli import main
 from workbench.control.installed_laws import installed_laws
+from workbench.design import linear_step as linear_step_module
 from workbench.design.linear.model import LinearModel, ModelSignal
 from workbench.design.linear.study import LinearStudy
 from workbench.design.linear_step import DecayTimes, decay_time, linear_step
@@ -78,9 +79,11 @@ def test_a_transient_has_decayed_when_its_slowest_mode_has(shares, rate, share, 
     [
         ({5.0: 1.0, 0.01: 0.1}, math.inf),  # slower than a step is flown
         ({5.0: 1.1, -0.1: -0.1}, math.inf),  # grows
-        ({5.0: 0.99, 0.01: 0.01}, math.inf),  # drifts by 0.0012 in 24 s, until it is a line
+        ({5.0: 0.99, 0.01: 0.01}, math.inf),  # slow, and almost a line after 24 s
+        ({5.0: 0.95, 5e-4: 0.05}, math.inf),  # a line, and 5 % of the response are to come
         ({5.0: 1.1, -1e-4: -0.1}, math.log(1.1 / DECAYED_SHARE) / 5.0),  # drifts by 5e-5 in 5 s
-        ({5.0: 2.0, -1e-3: -1.0}, math.inf),  # drifts by 6e-3 of 2.3 in 5 s
+        ({5.0: 0.99, 1 / 38: 0.01}, math.inf),  # is small after 122 s
+        ({5.0: 11.0, -1e-4: -10.0}, math.inf),  # drifts by 5e-3 of 11 in 5 s
         (
             {5.0: 1.0, 0.001: 0.5 * DECAYED_SHARE},
             math.log(1.0 / DECAYED_SHARE) / 5.0,
@@ -89,6 +92,15 @@ def test_a_transient_has_decayed_when_its_slowest_mode_has(shares, rate, share, 
 )
 def test_modes_that_do_not_decay_in_time(shares, wanted):
     assert decay_time(modal(shares), "x") == pytest.approx(wanted, rel=0.1)
+
+
+@pytest.mark.parametrize("rate", [0.0, 1 / 36])
+def test_an_oscillation_is_no_drift(rate, monkeypatch):
+    """Its mean is a line; 3 % with a time constant of 36 s is small after 36 ln(30) = 122 s."""
+    time = PERIOD * np.arange(round(2.0 * MAX_AUTO_STEP_S / PERIOD) + 1)
+    response = 1.0 + 0.03 * np.exp(-rate * time) * np.cos(np.pi * time)
+    monkeypatch.setattr(linear_step_module, "linear_step", lambda *_: response)
+    assert decay_time(modal({5.0: 1.0}), "x") == math.inf
 
 
 def test_a_step_is_flown_until_it_has_decayed_within_limits():

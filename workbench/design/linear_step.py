@@ -32,6 +32,10 @@ STEP_OUTPUTS = {"x": "v_x", "y": "v_y", "z": "v_z", "yaw": "w_z"}
 """Responses to them."""
 _LINEAR_HORIZON_S = 2.0 * MAX_AUTO_STEP_S
 """Time after which the linear response counts as steady [s]."""
+MAX_DRIFT_RATE_PER_S, MIN_DECAY_RATE_PER_S = 2e-4, 1 / 60
+"""Modes between these rates are slow ones that decay or grow, and no drift [1/s]."""
+MAX_DRIFT_CHANGE = 0.1
+"""By which a drift may change from a quarter of the response to its second half, as a share."""
 
 
 def linear_step(model: LinearModel, command: str, answer: str, samples: int) -> np.ndarray:
@@ -83,9 +87,8 @@ def decay_time(model: LinearModel, axis: str) -> float:
     """Return the time [s] after which the linear step response stays near its steady state.
 
     Near means within `DECAYED_SHARE`. The response is the sum of the modes' shares, so each mode
-    has decayed by then. A vehicle whose centre of mass is beside its rotors turns away slowly under
-    a law without integral action, and its responses never stand still: one whose drift is less than
-    `DECAYED_SHARE` until it stays near a line, and in `USUAL_STEP_S`, has decayed by then.
+    has decayed by then, but for a drift: a vehicle whose centre of mass is beside its rotors turns
+    away slowly under a law without integral action, and its responses never stand still.
 
     Args:
         model: sampled, while the pilot steers.
@@ -103,12 +106,30 @@ def decay_time(model: LinearModel, axis: str) -> float:
     time = _time_near(response, response[-1], near, model.period)
     if time <= MAX_AUTO_STEP_S:
         return time
-    half = samples // 2
-    drift = (response[-1] - response[-1 - half]) / half  # a sample
-    line = response[-1] - drift * np.arange(samples)[::-1]
+    return _time_near_drift(model, response, near)
+
+
+def _time_near_drift(model: LinearModel, response: np.ndarray, near: float) -> float:
+    """Return the time [s] after which a response (N) stays near a line of its own, or infinity.
+
+    The line is that of a drift if it is straight for the last three quarters of the response, if no
+    mode is as slow as integral action may be, and if the drift stays small until that time and in
+    the usual step.
+    """
+    with np.errstate(divide="ignore"):
+        rates = np.abs(np.log(np.abs(np.linalg.eigvals(model.A)))) / model.period
+    if np.any((rates > MAX_DRIFT_RATE_PER_S) & (rates < MIN_DECAY_RATE_PER_S)):
+        return math.inf
+    count = len(response) - 1
+    quarter, half, end = (response[share * count // 4] for share in (1, 2, 4))
+    drift = (end - half) / (count - count // 2)  # a sample
+    before = (half - quarter) / (count // 2 - count // 4)
+    if abs(before - drift) > MAX_DRIFT_CHANGE * abs(drift):
+        return math.inf
+    line = end - drift * np.arange(count, -1, -1)
     time = _time_near(response, line, near, model.period)
     drifted = abs(drift) / model.period * max(time, USUAL_STEP_S)
-    return time if drifted <= near else math.inf
+    return time if time <= MAX_AUTO_STEP_S and drifted <= near else math.inf
 
 
 def _time_near(response: np.ndarray, line: np.ndarray | float, near: float, period: float) -> float:
