@@ -34,6 +34,17 @@ def test_json_is_the_response_of_the_python_call(run, out):
     assert (found["axis"], found["amplitude"]) == ("x", 1.0)
 
 
+def test_a_step_from_a_drift_in_wind_is_told(run, out):
+    windy = ("step", "--axis", "x", "--amplitude", "1", "--set", "wind_x=6", "--output", out)
+    said = run(*windy, "--no-plots")
+    edge, drift = re.search(r"at (\S+) s it is steady, at (\S+) m/s", said.err).groups()
+    rows = list(csv.DictReader((out / "step-x.csv").read_text().splitlines()))
+    (before,) = [row for row in rows if float(row["t [s]"]) == float(edge)]
+    assert float(before["v_W.x [m/s]"]) == pytest.approx(float(drift), abs=1e-3)
+    assert float(drift) > 0.2
+    assert "withheld" not in said.err
+
+
 def test_who_flies_is_chosen_and_told(run, out):
     command = ("step", "--axis", "z", "--duration", "0.5", "--no-plots", "--output", out)
     said = run(*command, "--fly-on", "compiled", "--verbose")

@@ -10,6 +10,7 @@ from workbench.design.plots import stacked, styled, write_png
 from workbench.design.plots_flight import plot_flight
 from workbench.design.plots_step import plot_reproduced, plot_step
 from workbench.design.reproduce import PAPER_FIGURES, compare_with_paper
+from workbench.design.steady_drift import MAX_HOVER_S
 from workbench.design.step_response import STEP_EDGE_S, fly_step
 from workbench.scenario.scenario import Action, Scenario
 from workbench.session.session import Session
@@ -119,6 +120,18 @@ def test_a_steps_figure_has_its_metrics_and_every_rotor(row, tmp_path):
     assert {"rotor 1", "rotor 2", "rotor 3", "rotor 4", "limit"} == set(lines(figure.axes[3]))
     assert lines(figure.axes[0])["command"].get_ydata()[-1] == row.paper.command
     assert figure.axes[0].get_xlim()[1] <= row.flight.recording.time[-1] - STEP_EDGE_S
+
+
+def test_a_steps_figure_is_about_its_edge_and_the_velocity_before_it():
+    """In wind the command steps once the drone drifts steadily, and its band lies about the end."""
+    flown = fly_step("x", 1.0, duration=2.5, settings={"wind_x": 6.0}, longest_hover=MAX_HOVER_S)
+    (response, *_) = plot_step(flown).axes
+    time, command = lines(response)["command"].get_data()
+    assert 0.0 <= time[command > 0.5][0] <= 1 / 128  # taken by the update at the edge
+    (band,) = (each for each in response.patches if "steady state" in each.get_label())
+    middle = band.get_y() + 0.5 * band.get_height()
+    assert middle == pytest.approx(flown.recording.v_WB[-1, 0], abs=1e-9)
+    assert flown.before > 0.2
 
 
 def test_a_flights_overview_shows_path_and_commands(recording, tmp_path):

@@ -8,6 +8,7 @@ import pytest
 
 from workbench.control.flight_mode import FlightMode, Reason
 from workbench.live.alarms import Alarms
+from workbench.scenario.scenario import Scenario
 from workbench.session.session import Session
 
 PERIOD_S = 1 / 128
@@ -18,11 +19,12 @@ class MadeFlight:
 
     Attributes:
         swing: amplitudes of roll and pitch [rad]; their loops give twice what they are asked for.
+        speed: amplitude along x [m/s]; its loop gives twice what it is asked for.
         thrusts: of the rotors [N].
     """
 
-    def __init__(self, swing=(0.0, 0.0), frequency=3.0):
-        flown = Session()
+    def __init__(self, swing=(0.0, 0.0), frequency=3.0, speed=0.0, law="pd"):
+        flown = Session(Scenario(controller=law))
         self.controller, self.vehicle, self.scenario = (
             flown.controller,
             flown.vehicle,
@@ -30,11 +32,16 @@ class MadeFlight:
         )
         self.asked = (0.0, 0.0, 0.0, 0.0)
         self.swing, self.turn, self.time = swing, 2.0 * math.pi * frequency, 0.0
+        self.speed = speed
         self.thrusts = [0.5 * rotor.max_thrust for rotor in self.vehicle.rotors]
 
     @property
     def angles(self):
         return [each * math.sin(self.turn * self.time) for each in self.swing]
+
+    @property
+    def v_x(self):
+        return self.speed * math.sin(self.turn * self.time)
 
     def state(self):
         """Angular velocity in W: body axes at 45° between x and y of the world."""
@@ -42,12 +49,12 @@ class MadeFlight:
         rates = [(roll - pitch) / math.sqrt(2.0), (roll + pitch) / math.sqrt(2.0), 0.0]
         half = math.radians(22.5)
         return np.array(
-            [math.cos(half), 0.0, 0.0, math.sin(half), 0.0, 0.0, 10.0, *rates, 0.0, 0.0, 0.0]
+            [math.cos(half), 0.0, 0.0, math.sin(half), 0.0, 0.0, 10.0, *rates, self.v_x, 0.0, 0.0]
         )
 
     def snapshot(self):
         return SimpleNamespace(
-            v_WB=(0.0, 0.0, 0.0),
+            v_WB=(self.v_x, 0.0, 0.0),
             roll_pitch_yaw=(*self.angles, math.radians(45.0)),
             thrusts=self.thrusts,
             mode=FlightMode.HOVERING,
@@ -55,19 +62,25 @@ class MadeFlight:
             time=self.time,
         )
 
-    def loop_signals(self):
-        """Errors of both attitude loops: the command, half of the angle, less the angle."""
-        signals = np.zeros(len(self.controller.point_names))
-        for name, angle in zip(("roll", "pitch"), self.angles, strict=True):
-            place = self.controller.point_names.index(self.controller.loop(name).error)
-            signals[place] = -0.5 * angle
+    def loop_signals(self, *, whole=False):
+        """Errors of the loops: the command, half of what moves, less what moves.
+
+        Only an update in which a part of the law runs has its signals, unless it is `whole`.
+        """
+        law, (roll, pitch) = self.controller, self.angles
+        update = round(self.time / self.scenario.rates.control_period)
+        signals = np.zeros(len(law.point_names))
+        for name, value in (("roll", roll), ("pitch", pitch), ("velocity_x", self.v_x)):
+            error = law.loop(name).error
+            if whole or update % law.point_dividers[error] == 0:
+                signals[law.point_names.index(error)] = -0.5 * value
         return signals
 
-    def told(self, seconds):
+    def told(self, seconds, begins=0.0, period=PERIOD_S):
         told = []
         watch = Alarms(self, told.append)
-        for number in range(round(seconds / PERIOD_S)):
-            self.time = number * PERIOD_S
+        for number in range(round(seconds / period)):
+            self.time = begins + number * period
             watch.look(excited=False)
         return told
 
@@ -76,6 +89,14 @@ class MadeFlight:
 def test_a_swing_is_told_by_the_axis_of_the_body_in_hertz_and_radians_a_second(swing, loop):
     (said,) = MadeFlight(swing).told(4.0)
     assert f"oscillates in the loop {loop}, at 3.0 Hz (19 rad/s)" in said  # 2 pi 3 = 18.8
+
+
+def test_a_swing_is_told_by_its_loop_whichever_updates_of_a_law_in_parts_are_looked_at():
+    """At 1.25 times real time each look can be just after the outer part of PX4's law has run."""
+    flight = MadeFlight(frequency=0.5, speed=1.0, law="px4")
+    update = flight.scenario.rates.control_period
+    (said,) = flight.told(9.0, begins=update, period=5 * update)
+    assert "oscillates in the loop velocity x, at 0.50 Hz" in said
 
 
 def test_rotors_at_their_largest_thrust_are_told_by_their_numbers_from_one():

@@ -17,14 +17,17 @@ from workbench.design.judge.measured_loop import measured_loop
 from workbench.design.linear.study import LinearStudy
 from workbench.design.step_response import unwrapped_yaw
 from workbench.ipc.worker_process import WorkerRefusal, WorkerResult
+from workbench.live import exciter
 from workbench.live.alarms import Alarms
 from workbench.live.announcer import WARNING_SEVERITY
 from workbench.live.excitation_guard import ExcitationGuard
+from workbench.live.exciter import Exciter
 from workbench.live.flight import LiveFlight
 from workbench.live.flight_clock import FLIGHT_SLICE_S
 from workbench.live.flying import FlightLoop
 from workbench.live.messages import FlightReport, Pace, Phase, ViewChange
 from workbench.live.orders import FlightOrder, FlyOn, KeepLog, MeasureLoop, NetworkOrder, SetSpeed
+from workbench.live.step_drive import StepDrive
 from workbench.logs.record import read_log
 from workbench.logs.replay import replay
 from workbench.scenario.attitude_axes import tilt_angles
@@ -321,6 +324,102 @@ def test_a_step_that_never_comes_to_rest_is_flown_nevertheless():
     assert bench.shown.exciting.round == 0
     bench.fly(5.0)
     assert bench.shown.exciting.round == 1
+
+
+@pytest.mark.slow
+def test_repeated_steps_begin_once_a_load_no_longer_swings():
+    """For a whole swing before each, its speed is below 2 % of the step; it stands still twice."""
+    slung = Scenario(
+        start=ScenarioStart(position=[0.0, 0.0, 30.0]), vehicle=VehicleConfig(model="slung_load")
+    )
+    bench = Bench(slung)
+    bench.excite(dataclasses.replace(ONE_STEP, repeats=True))
+    begun = {}
+    while bench.shown.exciting.round < 3 and bench.session.time < 60.0:
+        bench.fly(0.25)
+        begun[bench.shown.exciting.round] = bench.shown.exciting.began
+        assert not bench.shown.exciting.swings
+    flown = bench.session.recording()
+    for number in (1, 2, 3):
+        before = flown.between(begun[number] - 2.0, begun[number])
+        assert np.linalg.norm(before.v_WB, axis=1).max() < 0.02
+    assert begun[2] - begun[1] > 10.0
+
+
+def swinging(monkeypatch, unrest):
+    """A flight of a vehicle with loose joints whose unrest is a function of time [s]."""
+    monkeypatch.setattr(Exciter, "_is_loose", property(lambda _: True))
+    monkeypatch.setattr(StepDrive, "unrest", lambda self: unrest(self._session.time))
+    return Bench(HIGH)
+
+
+def test_a_step_waits_for_the_largest_motion_of_a_swing(monkeypatch):
+    """8 exp(-t / 2) |cos(pi t)| is zero each second, 1.08 at 4 s, and at most 0.66 from 5 s on."""
+    bench = swinging(monkeypatch, lambda t: 8.0 * math.exp(-0.5 * t) * abs(math.cos(math.pi * t)))
+    bench.excite(ONE_STEP)
+    bench.fly(5.0)
+    assert (bench.shown.exciting.round, bench.asked[0]) == (0, 0.0)
+    assert bench.shown.exciting.waited == pytest.approx(5.0, abs=0.2)
+    bench.fly(1.9)
+    assert bench.shown.exciting.round == 0
+    bench.fly(0.6)
+    assert (bench.shown.exciting.round, bench.asked[0]) == (1, 1.0)
+    assert 7.0 <= bench.shown.exciting.began <= 7.5
+    assert (bench.shown.exciting.waited, bench.shown.exciting.swings) == (None, False)
+
+
+@pytest.mark.parametrize("amplitude", [1.0, 0.05])  # of a small one it need not fly back
+def test_the_next_round_waits_for_the_swing_after_the_last_one(amplitude, monkeypatch):
+    """8 exp(4 - t) |sin(pi t)| is 0 at the end of the round at 4 s, at most 1.8 until 6 s, and at
+    most 0.7 from then on; the round begins 3 s after it was last 1, between 5.5 s and 6 s."""
+
+    def unrest(t):
+        return 8.0 * math.exp(4.0 - t) * abs(math.sin(math.pi * t)) if t > 4.0 else 0.0
+
+    bench = swinging(monkeypatch, unrest)
+    bench.excite(dataclasses.replace(ONE_STEP, amplitude=amplitude, repeats=True))
+    while bench.shown.exciting.round < 2 and bench.session.time < 20.0:
+        bench.fly(0.25)
+        if bench.session.time > 8.0 and bench.shown.exciting.round == 1:
+            assert bench.shown.exciting.waited > 3.5
+    assert 8.5 <= bench.shown.exciting.began <= 9.1
+    assert bench.shown.exciting.from_rest
+
+
+def test_a_vehicle_at_rest_with_loose_joints_is_known_to_be_after_3_s(monkeypatch):
+    bench = swinging(monkeypatch, lambda t: 0.0)
+    bench.excite(ONE_STEP)
+    bench.fly(2.9)
+    assert bench.shown.exciting.round == 0
+    bench.fly(0.3)
+    assert bench.shown.exciting.began == pytest.approx(3.0, abs=0.15)
+
+
+def test_steps_are_not_repeated_while_joints_swing_on_and_a_single_one_has_no_numbers(
+    monkeypatch, case
+):
+    """Neither in a swing that does not decay, nor in one that takes too long, here 4 s and 5 s."""
+    for name, unrest, most, waits in (
+        ("steady", lambda t: 5.0 * abs(math.cos(math.pi * t)), 60.0, 4.0),
+        ("slow", lambda t: 50.0 * math.exp(-0.1 * t), 5.0, 5.0),
+    ):
+        with case(name):
+            monkeypatch.setattr(exciter, "MAX_SWING_WAIT_S", most)
+            monkeypatch.setattr(exciter, "MAX_UNDAMPED_WAIT_S", 4.0)
+            bench = swinging(monkeypatch, unrest)
+            bench.excite(dataclasses.replace(ONE_STEP, repeats=True))
+            bench.fly(waits - 0.5)
+            assert bench.shown.exciting.round == 0
+            bench.fly(1.0)
+            assert bench.shown.exciting is None
+            assert bench.asked == (0.0, 0.0, 0.0, 0.0)
+            ended = bench.shown.excitation_ended
+            assert f"still swings after {waits:.0f} s: damp its swing" in ended
+            assert "larger amplitude, or fly a single one" in ended
+            bench = swinging(monkeypatch, unrest)
+            bench.excite(ONE_STEP)
+            bench.fly(waits + 0.25)
+            assert (bench.shown.exciting.round, bench.shown.exciting.swings) == (1, True)
 
 
 def test_stopping_lets_it_hover_where_it_is():

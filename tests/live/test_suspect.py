@@ -24,6 +24,6 @@ def test_a_loop_that_amplifies_its_command_swings_and_else_the_one_around_it(gai
         drift = 1.0 + 0.2 * math.sin(2.0 * math.pi * time)
         signals = np.full(len(law.point_names), 7.0)
         signals[place] = (1.0 - gain) * command
-        suspect.look(time, drift + gain * command, signals, update)
+        suspect.look(time, drift + gain * command, signals)
     assert suspect.is_known(1.0)
     assert suspect.loop == loop

@@ -11,6 +11,9 @@ from pydrake.multibody.plant import ExternallyAppliedSpatialForce, MultibodyPlan
 from pydrake.multibody.tree import RotationalInertia, SpatialInertia
 from scipy.integrate import solve_ivp
 
+from workbench.design import step_response
+from workbench.design.steady_drift import MAX_HOVER_S
+from workbench.design.step_response import fly_step
 from workbench.plant.drag import drag_area
 from workbench.scenario.scenario import (
     Action,
@@ -90,6 +93,56 @@ def test_without_drag_wind_and_gust_change_nothing():
     for flown in (windy, calm):
         flown.run()
     assert np.array_equal(windy.recording().p_WB, calm.recording().p_WB)
+
+
+def drift_by_hand(command) -> float:
+    """Return the steady velocity of the hexacopter, whose body has 0.5 m², in wind [m/s].
+
+    With c = 1.225 / 2 0.5 m² the wind W pushes by c (W - v)². The law pulls by m kp (command - v),
+    plus c' v², the drag in still air of the area that it knows, (m / 1000)^(2/3) m². The sum is 0:
+    (c + c') v² - (2 c W + m kp) v + c W² + m kp command = 0.
+    """
+    m, kp = 8.0, 1.31
+    c, known = 0.5 * 1.225 * 0.5, 0.5 * 1.225 * (m / 1000.0) ** (2.0 / 3.0)
+    linear = 2.0 * c * WIND + m * kp
+    rest = c * WIND**2 + m * kp * command
+    return (linear - math.sqrt(linear**2 - 4.0 * (c + known) * rest)) / (2.0 * (c + known))
+
+
+def test_a_step_of_velocity_in_wind_goes_from_the_drift_of_the_law():
+    """It drifts with no command, and its numbers are those of the way from there."""
+    scenario = Scenario(vehicle=VehicleConfig(model=HEXACOPTER))
+    flown = fly_step(
+        "x",
+        1.0,
+        scenario=scenario,
+        settings={"wind_x": WIND, "drag_area": 0.5},
+        longest_hover=MAX_HOVER_S,
+    )
+    drift, after = drift_by_hand(0.0), drift_by_hand(1.0)
+    assert (drift, after - drift) == pytest.approx((0.7936, 0.7838), abs=1e-4)
+    assert flown.before == pytest.approx(drift, abs=1e-4)
+    assert flown.metrics.steady_state_value == pytest.approx(after - drift, abs=1e-3)
+    assert flown.metrics.steady_state_error == pytest.approx(100.0 * (1.0 - after + drift), abs=0.1)
+    assert flown.metrics.withheld == ""
+    hover = flown.recording.between(flown.edge - 4.0, flown.edge)
+    assert np.ptp(hover.v_WB[:, 0]) < 0.01
+    assert flown.response[0] == 0.0
+    assert flown.time[0] == 0.0
+    assert flown.coupling.y == pytest.approx(0.0, abs=1e-6)
+
+
+def test_a_step_of_a_drone_that_does_not_drift_steadily_has_no_numbers(monkeypatch):
+    """It did not have the time to; or it is looked at again, and has moved meanwhile."""
+    windy = {"wind_x": WIND, "turbulence": 15.4}
+    flown = fly_step("x", 1.0, duration=2.0, settings=windy, longest_hover=4.0)
+    assert (flown.edge, flown.before) == (1.0, 0.0)
+    assert math.isnan(flown.metrics.rise_time)
+    monkeypatch.setattr(step_response, "steady_time", lambda *_: 2.0)
+    flown = fly_step("x", 1.0, duration=3.0, settings={"wind_x": WIND}, longest_hover=MAX_HOVER_S)
+    assert flown.edge == 2.0
+    assert "did not begin at rest" in flown.metrics.withheld
+    assert math.isnan(flown.metrics.rise_time)
 
 
 FORCE, POINT = np.array([60.0, -40.0, 20.0]), np.array([0.1, 0.05, -0.02])

@@ -101,6 +101,7 @@ def run(args: argparse.Namespace) -> int:
     from workbench.commands.drawer import Drawer
     from workbench.design.flown_step import STEP_EDGE_S
     from workbench.design.linear.operating_point import steady_velocity
+    from workbench.design.steady_drift import MAX_HOVER_S
 
     velocity = steady_velocity(args.at)
     attitude = args.axis in ATTITUDE_CHOICES
@@ -137,15 +138,20 @@ def run(args: argparse.Namespace) -> int:
                 from workbench.design.step_response import fly_step
 
                 amplitude = _usual(name) if args.amplitude is None else args.amplitude
+                how["longest_hover"] = MAX_HOVER_S
                 flown = fly_step(name, amplitude, velocity=velocity, **how)
         if drawer and picture:
             drawer.begin(picture, _STEP_PLOT_MODULE, f"plot_{kind}", flown)
         flown.recording.write_csv(log)
         if drawer:
             drawer.finish()
-    if attitude and flown.edge != STEP_EDGE_S:
+    if flown.edge != STEP_EDGE_S:
         print_message(
             f"it hovers tilted: at {flown.edge:g} s the setpoint steps from that of the hover"
+            if attitude
+            else f"it drifts at first: at {flown.edge:g} s it is steady, at "
+            f"{getattr(flown, 'before', 0.0):.3g} {'rad/s' if name == 'yaw' else 'm/s'}, and the "
+            "response is relative to that"
         )
     trouble = flown.ended or (flown.loss.sentence if flown.loss else "")
     result = _result(flown, args) | {"trouble": trouble}

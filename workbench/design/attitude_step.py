@@ -17,6 +17,7 @@ from workbench.common.errors import WorkbenchError
 from workbench.design.flier import DIAGRAM, Flier
 from workbench.design.flown_step import STEP_EDGE_S, FlownStep
 from workbench.design.linear_step import DecayTimes, linear_attitude_step
+from workbench.design.steady_drift import HOVER_LOOK_S, MAX_HOVER_S
 from workbench.design.step_metrics import StepMetrics, step_metrics
 from workbench.design.step_response import (
     MIN_STEP_DURATION_S,
@@ -36,8 +37,6 @@ if TYPE_CHECKING:
 
 USUAL_ATTITUDE_STEP_S, USUAL_RATE_STEP_S = 1.5, 0.75
 """Time for which a step is flown without a duration of the user's [s]."""
-MAX_HOVER_S, HOVER_LOOK_S = 60.0, 0.25
-"""Longest hover before a step, and time after which the drone is looked at again [s]."""
 
 
 @dataclass(frozen=True)

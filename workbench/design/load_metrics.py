@@ -55,6 +55,7 @@ def load_metrics(
     response: np.ndarray,
     *,
     changed: bool = False,
+    rests: bool = True,
     peak_rotor_use: float = math.nan,
 ) -> LoadMetrics:
     """Return the metrics of a response to a load that begins at time 0.
@@ -63,6 +64,7 @@ def load_metrics(
         time: (N) from 0 [s].
         response: (N) deviation from where it was at 0.
         changed: whether parameters changed while it was flown.
+        rests: whether nothing swung before.
         peak_rotor_use: largest share of its speed limit at which any rotor ran.
     """
     size = np.abs(response)
@@ -73,13 +75,15 @@ def load_metrics(
     said = ""
     if changed:
         said = "parameters changed while the load acted; fly it again"
+    elif not rests:
+        said = "the load did not begin at rest; let the drone settle first"
     elif not math.isfinite(peak):
         said = "the drone was lost"
     elif peak == 0.0 or time[first] > (1.0 - SETTLED_LAST_SHARE) * duration:
         said = f"the drone has not settled within {duration:.3g} s; let the load act for longer"
     return LoadMetrics(
-        peak=math.nan if changed else peak,
-        peak_time=math.nan if changed else float(time[place]),
+        peak=peak if rests and not changed else math.nan,
+        peak_time=float(time[place]) if rests and not changed else math.nan,
         settling_time=math.nan if said else float(time[first]),
         steady_state_error=math.nan if said else 100.0 * float(size[-1]) / peak,
         withheld=said,

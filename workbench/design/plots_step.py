@@ -2,6 +2,7 @@
 
 import math
 import textwrap
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -58,14 +59,16 @@ def plot_step(step: StepResponse) -> Figure:
     """Return the figure of a step, with its settling band and metrics."""
     axis, metrics, unit = step.axis, step.metrics, find_axis(step.axis).unit
     shown = shown_part(step)
-    time = shown.time - STEP_EDGE_S
+    time = shown.time
     figure, panels = stacked(f"{shown.vehicle.name}: {axis} step of {step.amplitude:g} {unit}", 4)
     response, drive, acceleration, rotors = panels
     draw_response(response, shown, axis)
     steady = metrics.steady_state_value
     if np.isfinite(steady):
         band = abs(SETTLING_BAND * steady)
-        _draw_settling(response, steady, band, metrics.settling_time, "steady state ± 2 %")
+        _draw_settling(
+            response, step.before + steady, band, metrics.settling_time, "steady state ± 2 %"
+        )
     legend(response)
     draw_force(drive, shown, axis)
     draw_acceleration(acceleration, shown, axis)
@@ -182,19 +185,23 @@ def plot_load(flown: LoadResponse) -> Figure:
 
 
 def shown_part(flight: StepResponse) -> Recording:
-    """Return the part of a step that a figure shows: the motion, and some time at rest after it."""
+    """Return the part of a step that a figure shows: the motion, and some time at rest after it.
+
+    Its times are those from the edge on.
+    """
     flown = float(flight.time[-1])
     settled = flight.metrics.settling_time
     end = min(flown, max(2.0, 2.0 * settled)) if np.isfinite(settled) else flown
-    return flight.recording.between(STEP_EDGE_S - SHOWN_BEFORE_EDGE_S, STEP_EDGE_S + end)
+    part = flight.recording.between(flight.edge - SHOWN_BEFORE_EDGE_S, flight.edge + end)
+    return replace(part, time=part.time - flight.edge)
 
 
 def draw_response(axes: Axes, shown: Recording, axis: str) -> None:
     """Draw command and response."""
     what = "yaw rate" if axis == "yaw" else f"velocity along {axis}"
     command, response = axis_command(shown, axis), axis_velocity(shown, axis)
-    draw_command(axes, shown.time - STEP_EDGE_S, command, lw=1.2)
-    axes.plot(shown.time - STEP_EDGE_S, response, color=PALETTE.ours, label="response")
+    draw_command(axes, shown.time, command, lw=1.2)
+    axes.plot(shown.time, response, color=PALETTE.ours, label="response")
     widen(axes, command, response)
     label_panel(
         axes, f"{what}: command and response", f"{what.split(' along')[0]} [{find_axis(axis).unit}]"
@@ -206,7 +213,7 @@ def draw_force(axes: Axes, shown: Recording, axis: str) -> None:
     titles = {"z": "total rotor thrust", "yaw": "torque of the rotors about body z"}
     title = titles.get(axis, f"force of the rotors along {axis}")
     force = axis_force(shown, axis)
-    axes.plot(shown.time - STEP_EDGE_S, force, color=PALETTE.ours, label="flown here")
+    axes.plot(shown.time, force, color=PALETTE.ours, label="flown here")
     widen(axes, force)
     label_panel(
         axes, title, f"{'torque' if axis == 'yaw' else 'force'} [{find_axis(axis).force_unit}]"
@@ -217,7 +224,7 @@ def draw_acceleration(axes: Axes, shown: Recording, axis: str) -> None:
     """Draw the acceleration along an axis, or about it."""
     title = "angular acceleration about z" if axis == "yaw" else f"acceleration along {axis}"
     acceleration = axis_acceleration(shown, axis)
-    axes.plot(shown.time - STEP_EDGE_S, acceleration, color=PALETTE.ours, label="flown here")
+    axes.plot(shown.time, acceleration, color=PALETTE.ours, label="flown here")
     widen(axes, acceleration)
     label_panel(axes, title, f"acceleration [{find_axis(axis).acceleration_unit}]")
 
@@ -266,7 +273,7 @@ def _draw_demanded_step(axes: Axes, step: StepResponse) -> None:
     shown = shown_part(step)
     draw_response(axes, shown, step.axis)
     steady = step.metrics.steady_state_value
-    most = (1.0 + MAX_CHECK_OVERSHOOT_PCT / 100.0) * (
+    most = step.before + (1.0 + MAX_CHECK_OVERSHOOT_PCT / 100.0) * (
         step.amplitude if math.isnan(steady) else steady
     )
     axes.axhline(
@@ -275,7 +282,7 @@ def _draw_demanded_step(axes: Axes, step: StepResponse) -> None:
     widen(axes, axis_velocity(shown, step.axis), axis_command(shown, step.axis), most)
     over = number_or_dash(step.metrics.overshoot, ".1f")
     axes.set_title(f"{axes.get_title(loc='left')}, overshoot {over} %")
-    axes.set_xlim(-SHOWN_BEFORE_EDGE_S, shown.time[-1] - STEP_EDGE_S)
+    axes.set_xlim(-SHOWN_BEFORE_EDGE_S, shown.time[-1])
     axes.set_xlabel("time since the command's edge [s]")
 
 
@@ -314,7 +321,7 @@ def plot_reproduced(row: ReproducedRow) -> Figure:
         if np.isfinite(row.t90):
             axes.axvspan(0.0, row.t90, color=PALETTE.window, lw=0, zorder=0, label="window")
         legend(axes)
-    panels[-1].set_xlim(-SHOWN_BEFORE_EDGE_S, shown.time[-1] - STEP_EDGE_S)
+    panels[-1].set_xlim(-SHOWN_BEFORE_EDGE_S, shown.time[-1])
     return figure
 
 

@@ -7,10 +7,8 @@ import numpy as np
 
 from workbench.design.response_metrics import crossing_time
 from workbench.design.step_response import (
-    STEP_EDGE_S,
     StepResponse,
     axis_force,
-    axis_velocity,
     fly_step,
 )
 from workbench.scenario.axes import find_axis
@@ -111,9 +109,8 @@ def reproduce(
 
 def compare_with_paper(figure: PaperFigure, flight: StepResponse) -> ReproducedRow:
     """Return the averages of a flown step, with those of the paper."""
-    after = flight.recording.between(STEP_EDGE_S, np.inf)
-    time = after.time - STEP_EDGE_S
-    velocity = axis_velocity(after, flight.axis)
+    after, time = flight.after, flight.time
+    velocity = flight.response
     t90 = crossing_time(time, velocity, 0.9 * flight.amplitude)
     return ReproducedRow(
         paper=figure,

@@ -13,12 +13,19 @@ import numpy as np
 
 from workbench.common.errors import WorkbenchError, unknown_name
 from workbench.design.flown_step import STEP_EDGE_S, FlownStep
-from workbench.design.step_metrics import USUAL_STEP_S, StepMetrics, step_duration, step_metrics
+from workbench.design.steady_drift import steady_time
+from workbench.design.step_metrics import (
+    SETTLING_BAND,
+    USUAL_STEP_S,
+    StepMetrics,
+    step_duration,
+    step_metrics,
+)
 from workbench.scenario.axes import AXIS_NAMES, find_axis
 from workbench.scenario.scenario import Action, Scenario, ScenarioStart
 
 if TYPE_CHECKING:
-    from workbench.design.flier import Flier
+    from workbench.design.flier import Flier, FlierFlight
     from workbench.session.recording import Recording
     from workbench.setup import Setup
 
@@ -31,6 +38,8 @@ STEP_DURATIONS_TEXT = f"{MIN_STEP_DURATION_S:g} s or more, and {MAX_STEP_DURATIO
 """Limits of the duration in words."""
 STEP_START_HEIGHT_M = 10.0
 """Initial height, enough for a step down [m]."""
+STEERED_SPEED_M_S = 2e-6
+"""Speed at which a law no longer holds a point, and that is none in any number [m/s]."""
 USUAL_STEPS = (("x", 1.0), ("y", 1.0), ("z", 1.0), ("yaw", 0.2))
 """The usual steps: axis and amplitude [m/s, rad/s]."""
 
@@ -52,11 +61,12 @@ class StepResponse(FlownStep):
     Attributes:
         axis: x, y, z (velocity in W [m/s]) or yaw (rate [rad/s]).
         amplitude: of the command.
-        recording: the whole flight; the command steps at `STEP_EDGE_S`.
+        recording: the whole flight; the command steps at `edge`.
         metrics: of the response from the edge on.
         peak_rotor_use: largest share of its speed limit at which any rotor ran, 0 .. 1.
         coupling: deviations of the other axes, [m] and [rad]; that of the commanded one is 0.
-        before: velocity or yaw rate at the edge of a step from a steady flight; 0 for hover.
+        before: velocity or yaw rate at the edge of a step from a steady flight or from a steady
+            drift, as in wind; 0 for hover.
         decay: time by which the transient has decayed by the linear model [s], 0 if unknown.
     """
 
@@ -86,8 +96,14 @@ def fly_step(
     flier: "Flier | None" = None,
     fly_on: str = "",
     decay: float | None = None,
+    longest_hover: float = 0.0,
 ) -> StepResponse:
     """Fly one step and measure it.
+
+    A step is flown after `STEP_EDGE_S`, as those of sweeps and searches are. With `longest_hover` a
+    drone that still moves along the axis then, as in wind, flies again: it steers at no speed until
+    it drifts steadily, and steps from there. A law without integral action drifts with the wind;
+    its response is relative to that.
 
     Args:
         axis: x, y, z or yaw.
@@ -101,6 +117,7 @@ def fly_step(
             to fly again; this saves building the diagram.
         fly_on: without a flier, who flies: see `Flier`.
         decay: decay time of the linear step [s], if known, see `DecayTimes`.
+        longest_hover: longest time to become steady [s], such as `MAX_HOVER_S`.
 
     Raises:
         WorkbenchError: if axis, amplitude or duration are invalid, or the step cannot be flown.
@@ -110,6 +127,7 @@ def fly_step(
         check_duration(duration)
     from workbench.design.flier import Flier
     from workbench.design.linear_step import DecayTimes  # loads Drake
+    from workbench.session.hover_attitude import AT_REST_SHARE
     from workbench.setup import make_setup
 
     setup = make_setup(recorded_each_update(scenario), settings)
@@ -121,27 +139,58 @@ def fly_step(
     else:
         flier = Flier(setup.with_scenario(flight), fly_on=fly_on)
     _check_within_limit(flier, axis, amplitude, velocity)
-    flown = flier.fly(progress)
-    after = flown.recording.between(STEP_EDGE_S, np.inf)
+    flown, edge, steady = flier.fly(progress), STEP_EDGE_S, True
+    if longest_hover and not any(velocity) and _moves(flown, axis, amplitude):
+        hover = min(duration, 0.5 * longest_hover)
+        script = _drifting_script(axis, amplitude, STEP_EDGE_S + longest_hover)
+        spread = AT_REST_SHARE * abs(amplitude)
+        if found := steady_time(flier.session, script, axis, spread, hover):
+            edge = found
+            flier.follow(_drifting_script(axis, amplitude, edge), edge + duration)
+            flown = flier.fly(progress)
+            before_it = axis_velocity(flown.recording.between(edge - hover, edge), axis)
+            steady = bool(np.ptp(before_it) <= SETTLING_BAND * abs(amplitude))
+    after = flown.recording.between(edge, np.inf)
     response = axis_velocity(after, axis)
-    before = float(response[0]) if any(velocity) else 0.0
+    begins = velocity if edge == STEP_EDGE_S else after.v_WB[0].tolist()
+    before = float(response[0]) if any(begins) else 0.0
     use = float(after.rotor_use.max())
     return StepResponse(
         axis=axis,
         amplitude=amplitude,
+        edge=edge,
         **vars(flown),
         metrics=step_metrics(
-            after.time - STEP_EDGE_S,
+            after.time - edge,
             response - before,
             amplitude,
             decay=decay,
+            rests=steady,
             peak_rotor_use=use,
         ),
         peak_rotor_use=use,
-        coupling=coupling(after, axis, velocity),
+        coupling=coupling(after, axis, begins),
         before=before,
         decay=decay,
     )
+
+
+def _moves(flown: "FlierFlight", axis: str, amplitude: float) -> bool:
+    """Tell whether a drone moves along the axis at the edge of its step, and is not lost."""
+    from workbench.design.lost import find_loss
+
+    speed = axis_velocity(flown.recording.between(STEP_EDGE_S, np.inf), axis)[0]
+    moves = abs(speed) > SETTLING_BAND * abs(amplitude)
+    return bool(moves) and not flown.exchange and find_loss(flown.recording) is None
+
+
+def _drifting_script(axis: str, amplitude: float, edge: float) -> list[Action]:
+    """Return the script of a step from a drift: no point is held before it."""
+    if axis == "yaw":
+        return [Action(at=edge, yaw_rate=amplitude)]
+    drift = stepped(axis, math.copysign(STEERED_SPEED_M_S, amplitude))[:3]
+    command = stepped(axis, amplitude, drift)[:3]
+    return [Action(velocity=drift), Action(at=edge, velocity=command)]
 
 
 def step_flier(scenario: "Scenario | Setup | None" = None, flights: int = 1) -> "Flier":

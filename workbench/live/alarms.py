@@ -267,9 +267,8 @@ class Alarms:
             x, y, z = now.v_WB
             roll, pitch, _ = now.roll_pitch_yaw
             moves = {"roll": roll, "pitch": pitch, "x": x, "y": y, "height": z}
-            update = round(time / self._session.scenario.rates.control_period)
-            signals = self._session.loop_signals()
-            suspect.look(time, moves[suspect.axis], signals, update)
+            signals = self._session.loop_signals(whole=True)
+            suspect.look(time, moves[suspect.axis], signals)
         if suspect.is_known(time):
             loop, frequency = suspect.loop, suspect.frequency
             if suspect.axis in self._axes:

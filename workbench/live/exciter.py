@@ -2,18 +2,23 @@
 
 A drone that has drifted during a round returns to its start, so repeated rounds do not carry it
 off. A round whose numbers need a beginning at rest waits for it, for as long as the drone gets
-slower. An excitation without enough room is refused; one that leads into an obstacle, or makes the
-drone swing or hit something, ends, and the drone hovers.
+slower. A load that swings lets the drone stand still twice in a swing, so a vehicle with loose
+joints is at rest if its largest motion over some time is small.
+
+An excitation without enough room is refused; one that leads into an obstacle, or makes the drone
+swing or hit something, ends, and the drone hovers.
 """
 
 import dataclasses
 import math
+from collections import deque
 from collections.abc import Callable, Iterator
 
 from workbench.common.errors import WorkbenchError
+from workbench.common.parameter import HOOKS
 from workbench.live.excitation_guard import IN_FLIGHT, WATCH_PERIOD_S, ExcitationGuard, StepPlan
 from workbench.live.step_drive import StepDrive
-from workbench.scenario.excitation import ActiveExcitation, Excitation
+from workbench.scenario.excitation import MAX_SWING_WAIT_S, ActiveExcitation, Excitation
 from workbench.scenario.scenario import Action
 from workbench.session.script import acting_step
 from workbench.session.session import Session
@@ -22,6 +27,11 @@ RETURNED_DISTANCE = 0.1
 """Distance from its start at which a drone counts as back [m] or [rad]."""
 RETURN_TIMEOUT_S = 3.0
 """A return that comes no nearer, or no slower, for this long, as in wind, ends [s]."""
+SWING_WAIT_WINDOW_S = 3.0
+"""A vehicle with loose joints is as restless as at most within this time [s]: that is half of its
+swing or more if a period takes 18 s or less, as with a load on 80 m."""
+MAX_UNDAMPED_WAIT_S, SWING_DECAY_SHARE = 10.0, 0.05
+"""A swing that decays by less than this share within this time [s] is not waited for."""
 RETURN_YAW_GAIN = 1.0
 """Yaw rate per angle during the return [1/s]."""
 
@@ -58,6 +68,9 @@ class Exciter:
         self._value = 0.0
         self._home = session.snapshot()
         self._nearest, self._nearer_at = math.inf, 0
+        self._waits_from = 0
+        self._moved: deque[tuple[int, float]] = deque()  # steps, and the unrest at them
+        self._calmest, self._calmer_at = math.inf, 0
 
     def check(self, excitation: Excitation) -> None:
         """Check that an excitation can be flown now.
@@ -86,7 +99,7 @@ class Exciter:
         self._guard = ExcitationGuard(self._session, excitation)
         self._drive = StepDrive(self._session, excitation)
         self._first = self._next = -(-self._now // self._control) * self._control
-        waits = excitation.rests and self._drive.unrest() >= 1.0
+        waits = excitation.rests and (self._is_loose or self._drive.unrest() >= 1.0)
         self.exciting = ActiveExcitation(
             excitation,
             self._first * self._step,
@@ -94,7 +107,7 @@ class Exciter:
             hover=self._drive.hover.angle,
         )
         if waits:
-            self._nearest, self._nearer_at = math.inf, self._now
+            self._begin_wait()
             self._give(0.0)
         self._act()
         return self.exciting.began
@@ -171,16 +184,16 @@ class Exciter:
         if not self._plan or not self._guard or not self.exciting or self._now < self._next:
             return
         if self.exciting.round == 0:
-            if self._comes_to_rest():
+            if self._comes_to_rest() or not self._begin_round():
                 return
-            self._begin_round()
         elif self.exciting.returning or self._now - self._first >= self._plan.length:
             if self._goes_back(self._guard):
                 return
             if not self.exciting.excitation.repeats:
                 self.end()
                 return
-            self._begin_round()
+            if not self._begin_round():
+                return
         step = self._now - self._first
         change = self._plan.next_change(step)
         self._give(self._plan.value(step), (change - step) * self._step)
@@ -188,8 +201,20 @@ class Exciter:
             self._guard.step()
         self._next = self._first + change
 
-    def _begin_round(self) -> None:
+    def _begin_round(self) -> bool:
+        """Begin a round, and return True; one of many not while joints swing: it ends them."""
         assert self.exciting and self._drive
+        excitation = self.exciting.excitation
+        swings = self._is_loose and excitation.rests and self._unrest() >= 1.0
+        if swings and excitation.repeats:
+            waited = (self._now - self._waits_from) * self._step
+            self.end()
+            self.ended = (
+                f"the vehicle still swings after {waited:.0f} s: damp its swing, give the step a "
+                "larger amplitude, or fly a single one"
+            )
+            return False
+        self._moved.clear()
         self._first = self._now
         if self.exciting.excitation.rests or self.exciting.returning:
             self._drive.begin_round()
@@ -200,13 +225,18 @@ class Exciter:
             round=self.exciting.round + 1,
             from_rest=self.exciting.returning,
             returning=False,
+            waited=None,
+            swings=swings,
         )
+        return True
 
     def _comes_to_rest(self) -> bool:
         """Tell whether the drone still has to come to rest before the first round, and does."""
         assert self.exciting and self._drive
-        unrest = self._drive.unrest()
-        if unrest < 1.0 or self._is_stuck(unrest, 1.0):
+        unrest = self._unrest()
+        if unrest < 1.0 or (
+            not self._swing_decays(unrest) if self._is_loose else self._is_stuck(unrest, 1.0)
+        ):
             return False
         self._look_again()
         return True
@@ -215,20 +245,25 @@ class Exciter:
         """Return to the start of the first round if necessary; tell whether the drone does."""
         assert self.exciting and self._drive
         excitation = self.exciting.excitation
-        left, at_rest = self._left(), self._drive.unrest() < 1.0
+        waits_for_swing = self._is_loose and excitation.rests and excitation.repeats
+        unrest = self._unrest() if waits_for_swing else self._drive.unrest()
+        left, at_rest = self._left(), unrest < 1.0
         if not self.exciting.returning:
             last = excitation.rests or not excitation.repeats
             stray = RETURNED_DISTANCE if last else self._drive.stray
             if abs(left) <= stray and (at_rest or not excitation.rests):
                 return False
             self.exciting = dataclasses.replace(self.exciting, returning=True)
-            self._nearest, self._nearer_at = math.inf, self._now
+            self._begin_wait()
             guard.step()
             self._value = 0.0
             if not excitation.row.turns:
                 self._do(self._drive.home(self._home.p_WB))
         is_back = abs(left) < RETURNED_DISTANCE and at_rest
-        if is_back or self._is_stuck(abs(left), 0.1 * RETURNED_DISTANCE):
+        is_stuck = self._is_stuck(abs(left), 0.1 * RETURNED_DISTANCE)
+        if waits_for_swing and not at_rest and (abs(left) < RETURNED_DISTANCE or is_stuck):
+            is_stuck = not self._swing_decays(unrest)
+        if is_back or is_stuck:
             return False
         if excitation.row.turns:
             most = self._drive.turn_rate
@@ -239,6 +274,42 @@ class Exciter:
             self._value = yaw_rate
         self._look_again()
         return True
+
+    @property
+    def _is_loose(self) -> bool:
+        """Whether joints of what flies swing freely."""
+        session = self._session
+        hooks_open = bool(session.vehicle.unloaded and session.get(HOOKS))
+        return session.vehicle.with_hooks(hooks_open).turned is not None
+
+    def _begin_wait(self) -> None:
+        """Begin to wait for rest, or to fly back."""
+        self._waits_from = self._nearer_at = self._calmer_at = self._now
+        self._nearest = self._calmest = math.inf
+        self._moved.clear()
+
+    def _unrest(self) -> float:
+        """Return the unrest, of loose joints its largest value lately; they wait to know it."""
+        assert self._drive
+        now, unrest = self._now, self._drive.unrest()
+        if not self._is_loose:
+            return unrest
+        window = SWING_WAIT_WINDOW_S / self._step
+        self._moved.append((now, unrest))
+        while len(self._moved) > 1 and self._moved[1][0] <= now - window:
+            self._moved.popleft()
+        known = now - self._moved[0][0] >= window
+        return max(0.0 if known else 1.0, *(each for _, each in self._moved))
+
+    def _swing_decays(self, unrest: float) -> bool:
+        """Tell whether a swing is still worth waiting for, and show for how long it was."""
+        assert self.exciting
+        if unrest < (1.0 - SWING_DECAY_SHARE) * self._calmest:
+            self._calmest, self._calmer_at = unrest, self._now
+        waited = (self._now - self._waits_from) * self._step
+        self.exciting = dataclasses.replace(self.exciting, waited=waited)
+        undamped = (self._now - self._calmer_at) * self._step
+        return waited < MAX_SWING_WAIT_S and undamped < MAX_UNDAMPED_WAIT_S
 
     def _look_again(self) -> None:
         """Act again after about a period of the flight mode."""

@@ -57,8 +57,6 @@ class Suspect:
         self._inner = next(follows, None)
         if self._inner is not None:
             self._place = controller.point_names.index(self._inner.error)
-            self._divider = controller.point_dividers[self._inner.error]
-        self._error = 0.0
         self._phasors = [0j, 0j]
 
     @property
@@ -66,20 +64,16 @@ class Suspect:
         """Whether the law's signals are needed beside the axis's own."""
         return self._inner is not None and self._inner is not self._outer
 
-    def look(self, time: float, value: float, signals: np.ndarray, update: int) -> None:
+    def look(self, time: float, value: float, signals: np.ndarray) -> None:
         """Add the inner loop's controlled signal, and the signals at the loop points.
 
         Args:
             time: present time [s].
             value: controlled signal, in its unit.
-            signals: signals that the next update reads.
-            update: number of that update; a part of the law that does not run in it leaves its
-                signal out.
+            signals: those of an update in which all parts of the law run (P).
         """
-        if update % self._divider == 0:
-            self._error = float(signals[self._place])
         turn = cmath.exp(-2j * math.pi * self.frequency * time)
-        for index, each in enumerate((value, self._error)):
+        for index, each in enumerate((value, float(signals[self._place]))):
             self._phasors[index] += turn * each
 
     def is_known(self, time: float) -> bool:

@@ -16,6 +16,8 @@ CHIRP_START_HZ = 0.1
 CHIRP_RATIO = 10.0
 PULSE_RETURN_TIME_S = 3.0
 """Time to come back after a pulse [s]."""
+MAX_SWING_WAIT_S = 60.0
+"""Longest wait before a round until joints no longer swing [s]."""
 EDGE_TOLERANCE_S = 1e-9
 """A time this close before an edge counts as at it, as sums of periods have rounding errors [s]."""
 
@@ -185,6 +187,8 @@ class ActiveExcitation:
         from_rest: whether the round began at rest, as the first one and those after a return do.
         returning: whether the round is over and the drone returns to the start of the first one.
         hover: angle of the hover before it, from which an attitude steps [rad]; 0 if it is level.
+        waited: time for which it has waited until joints no longer swing [s], None if it does not.
+        swings: whether joints still swung when the round began, so that it has no numbers.
     """
 
     excitation: Excitation
@@ -193,6 +197,8 @@ class ActiveExcitation:
     from_rest: bool = False
     returning: bool = False
     hover: float = 0.0
+    waited: float | None = None
+    swings: bool = False
 
     @property
     def rounds_flown(self) -> int:

@@ -129,6 +129,10 @@ def test_a_drone_that_moves_comes_to_rest_first(card, flying):
     waits = ActiveExcitation(card.choice.excitation, 3.0, 0)
     card.show_view(dataclasses.replace(flying, exciting=waits))
     assert card.said.text() == "Coming to rest before the first step."
+    for waited, said in ((12.9, "12 s"), (13.0, "13 s")):
+        swinging = dataclasses.replace(flying, exciting=dataclasses.replace(waits, waited=waited))
+        card.show_view(swinging)
+        assert card.said.text() == f"Waiting until it no longer swings: {said}, 60 s at most."
     assert card.button.text() == "Stop"
 
 

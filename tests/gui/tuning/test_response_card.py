@@ -1,4 +1,5 @@
 import dataclasses
+import math
 
 import numpy as np
 import pytest
@@ -49,6 +50,23 @@ def test_numbers_come_once_the_step_is_over_and_stay_while_the_next_is_flown(his
     history.begin(ActiveExcitation(STEP, 12.0, 2), GAINS)
     history.present(12.3)
     assert history.numbers is first
+
+
+def test_a_round_that_began_while_joints_swung_has_no_numbers():
+    """Its response alone does not tell: a swing passes zero."""
+
+    def take_from_rest(excitation, begun, end):
+        trace = take(excitation, begun, end)
+        return dataclasses.replace(trace, response=1.0 - np.exp(-9.0 * trace.time))
+
+    for axis in ("x", "force_x"):
+        for swings in (False, True):
+            history = ResponseHistory(take_from_rest, lambda: 0.0)
+            step = dataclasses.replace(STEP, axis=axis, period=2.0)
+            history.begin(ActiveExcitation(step, 10.0, 1, swings=swings), GAINS)
+            history.present(15.0)
+            assert ("did not begin at rest" in history.numbers.withheld) is swings
+            assert math.isnan(history.numbers.settling_time) is swings
 
 
 def test_a_response_of_an_attitude_begins_at_that_of_the_hover():

@@ -1,5 +1,6 @@
 """The card that excites the drone: by a command, a load, a gust, the wind or a fault."""
 
+import math
 from dataclasses import replace
 from itertools import pairwise
 
@@ -39,6 +40,7 @@ from workbench.gui.workspace import Workspace
 from workbench.live.orders import FlightOrder
 from workbench.live.view import LiveView
 from workbench.scenario.attitude_axes import AttitudeAxis
+from workbench.scenario.excitation import MAX_SWING_WAIT_S, ActiveExcitation
 from workbench.scenario.loads import Load, find_excited
 from workbench.scenario.scenario import Action
 
@@ -116,7 +118,7 @@ class ExcitationCard(TuningCard):
         """Show the possible actions."""
         running = view.exciting is not None
         mode = view.snapshot.mode if view.snapshot is not None else FlightMode.OFF
-        phase = (view.exciting.returning, view.exciting.round == 0) if view.exciting else None
+        phase = _phase(view.exciting) if view.exciting else None
         seen = (running, phase, view.excitation_ended, mode, view.phase)
         if seen != self._seen or not self.said.text():
             self._seen, self.is_running, self._mode = seen, running, mode
@@ -241,6 +243,9 @@ class ExcitationCard(TuningCard):
             self.said.say("The flight has ended: reset it.", "warning")
         elif not excites and not self.is_running:
             self._say_disturbed(view)
+        elif view.exciting is not None and view.exciting.waited is not None:
+            waited = f"{math.floor(view.exciting.waited)} s, {MAX_SWING_WAIT_S:.0f} s at most"
+            self.said.say(f"Waiting until it no longer swings: {waited}.", "good")
         elif view.exciting is not None and view.exciting.returning:
             self.said.say("Flying back to where it began.", "good")
         elif view.exciting is not None and view.exciting.round == 0:
@@ -295,3 +300,9 @@ class ExcitationCard(TuningCard):
         order = (*self._fields(), self.take_off, self.repeats, self.button)
         for one, other in pairwise(order):
             QWidget.setTabOrder(one, other)
+
+
+def _phase(exciting: ActiveExcitation) -> tuple[bool, bool, int | None]:
+    """Return what the sentence tells of an excitation: it changes once a second at most."""
+    waited = None if exciting.waited is None else math.floor(exciting.waited)
+    return exciting.returning, exciting.round == 0, waited

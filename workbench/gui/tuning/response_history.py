@@ -31,6 +31,7 @@ class ExcitationRound:
         gains: gains that fly it.
         again: whether an equal round preceded it without a gap.
         hover: angle of the hover before it, from which an attitude steps [rad].
+        swings: whether joints swung when it began.
     """
 
     excitation: Excitation
@@ -38,6 +39,7 @@ class ExcitationRound:
     gains: Mapping[str, float]
     again: bool = False
     hover: float = 0.0
+    swings: bool = False
 
     @property
     def response_name(self) -> str:
@@ -123,7 +125,9 @@ class ResponseHistory:
             self._changed = self._changed or gains != before.gains
             return
         self._keep(min(begun, before.end) if before is not None else begun)
-        self.round = ExcitationRound(excitation, begun, dict(gains), exciting.again, exciting.hover)
+        self.round = ExcitationRound(
+            excitation, begun, dict(gains), exciting.again, exciting.hover, exciting.swings
+        )
         self.is_running, self._newest, self._changed = True, None, False
 
     def end(self, now: float) -> None:
@@ -185,7 +189,7 @@ class ResponseHistory:
         """Return the numbers of a round's first step; the other steps are similar."""
         if not flown.parts:
             return None
+        how = {"changed": self._changed, "rests": not flown.swings}
         if isinstance(flown.excitation.row, Load):
-            return measure_load(trace, flown.parts[0], changed=self._changed)
-        decay = self._decay_time()
-        return measure_step(trace, flown.parts[0], decay=decay, changed=self._changed)
+            return measure_load(trace, flown.parts[0], **how)
+        return measure_step(trace, flown.parts[0], decay=self._decay_time(), **how)

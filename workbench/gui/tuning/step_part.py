@@ -81,7 +81,12 @@ def shown_length(excitation: Excitation) -> float:
 
 
 def measure_step(
-    trace: RoundTrace, part: StepPart, *, decay: float = 0.0, changed: bool = False
+    trace: RoundTrace,
+    part: StepPart,
+    *,
+    decay: float = 0.0,
+    changed: bool = False,
+    rests: bool = True,
 ) -> StepMetrics | None:
     """Return the numbers of a step; None before its end, or if it is too short.
 
@@ -90,6 +95,7 @@ def measure_step(
         part: the step in it.
         decay: time by which its transient has decayed [s], 0 if unknown; see `step_metrics`.
         changed: whether gains changed during it.
+        rests: whether nothing swung before, as far as the response does not tell.
     """
     flown = _flown_part(trace, part, EQUAL_TIME_TOLERANCE_S)
     if flown is None:
@@ -100,11 +106,14 @@ def measure_step(
         part.jump,
         decay=decay,
         changed=changed,
+        rests=rests,
         peak_rotor_use=float(flown.rotor_use.max()),
     )
 
 
-def measure_load(trace: RoundTrace, part: StepPart, *, changed: bool = False) -> LoadMetrics | None:
+def measure_load(
+    trace: RoundTrace, part: StepPart, *, changed: bool = False, rests: bool = True
+) -> LoadMetrics | None:
     """Return the numbers of a step of a load; None before its end, or if it is too short.
 
     Args: as for `measure_step`.
@@ -116,6 +125,7 @@ def measure_load(trace: RoundTrace, part: StepPart, *, changed: bool = False) ->
         flown.time,
         flown.response - flown.response[0],
         changed=changed,
+        rests=rests,
         peak_rotor_use=float(flown.rotor_use.max()),
     )
 
