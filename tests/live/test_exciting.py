@@ -1130,6 +1130,19 @@ def test_a_setpoint_of_attitude_steps_from_that_of_a_hover_in_wind():
     ]
 
 
+def test_a_setpoint_of_roll_steps_from_that_of_a_hover_in_crosswind():
+    """Which turns the drone steadily about the vertical."""
+    bench = Bench(HIGH)
+    bench.execute(Action(set={"wind_y": 6.0}))
+    bench.fly(5.0)
+    roll, _, _ = bench.session.snapshot().roll_pitch_yaw
+    bench.excite(Excitation("roll", Shape.STEP, 0.1, 1.0))
+    assert bench.shown.exciting.round == 1
+    assert bench.shown.exciting.hover == pytest.approx(roll)
+    assert roll > 0.05
+    assert bench.done[-1].setpoint.roll == pytest.approx(roll + 0.1, rel=0.1)
+
+
 def test_a_vehicle_that_hovers_tilted_without_wind_has_setpoints_from_there_by_itself():
     bench = Bench(Scenario(vehicle=VehicleConfig(model="tricopter")))
     bench.fly(0.25)
