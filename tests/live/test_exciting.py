@@ -1107,7 +1107,11 @@ def test_a_setpoint_of_attitude_steps_from_that_of_a_hover_in_wind():
     bench.execute(Action(set={"wind_x": WIND}))
     bench.fly(8.0)
     tilt = tilt_by_hand(bench.session.vehicle, bench.session.get("drag_area"))
-    assert "within ±0.5" in bench.excite(Excitation("pitch", Shape.STEP, 0.65, 0.5)).said
+    bench.flying._exciter.check(Excitation("pitch", Shape.STEP, 0.65, 0.5))  # level by 0.56
+    for shape, size in ((Shape.STEP, -0.65), (Shape.DOUBLET, 0.65)):
+        said = bench.excite(Excitation("pitch", shape, size, 0.5)).said
+        assert "pitch of -0.65 rad from a hover of -0.1" in said
+        assert "would tilt the drone by 0.7" in said and "max_tilt is 0.7 rad" in said
     bench.excite(Excitation("pitch", Shape.DOUBLET, 0.1, 2.0))
     began = bench.shown.exciting.began
     assert bench.shown.exciting.hover == pytest.approx(-tilt, rel=5e-3)
@@ -1128,6 +1132,22 @@ def test_a_setpoint_of_attitude_steps_from_that_of_a_hover_in_wind():
         {"pitch": 0.1},
         {},
     ]
+
+
+def test_a_hover_that_tilts_more_before_a_step_begins_ends_an_excitation_beyond_the_limit():
+    """The wind rises while the drone is still level, and its step waits for it to be at rest."""
+    bench = Bench(HIGH)
+    bench.execute(Action(set={"wind_x": 12.0}))
+    bench.fly(0.3)
+    bench.excite(Excitation("pitch", Shape.STEP, -0.69, 0.6))
+    assert bench.shown.exciting.round == 0
+    while bench.shown.exciting and bench.session.time < 20.0:
+        bench.fly(0.25)
+    said = bench.shown.excitation_ended
+    assert "a pitch of -0.69 rad from a hover of -0.2" in said and "max_tilt is 0.7 rad" in said
+    assert [each.setpoint.given for each in bench.done if each.setpoint][-1] == {}
+    _, pitch = tilt_angles(bench.session.recording().q_WB)
+    assert pitch.min() > -0.4
 
 
 def test_a_setpoint_of_roll_steps_from_that_of_a_hover_in_crosswind():

@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from workbench.common.errors import WorkbenchError
 from workbench.design.flier import DIAGRAM, Flier
 from workbench.design.flown_step import STEP_EDGE_S, FlownStep
 from workbench.design.linear_step import DecayTimes, linear_attitude_step
@@ -106,12 +105,12 @@ def fly_attitude_step(
     most = setup.values["max_tilt"]
     duration = usual_duration(row, size, most) if duration is None else duration
     check_duration(duration)
-    check_tilt(row, size, duration, most)
+    row.check_tilt(size, duration, most)
     flight = attitude_scenario(row, size, duration, setup.scenario)
     flier = Flier(setup.with_scenario(flight), fly_on=DIAGRAM)
     edge, hover, rests = _hover_before(flier.session, row, abs(size))
     if edge != STEP_EDGE_S:
-        check_tilt(row, size + hover, duration, most)
+        row.check_tilt(size, duration, most, hover)
         flight = attitude_scenario(row, size + hover, duration, setup.scenario, edge)
         flier.follow(flight.script, flight.duration)
     flown = flier.fly(progress, programs=False)
@@ -159,28 +158,6 @@ def predict_attitude_step(
     model = models.model(settings)
     count = round(duration / model.period) + 1
     return model.period * np.arange(count), amplitude * linear_attitude_step(model, axis, count)
-
-
-def check_tilt(row: AttitudeAxis, amplitude: float, duration: float, most: float) -> None:
-    """Refuse a step that would tilt the drone further than it may.
-
-    Args:
-        row: its axis.
-        amplitude: [rad] or [rad/s].
-        duration: of the setpoint [s].
-        most: `max_tilt` [rad].
-
-    Raises:
-        WorkbenchError: that says what to give instead.
-    """
-    tilt = row.largest_tilt(amplitude, duration)
-    if tilt > most + 1e-9:
-        remedy = "a smaller amplitude or a shorter time" if row.is_rate else "a smaller amplitude"
-        during = f" for {duration:g} s" if row.is_rate else ""
-        raise WorkbenchError(
-            f"a {row.label} of {amplitude:g} {row.unit}{during} would tilt the drone by {tilt:.2f} "
-            f"rad, and max_tilt is {most:g} rad: give {remedy}, or raise max_tilt"
-        )
 
 
 def usual_duration(row: AttitudeAxis, amplitude: float, max_tilt: float) -> float:

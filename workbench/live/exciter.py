@@ -66,7 +66,9 @@ class Exciter:
             WorkbenchError: for the first problem.
         """
         excitation.check()
-        excitation.check(StepDrive(self._session, excitation).limit)
+        drive = StepDrive(self._session, excitation)
+        excitation.check(drive.limit)
+        drive.check_tilt()
         if self._session.scenario.figure_eight:
             raise WorkbenchError("the scenario flies its figure of eight: excite another one")
         mode = self._session.snapshot().mode
@@ -181,6 +183,8 @@ class Exciter:
                 self.end()
                 return
             self._begin_round()
+        if self._plan is None:
+            return
         step = self._now - self._first
         change = self._plan.next_change(step)
         self._give(self._plan.value(step), (change - step) * self._step)
@@ -189,10 +193,17 @@ class Exciter:
         self._next = self._first + change
 
     def _begin_round(self) -> None:
+        """Begin a round; end the excitation if the hover has tilted too far for it meanwhile."""
         assert self.exciting and self._drive
         self._first = self._now
         if self.exciting.excitation.rests or self.exciting.returning:
             self._drive.begin_round()
+            try:
+                self._drive.check_tilt()
+            except WorkbenchError as too_far:
+                self.end()
+                self.ended = str(too_far)
+                return
         self.exciting = dataclasses.replace(
             self.exciting,
             hover=self._drive.hover.angle,
