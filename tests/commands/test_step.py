@@ -193,6 +193,17 @@ def test_a_step_from_a_tilted_hover_says_when_it_begins(run, out):
     assert "that of the hover" not in run(*words).err
 
 
+def test_a_drone_that_is_lost_before_its_step_has_no_numbers(run, out):
+    lost = ("--set", "kd_pitch=0", "--set", "kp_pitch=400", "--set", "wind_y=20")
+    words = ("step", "--axis", "pitch", "--no-plots", "--duration", "0.25", "--output", out)
+    ran = run(*words, *lost)
+    assert ran.code == 1
+    assert "the flight is lost at t = 2." in ran.out
+    for number in ("steady_state_value", "coupling roll"):
+        assert re.search(rf"{number} +— ", ran.out)
+    assert "that of the hover" not in ran.err
+
+
 def test_a_load_acts_in_hover_alone(run, out):
     said = run("step", "--load", "force_x", "--at", "vx=3", "--output", out)
     assert said.code == 2
