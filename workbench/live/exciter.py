@@ -173,18 +173,16 @@ class Exciter:
         if not self._plan or not self._guard or not self.exciting or self._now < self._next:
             return
         if self.exciting.round == 0:
-            if self._comes_to_rest():
+            if self._comes_to_rest() or not self._begin_round():
                 return
-            self._begin_round()
         elif self.exciting.returning or self._now - self._first >= self._plan.length:
             if self._goes_back(self._guard):
                 return
             if not self.exciting.excitation.repeats:
                 self.end()
                 return
-            self._begin_round()
-        if self._plan is None:
-            return
+            if not self._begin_round():
+                return
         step = self._now - self._first
         change = self._plan.next_change(step)
         self._give(self._plan.value(step), (change - step) * self._step)
@@ -192,8 +190,8 @@ class Exciter:
             self._guard.step()
         self._next = self._first + change
 
-    def _begin_round(self) -> None:
-        """Begin a round; end the excitation if the hover has tilted too far for it meanwhile."""
+    def _begin_round(self) -> bool:
+        """Begin a round, and return True; not if the hover tilts too far for it: it ends them."""
         assert self.exciting and self._drive
         self._first = self._now
         if self.exciting.excitation.rests or self.exciting.returning:
@@ -203,7 +201,7 @@ class Exciter:
             except WorkbenchError as too_far:
                 self.end()
                 self.ended = str(too_far)
-                return
+                return False
         self.exciting = dataclasses.replace(
             self.exciting,
             hover=self._drive.hover.angle,
@@ -212,6 +210,7 @@ class Exciter:
             from_rest=self.exciting.returning,
             returning=False,
         )
+        return True
 
     def _comes_to_rest(self) -> bool:
         """Tell whether the drone still has to come to rest before the first round, and does."""
