@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from workbench.parameters.parameter_table import flight_table
 from workbench.scenario.attitude_axes import AttitudeAxis
 from workbench.scenario.axes import AXIS_NAMES, CommandAxis
-from workbench.scenario.excitation import Excitation
+from workbench.scenario.excitation import Excitation, Shape
 from workbench.scenario.loads import Load
 from workbench.scenario.scenario import Action, AttitudeSetpoint
 from workbench.session.hover_attitude import (
@@ -90,7 +90,8 @@ class StepDrive:
         """
         if isinstance(self._row, AttitudeAxis):
             asked, most = self._excitation, self._session.get(self._row.limit)
-            for size in asked.levels:
+            both = asked.shape not in (Shape.STEP, Shape.PULSE)
+            for size in (asked.amplitude, -asked.amplitude) if both else (asked.amplitude,):
                 self._row.check_tilt(size, asked.longest_level, most, self.hover.setpoint)
 
     def action(self, value: float, duration: float) -> Action:

@@ -134,12 +134,6 @@ class Excitation:
             case Shape.CHIRP:
                 return min(self.period, 0.5 / CHIRP_START_HZ)
 
-    @property
-    def levels(self) -> tuple[float, ...]:
-        """The largest values of the command on each side of zero, in its unit."""
-        one_sided = self.shape in (Shape.STEP, Shape.PULSE)
-        return (self.amplitude,) if one_sided else (self.amplitude, -self.amplitude)
-
     def command(self, t: float) -> float:
         """Return the command at a time [s] since the beginning of the first round.
 
