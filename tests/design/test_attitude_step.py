@@ -1,5 +1,6 @@
 """Steps of attitude and rate beside python-control, and beside what the words mean."""
 
+import dataclasses
 import math
 
 import control
@@ -11,8 +12,9 @@ from workbench.common.errors import WorkbenchError
 from workbench.control.controller_file import load_controller
 from workbench.control.installed_laws import installed_laws
 from workbench.design import attitude_step
-from workbench.design.attitude_step import attitude_scenario, fly_attitude_step
+from workbench.design.attitude_step import fly_attitude_step
 from workbench.design.linear.study import LinearStudy
+from workbench.design.step_response import scenario_before_step
 from workbench.plant.drag import drag_area
 from workbench.scenario.attitude_axes import ATTITUDE_ROWS, find_attitude_axis, tilt_angles
 from workbench.scenario.scenario import Action, AttitudeSetpoint, Injection, Scenario
@@ -111,9 +113,12 @@ def test_in_wind_a_setpoint_steps_from_that_of_the_hover():
 
 
 def test_a_level_drone_steps_a_second_after_its_start_as_its_script_says_to_the_bit():
-    flown = fly_attitude_step("roll", 0.1, duration=0.5)
+    own = Scenario(script=[Action(at=0.5, velocity=[1.0, 0.0, 0.0])])  # which is left out
+    flown = fly_attitude_step("roll", 0.1, duration=0.5, scenario=own)
     row = find_attitude_axis("roll")
-    session = Session(attitude_scenario(row, 0.1, 0.5, Scenario()))
+    flight = scenario_before_step(0.5, Scenario())
+    flight.script = [dataclasses.replace(row.action(0.1), at=1.0)]
+    session = Session(flight)
     session.run()
     assert flown.edge == 1.0
     assert flown.recording.q_WB.tobytes() == session.recording().q_WB.tobytes()
@@ -125,6 +130,23 @@ def test_a_drone_that_does_not_come_to_rest_has_no_numbers_of_its_step(monkeypat
     assert flown.edge == 2.0
     assert "did not begin at rest" in flown.metrics.withheld
     assert math.isnan(flown.metrics.rise_time)
+
+
+def test_a_drone_that_is_lost_before_its_step_has_no_numbers_and_flies_no_further():
+    """It tumbles after 2 s; the wait would end after 60 s. The wait is a part of the progress."""
+    shares = []
+    flown = fly_attitude_step(
+        "pitch",
+        duration=0.25,
+        settings={"kd_pitch": 0.0, "kp_pitch": 400.0, "wind_y": 20.0},
+        progress=shares.append,
+    )
+    assert flown.loss.time <= flown.edge < flown.loss.time + 0.5
+    assert flown.diverged_at == 0.0
+    assert "lost before" in flown.metrics.withheld
+    assert all(math.isnan(number) for number in flown.metrics.numbers.values())
+    assert len(shares) == 4.0 * (flown.edge - 1.0) + 1.0
+    assert shares == sorted(shares) and 0.0 < shares[0] < 0.05 and shares[-1] == 1.0
 
 
 def test_what_cannot_be_flown_says_why():

@@ -1200,33 +1200,67 @@ def test_a_doublet_of_roll_is_flown_at_exact_steps_and_repeats_to_the_bit():
     assert_equal_to_the_bit(flown.recording, again.recording())
 
 
-def test_a_setpoint_of_attitude_steps_from_that_of_a_hover_in_wind():
+def test_a_setpoint_of_attitude_steps_from_that_of_a_hover_in_wind(monkeypatch):
     """By as much as without wind; a drone that is not at rest, as in gusts, gets it from level."""
     bench = Bench(HIGH)
     bench.execute(Action(set={"wind_x": WIND}))
-    bench.fly(8.0)
+    bench.fly(5.0)
     tilt = tilt_by_hand(bench.session.vehicle, bench.session.get("drag_area"))
-    assert "within ±0.5" in bench.excite(Excitation("pitch", Shape.STEP, 0.65, 0.5)).said
-    bench.excite(Excitation("pitch", Shape.DOUBLET, 0.1, 2.0))
+    bench.flying._exciter.check(Excitation("pitch", Shape.STEP, 0.65, 0.5))  # level by 0.56
+    for shape, size in ((Shape.STEP, -0.65), (Shape.DOUBLET, 0.65)):
+        said = bench.excite(Excitation("pitch", shape, size, 0.5)).said
+        assert "pitch of -0.65 rad from a hover of -0.1" in said
+        assert "would tilt the drone by 0.7" in said and "max_tilt is 0.7 rad" in said
+    bench.excite(Excitation("pitch", Shape.DOUBLET, 0.1, 1.5))
     began = bench.shown.exciting.began
     assert bench.shown.exciting.hover == pytest.approx(-tilt, rel=5e-3)
-    bench.fly(2.1)
+    bench.fly(1.6)
     up, down, end = (each.setpoint.given for each in bench.done if each.setpoint)
     assert up["pitch"] - down["pitch"] == pytest.approx(0.2)
     assert -0.15 < 0.5 * (up["pitch"] + down["pitch"]) < -0.09
     assert end == {}
-    flown = bench.session.recording().between(began, began + 1.0)
+    flown = bench.session.recording().between(began, began + 0.75)
     _, pitch = tilt_angles(flown.q_WB)
     assert pitch[0] == pytest.approx(-tilt, rel=5e-3)
     assert pitch[-1] - pitch[0] == pytest.approx(0.098, abs=2e-3)
+    monkeypatch.setattr(exciter, "RETURN_TIMEOUT_S", 0.5)
     bench.execute(Action(set={"turbulence": 15.4}))
     bench.excite(Excitation("pitch", Shape.STEP, 0.1, 1.0))
     assert bench.shown.exciting.round == 0
-    bench.fly(8.0)
-    assert [each.setpoint.given for each in bench.done if each.setpoint][-2:] == [
-        {"pitch": 0.1},
-        {},
-    ]
+    given = end
+    while not given and bench.session.time < 20.0:
+        bench.fly(0.25)
+        given = [each.setpoint.given for each in bench.done if each.setpoint][-1]
+    assert given == {"pitch": 0.1}
+
+
+def test_a_hover_that_tilts_more_before_a_step_begins_ends_an_excitation_beyond_the_limit():
+    """The wind rises while the drone is still level, and its step waits for it to be at rest."""
+    bench = Bench(HIGH)
+    bench.execute(Action(set={"wind_x": 12.0}))
+    bench.fly(0.3)
+    bench.excite(Excitation("pitch", Shape.STEP, -0.69, 0.6))
+    assert bench.shown.exciting.round == 0
+    while bench.shown.exciting and bench.session.time < 20.0:
+        bench.fly(0.25)
+    said = bench.shown.excitation_ended
+    assert "a pitch of -0.69 rad from a hover of -0.2" in said and "max_tilt is 0.7 rad" in said
+    assert [each.setpoint.given for each in bench.done if each.setpoint][-1] == {}
+    _, pitch = tilt_angles(bench.session.recording().q_WB)
+    assert pitch.min() > -0.4
+
+
+def test_a_setpoint_of_roll_steps_from_that_of_a_hover_in_crosswind():
+    """Which turns the drone steadily about the vertical."""
+    bench = Bench(HIGH)
+    bench.execute(Action(set={"wind_y": 6.0}))
+    bench.fly(3.5)
+    roll, _, _ = bench.session.snapshot().roll_pitch_yaw
+    bench.excite(Excitation("roll", Shape.STEP, 0.1, 1.0))
+    assert bench.shown.exciting.round == 1
+    assert bench.shown.exciting.hover == pytest.approx(roll)
+    assert roll > 0.05
+    assert bench.done[-1].setpoint.roll == pytest.approx(roll + 0.1, rel=0.1)
 
 
 def test_a_vehicle_that_hovers_tilted_without_wind_has_setpoints_from_there_by_itself():

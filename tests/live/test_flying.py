@@ -11,6 +11,7 @@ from workbench.common.errors import FlightBrokenError, WorkbenchError
 from workbench.control.mode import FlightMode
 from workbench.ipc.send_queue import SendQueue
 from workbench.ipc.worker_process import WorkerRefusal, WorkerRequest, WorkerResult
+from workbench.link import authority
 from workbench.live.flight_clock import FLIGHT_SLICE_S
 from workbench.live.flying import FlightLoop
 from workbench.live.messages import CLOSE_MESSAGE, FlightReport, FlownSoFar, Phase
@@ -137,12 +138,13 @@ def test_whoever_asks_to_hold_land_or_stop_ends_the_script(request_name):
     assert bench.session.next_action is None
 
 
-def test_the_landing_after_a_clients_silence_ends_the_script_and_repeats_to_the_bit():
+def test_the_landing_after_a_clients_silence_ends_the_script_and_repeats_to_the_bit(monkeypatch):
     """Its holds do not: the script goes on until the drone lands."""
-    script = [Action(at=1.5, set={"kp_roll": 88.0}), Action(at=5.25, velocity=[0.0, 0.5, 0.0])]
+    monkeypatch.setattr(authority, "LAND_AFTER_S", 2.25)
+    script = [Action(at=1.5, set={"kp_roll": 88.0}), Action(at=2.5, velocity=[0.0, 0.5, 0.0])]
     bench = Bench(Scenario(script=script))
     bench.bridge.authority.request(1, "one", 0.0)
-    bench.fly(5.5)
+    bench.fly(2.75)
     assert bench.session.snapshot().mode is FlightMode.LANDING
     assert (bench.session.get("kp_roll"), bench.session.asked[1]) == (88.0, 0.0)
     flown = bench.flown()

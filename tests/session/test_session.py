@@ -378,11 +378,11 @@ def test_a_landing_on_an_obstacle_ends(tmp_path):
     """As on the ground, the rotors stop; the drone starts again from there."""
     (tmp_path / "table.yaml").write_text(TABLE)
     session = Session(Scenario(world=str(tmp_path / "table.yaml"), script=[Action(request="land")]))
-    session.tick(4.0)
+    session.tick(3.5)
     found = session.snapshot()
     assert (found.mode, found.p_WB[2]) == (FlightMode.OFF, pytest.approx(1.2 + 0.136, abs=0.002))
     session.do(Action(request="take_off", height=1.8))
-    session.tick(1.5)
+    session.tick(1.0)
     assert session.snapshot().p_WB[2] > 1.4
 
 

@@ -145,7 +145,7 @@ def run(args: argparse.Namespace) -> int:
         flown.recording.write_csv(log)
         if drawer:
             drawer.finish()
-    if flown.edge != STEP_EDGE_S:
+    if flown.edge > STEP_EDGE_S and flown.diverged_at != 0.0:
         print_message(
             f"it hovers tilted: at {flown.edge:g} s the setpoint steps from that of the hover"
             if attitude
@@ -256,7 +256,12 @@ def _print_command(
         ("peak_rotor_use", f"{100 * response.peak_rotor_use:.1f}", "%", "of the speed limit"),
     ]
     rows += [
-        (f"coupling {axis}", f"{value:.4f}", "m" if axis in "xyz" else "rad", "largest excursion")
+        (
+            f"coupling {axis}",
+            number_or_dash(value, ".4f"),
+            "m" if axis in "xyz" else "rad",
+            "largest excursion",
+        )
         for axis, value in dataclasses.asdict(coupling).items()
         if axis != response.axis.removesuffix("_rate")
     ]

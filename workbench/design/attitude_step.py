@@ -7,13 +7,13 @@ by the samples alone, not by the decay of all modes of the linear model.
 A drone that wind tilts hovers until it is at rest, and its setpoint steps from that of the hover.
 """
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from workbench.common.errors import WorkbenchError
 from workbench.design.flier import DIAGRAM, Flier
 from workbench.design.flown_step import STEP_EDGE_S, FlownStep
 from workbench.design.linear_step import DecayTimes, linear_attitude_step
@@ -58,7 +58,8 @@ class AttitudeResponse(FlownStep):
         recording: the whole flight; the setpoint steps at `edge`.
         metrics: of the response from the edge on.
         peak_rotor_use: largest share of its speed limit at which any rotor ran, 0 .. 1.
-        coupling: deviations of the other angles; that of the commanded one is 0.
+        coupling: deviations of the other angles; that of the commanded one is 0. NaN, as the
+            metrics, if the flight was lost before the edge.
     """
 
     axis: str
@@ -95,6 +96,7 @@ def fly_attitude_step(
     Raises:
         WorkbenchError: if axis, amplitude or duration are invalid, or the law has no such setpoint.
     """
+    from workbench.design.lost import find_loss
     from workbench.setup import make_setup
 
     row = find_attitude_axis(axis)
@@ -105,31 +107,42 @@ def fly_attitude_step(
     most = setup.values["max_tilt"]
     duration = usual_duration(row, size, most) if duration is None else duration
     check_duration(duration)
-    check_tilt(row, size, duration, most)
-    flight = attitude_scenario(row, size, duration, setup.scenario)
-    flier = Flier(setup.with_scenario(flight), fly_on=DIAGRAM)
-    edge, hover, rests = _hover_before(flier.session, row, abs(size))
-    if edge != STEP_EDGE_S:
-        check_tilt(row, size + hover, duration, most)
-        flight = attitude_scenario(row, size + hover, duration, setup.scenario, edge)
-        flier.follow(flight.script, flight.duration)
-    flown = flier.fly(progress, programs=False)
-    after = flown.recording.between(edge, np.inf)
-    use = float(after.rotor_use.max())
-    return AttitudeResponse(
-        axis=axis,
-        amplitude=size,
-        edge=edge,
-        **vars(flown),
-        metrics=step_metrics(
+    row.check_tilt(size, duration, most)
+    flight = replace(scenario_before_step(duration, setup.scenario), script=[])
+    session = Flier(setup.with_scenario(flight), fly_on=DIAGRAM).session
+    tell = progress or (lambda share: None)
+    longest = STEP_EDGE_S + MAX_HOVER_S + duration
+    hover, rests = _hover_before(session, row, abs(size), lambda: tell(session.time / longest))
+    edge = session.time
+    row.check_tilt(size, duration, most, hover)
+    session.do(row.action(size + hover))
+    slices = math.ceil(duration / HOVER_LOOK_S)
+    for index in range(slices):
+        session.tick(duration / slices)
+        tell((edge + (longest - edge) * (index + 1) / slices) / longest)
+    recording = session.recording()
+    after = recording.between(edge, np.inf)
+    loss, use = find_loss(recording), float(after.rotor_use.max())
+    if loss and loss.time <= edge:
+        coupling = AttitudeCoupling(math.nan, math.nan, math.nan)
+        metrics = StepMetrics(peak_rotor_use=use, withheld="the flight was lost before the step")
+    else:
+        coupling = _coupling(row, after)
+        metrics = step_metrics(
             after.time - edge,
             response_to_setpoint(row, after),
             size,
             rests=rests,
             peak_rotor_use=use,
-        ),
+        )
+    return AttitudeResponse(
+        axis=axis,
+        amplitude=size,
+        edge=edge,
+        recording=recording,
+        metrics=metrics,
         peak_rotor_use=use,
-        coupling=_coupling(row, after),
+        coupling=coupling,
     )
 
 
@@ -160,28 +173,6 @@ def predict_attitude_step(
     return model.period * np.arange(count), amplitude * linear_attitude_step(model, axis, count)
 
 
-def check_tilt(row: AttitudeAxis, amplitude: float, duration: float, most: float) -> None:
-    """Refuse a step that would tilt the drone further than it may.
-
-    Args:
-        row: its axis.
-        amplitude: [rad] or [rad/s].
-        duration: of the setpoint [s].
-        most: `max_tilt` [rad].
-
-    Raises:
-        WorkbenchError: that says what to give instead.
-    """
-    tilt = row.largest_tilt(amplitude, duration)
-    if tilt > most + 1e-9:
-        remedy = "a smaller amplitude or a shorter time" if row.is_rate else "a smaller amplitude"
-        during = f" for {duration:g} s" if row.is_rate else ""
-        raise WorkbenchError(
-            f"a {row.label} of {amplitude:g} {row.unit}{during} would tilt the drone by {tilt:.2f} "
-            f"rad, and max_tilt is {most:g} rad: give {remedy}, or raise max_tilt"
-        )
-
-
 def usual_duration(row: AttitudeAxis, amplitude: float, max_tilt: float) -> float:
     """Return how long a step is flown unless the user says so [s].
 
@@ -195,53 +186,36 @@ def usual_duration(row: AttitudeAxis, amplitude: float, max_tilt: float) -> floa
     return USUAL_ATTITUDE_STEP_S
 
 
-def attitude_scenario(
-    row: AttitudeAxis,
-    setpoint: float,
-    duration: float,
-    scenario: Scenario,
-    edge: float = STEP_EDGE_S,
-) -> Scenario:
-    """Return the scenario of one step.
-
-    Args:
-        row: its axis.
-        setpoint: from the edge on [rad] or [rad/s].
-        duration: see `fly_attitude_step`.
-        scenario: see `fly_attitude_step`.
-        edge: time of the step [s].
-    """
-    flight = scenario_before_step(duration, scenario)
-    flight.duration = edge + duration
-    flight.script = [replace(row.action(setpoint), at=edge)]
-    return flight
-
-
-def _hover_before(session: "Session", row: AttitudeAxis, size: float) -> tuple[float, float, bool]:
+def _hover_before(
+    session: "Session", row: AttitudeAxis, size: float, tell: Callable[[], None]
+) -> tuple[float, bool]:
     """Hover to the edge of a step: for `STEP_EDGE_S`, or until a drone that tilts is at rest.
 
     Args:
         session: at its start.
         row: axis of the step.
         size: of the step [rad] or [rad/s], positive.
+        tell: called as it flies for longer.
 
     Returns:
-        The time of the edge [s], the setpoint of the hover [rad], and whether the drone is at rest.
+        The setpoint of the hover [rad], and whether the drone is at rest; it may be lost, else.
     """
+    from workbench.design.lost import find_loss
     from workbench.session.hover_attitude import LEVEL_SHARE, attitude_unrest, hover_attitude
 
     start = session.snapshot().roll_pitch_yaw
     session.tick(STEP_EDGE_S)
     now = session.snapshot().roll_pitch_yaw
     if max(abs(a - b) for a, b in zip(now[:2], start[:2], strict=True)) <= LEVEL_SHARE * size:
-        return STEP_EDGE_S, 0.0, True
-    session.follow([], STEP_EDGE_S + MAX_HOVER_S)
-    session.tick(STEP_EDGE_S + HOVER_LOOK_S)
-    while (moves := attitude_unrest(session.snapshot(), size) >= 1.0) and (
-        session.time < STEP_EDGE_S + MAX_HOVER_S
-    ):
+        return 0.0, True
+    moves = True
+    while moves and session.time < STEP_EDGE_S + MAX_HOVER_S:
         session.tick(HOVER_LOOK_S)
-    return session.time, hover_attitude(session, row, size).setpoint, not moves
+        tell()
+        if find_loss(session.recording()):
+            return 0.0, False
+        moves = attitude_unrest(session.snapshot(), size) >= 1.0
+    return hover_attitude(session, row, size).setpoint, not moves
 
 
 def response_to_setpoint(row: AttitudeAxis, recording: "Recording") -> np.ndarray:

@@ -79,7 +79,9 @@ class Exciter:
             WorkbenchError: for the first problem.
         """
         excitation.check()
-        excitation.check(StepDrive(self._session, excitation).limit)
+        drive = StepDrive(self._session, excitation)
+        excitation.check(drive.limit)
+        drive.check_tilt()
         if self._session.scenario.figure_eight:
             raise WorkbenchError("the scenario flies its figure of eight: excite another one")
         mode = self._session.snapshot().mode
@@ -202,7 +204,7 @@ class Exciter:
         self._next = self._first + change
 
     def _begin_round(self) -> bool:
-        """Begin a round, and return True; one of many not while joints swing: it ends them."""
+        """Begin a round, and return True; not if joints swing or the hover tilts too far."""
         assert self.exciting and self._drive
         excitation = self.exciting.excitation
         swings = self._is_loose and excitation.rests and self._unrest() >= 1.0
@@ -218,6 +220,12 @@ class Exciter:
         self._first = self._now
         if self.exciting.excitation.rests or self.exciting.returning:
             self._drive.begin_round()
+            try:
+                self._drive.check_tilt()
+            except WorkbenchError as too_far:
+                self.end()
+                self.ended = str(too_far)
+                return False
         self.exciting = dataclasses.replace(
             self.exciting,
             hover=self._drive.hover.angle,

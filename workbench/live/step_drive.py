@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from workbench.parameters.parameter_table import flight_table
 from workbench.scenario.attitude_axes import AttitudeAxis
 from workbench.scenario.axes import AXIS_NAMES, CommandAxis
-from workbench.scenario.excitation import Excitation
+from workbench.scenario.excitation import Excitation, Shape
 from workbench.scenario.loads import Load
 from workbench.scenario.scenario import Action, AttitudeSetpoint
 from workbench.session.hover_attitude import (
@@ -38,7 +38,7 @@ class StepDrive:
         excitation: that it flies.
 
     Attributes:
-        limit: largest allowed amplitude.
+        limit: largest allowed amplitude, of an attitude from level.
         stray: allowed drift between rounds without a rest [m] or [rad].
         turn_rate: largest yaw rate during the return [rad/s].
         hover: from which an attitude steps.
@@ -48,7 +48,7 @@ class StepDrive:
     """
 
     def __init__(self, session: Session, excitation: Excitation) -> None:
-        self._session, self._row = session, excitation.row
+        self._session, self._excitation, self._row = session, excitation, excitation.row
         self._size = size = abs(excitation.amplitude)
         self.hover = HoverAttitude()
         self.stray, self.turn_rate = MAX_STRAY, LOADED_YAW_RATE_RAD_S
@@ -59,7 +59,7 @@ class StepDrive:
                 axis.check(session.controller)
                 self.begin_round()
                 tilt = axis.largest_tilt(1.0, excitation.longest_level)
-                self.limit = (session.get(axis.limit) - abs(self.hover.setpoint)) / tilt
+                self.limit = session.get(axis.limit) / tilt
             case CommandAxis() as axis:
                 self.limit = session.get(axis.limit)
                 self.stray, self.turn_rate = MAX_STRAY + MAX_STRAY_TIME_S * size, size
@@ -81,6 +81,18 @@ class StepDrive:
             rests = self.unrest() < 1.0
             hover = hover_attitude(self._session, self._row, self._size) if rests else None
             self.hover = hover or HoverAttitude()
+
+    def check_tilt(self) -> None:
+        """Refuse an attitude that would tilt the drone further than it may, from the hover.
+
+        Raises:
+            WorkbenchError: that says what to give instead.
+        """
+        if isinstance(self._row, AttitudeAxis):
+            asked, most = self._excitation, self._session.get(self._row.limit)
+            both = asked.shape not in (Shape.STEP, Shape.PULSE)
+            for size in (asked.amplitude, -asked.amplitude) if both else (asked.amplitude,):
+                self._row.check_tilt(size, asked.longest_level, most, self.hover.setpoint)
 
     def action(self, value: float, duration: float) -> Action:
         """Return the action of a value for at most a time [s]; the drone holds otherwise."""

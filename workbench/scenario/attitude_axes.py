@@ -118,6 +118,31 @@ class AttitudeAxis:
         """Return the tilt after a setpoint for a time [s], of a loop that follows it [rad]."""
         return abs(amplitude) * (duration if self.is_rate else 1.0)
 
+    def check_tilt(
+        self, amplitude: float, duration: float, most: float, hover: float = 0.0
+    ) -> None:
+        """Refuse a step that would tilt the drone further than it may.
+
+        Args:
+            amplitude: [rad] or [rad/s].
+            duration: of the setpoint [s].
+            most: `max_tilt` [rad].
+            hover: setpoint of the hover from which an attitude steps [rad].
+
+        Raises:
+            WorkbenchError: that says what to give instead.
+        """
+        tilt = self.largest_tilt(hover + amplitude, duration)
+        if tilt > most + 1e-9:
+            remedy = "amplitude or a shorter time" if self.is_rate else "amplitude"
+            during = f" for {duration:g} s" if self.is_rate else ""
+            start = f" from a hover of {hover:.2g} rad" if hover else ""
+            raise WorkbenchError(
+                f"a {self.label} of {amplitude:g} {self.unit}{during}{start} would tilt the drone "
+                f"by {tilt:.2f} rad, and max_tilt is {most:g} rad: give a smaller {remedy}, or "
+                "raise max_tilt"
+            )
+
     def missing_from(self, law: Controller) -> str:
         """Return why a control law has no such setpoint, and what to do, as a sentence; or ""."""
         if self.point in law.points:

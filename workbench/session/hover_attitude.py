@@ -36,15 +36,15 @@ class HoverAttitude:
 def attitude_unrest(now: Snapshot, size: float) -> float:
     """Return the motion over the largest one at rest before a step; below 1 it is at rest.
 
-    In wind a drone is at rest with a tilt.
+    In wind a drone is at rest with a tilt, and may turn slowly about the vertical.
 
     Args:
         now: the drone.
         size: of the step [rad] or [rad/s], positive.
     """
-    turned = AT_REST_TIME_S * math.hypot(*now.w_WB)
+    turned = AT_REST_TIME_S * math.hypot(*now.w_WB[:2])
     tilted = math.hypot(*now.vdot_WB[:2]) / GRAVITY  # from that of rest
-    speed = math.hypot(*now.v_WB) / AT_REST_SPEED
+    speed = max(math.hypot(*now.v_WB), abs(now.w_WB[2])) / AT_REST_SPEED
     return max(speed, max(turned, tilted) / (AT_REST_SHARE * size))
 
 
