@@ -4,11 +4,11 @@ import math
 from dataclasses import dataclass
 from enum import Enum
 
-from workbench.estimation.settings import TRUTH
 from workbench.gui.instruments.instrument import Sign
 from workbench.gui.units import age_text
 from workbench.live.view import LiveView
 from workbench.plant.faults import Fault
+from workbench.scenario.scenario import Scenario
 from workbench.session.snapshot import SensorStatus, Snapshot
 
 MAX_AGE_PERIODS = 3.0
@@ -110,7 +110,8 @@ def silent_state(view: LiveView, kind: str) -> SensorState:
             "none",
             f"{view.vehicle.name} has no {kind_word(kind)} in its description.",
         )
-    if kind == "imu" and view.scenario is not None and view.scenario.estimator != TRUTH:
+    truth = Scenario.estimator  # the default: no estimator flies
+    if kind == "imu" and view.scenario is not None and view.scenario.estimator != truth:
         return SensorState(
             SensorHealth.IN_USE,
             "read by the estimator",
