@@ -1,6 +1,7 @@
 """A full device, for files and standard output: exit code 2, a sentence, nothing half-written."""
 
 import os
+import re
 import resource
 import subprocess
 import sys
@@ -83,7 +84,9 @@ def test_a_full_device(command, run, tmp_path, monkeypatch, log, pictures_here):
     with files_of_at_most(FEW_BYTES):
         said = run(*command.split())
     assert said.code == 2, said
-    assert "cannot be written: File too large" in said.err.splitlines()[-1]
+    last = said.err.splitlines()[-1]
+    assert "cannot be written: File too large" in last
+    assert not re.search(r"(^|[/ ])\.\w", last)  # it names the target, and no temporary file
     assert sorted(tmp_path.iterdir()) == before
 
 

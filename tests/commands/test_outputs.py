@@ -69,10 +69,28 @@ def test_two_files_in_one_place_are_refused(tmp_path):
     assert names(tmp_path) == []
 
 
+def test_a_sentence_about_a_temporary_file_names_the_target(tmp_path):
+    """Of what writes in the block, and of the end, where files get their names."""
+    target = tmp_path / "table.csv"
+
+    def tell(partial):
+        raise WorkbenchError(f"{partial}: cannot be written: full")
+
+    def end(partial):
+        partial.unlink()
+
+    for write, reason in ((tell, "full"), (end, "No such file or directory")):
+        with pytest.raises(WorkbenchError) as raised, Outputs() as outputs:
+            write(outputs.add(target))
+        assert str(raised.value) == f"{target}: cannot be written: {reason}"
+
+
 def test_a_place_where_nothing_can_be_written_is_refused_before_any_flight(
     refused, tmp_path, monkeypatch, case
 ):
-    """In a folder that is a file; `record` and `regress` make folders of their own."""
+    """In a folder that is a file; `record` and `regress` make folders of their own. Those that read
+    a log look for the place before they look for the log.
+    """
 
     def flies(*_):
         raise AssertionError("it has flown")
@@ -90,6 +108,11 @@ def test_a_place_where_nothing_can_be_written_is_refused_before_any_flight(
         "step --output file",
         "fly hover --log file/a.mcap --no-plots",
         "sweep kp_roll=100..110:2 --output file",
+        "log gone.mcap --html file/a.html",
+        "export gone.mcap --output file",
+        "plot gone.mcap --save file/a.png",
+        "plot gone.mcap --step-response roll --save file/a.png",
+        "estimate gone.mcap --output file",
     ):
         with case(words):
             assert "cannot be written: Not a directory" in refused(*words.split())

@@ -103,6 +103,14 @@ def test_an_alarm_stays_until_its_cause_ends(listed):
     assert len(listed.ordered) == 1
 
 
+def test_the_newest_of_equal_gravity_is_first_while_it_is_new(listed):
+    listed.add(Notice(WARNING, "slower than real time", of_flight=True))
+    listed.add(note("refused", WARNING))
+    assert told(listed.present) == ["refused", "slower than real time"]
+    listed.end(lambda notice: notice.of_flight)
+    assert told(listed.present) == ["refused"]
+
+
 def test_a_flood_pushes_no_failure_out(listed):
     listed.add(note("broken", FAILURE))
     listed.clock[0] += 100.0

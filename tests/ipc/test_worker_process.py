@@ -10,7 +10,8 @@ from pathlib import Path
 import pytest
 
 from workbench.common.errors import WorkbenchError
-from workbench.ipc.child_process import start_module
+from workbench.ipc import child_process
+from workbench.ipc.child_process import ChildProcess, start_module
 from workbench.ipc.worker_process import SupersededError, WorkerProcess
 
 ENOUGH = 300.0
@@ -130,6 +131,16 @@ def test_an_answer_may_close_its_worker(start):
         waiting = worker.do("wait")
         worker.do("now").add_done_callback(lambda _: worker.close())
         assert str(waiting.exception(ENOUGH)) == "the test is closed"
+
+
+def test_without_a_temporary_folder_the_sentence_says_so(monkeypatch):
+    def none():
+        raise FileNotFoundError(2, "No usable temporary directory found in ['/tmp']")
+
+    monkeypatch.setattr(child_process.tempfile, "TemporaryFile", none)
+    sentence = "no temporary file can be made for the picture: No usable .* set TMPDIR"
+    with pytest.raises(WorkbenchError, match=sentence):
+        ChildProcess("workbench.commands.drawer", "picture")
 
 
 def test_closing_does_not_wait_for_a_process_that_stands_still(start):

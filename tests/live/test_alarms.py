@@ -1,6 +1,7 @@
 """Alarms of a flight whose motion and thrusts are made up, told by what they name."""
 
 import math
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -8,6 +9,7 @@ import pytest
 
 from workbench.control.flight_mode import FlightMode, Reason
 from workbench.live.alarms import Alarms
+from workbench.live.messages import Pace
 from workbench.scenario.scenario import Scenario
 from workbench.session.session import Session
 
@@ -106,3 +108,25 @@ def test_rotors_at_their_largest_thrust_are_told_by_their_numbers_from_one():
             flight.thrusts[index] = flight.vehicle.rotors[index].max_thrust
         (said,) = flight.told(1.5)
         assert said.startswith(f"{wanted} at")
+
+
+def test_lost_real_time_lasts_only_while_it_is_lost():
+    """It is told again if it lasts beyond ten seconds of the flight, and ends with a pause, too."""
+    flight, told = MadeFlight(), []
+    alarms = Alarms(flight, told.append)
+    slow = Pace(asked=1.0, achieved=0.6, lag=0.3, given_up=1.0, slow=True)
+    kept = replace(slow, achieved=1.0, slow=False)
+
+    def seen(*paces):
+        """Seconds of wall and flight with a pace: how often it was told, and whether it lasts."""
+        found = []
+        for pace in paces:
+            flight.time += 1.0
+            alarms.look_at_pace(pace, flight.time)
+            found.append((len(told), bool(alarms.lasting)))
+        return found
+
+    assert seen(slow, slow, slow, slow) == [(0, False), (0, False), (1, True), (1, True)]
+    assert seen(kept) == [(1, False)]
+    assert seen(*[slow] * 4) == [(1, False)] * 4
+    assert seen(*[slow] * 6)[-1] == (2, True)

@@ -75,13 +75,13 @@ def run(args: argparse.Namespace) -> int:
     from workbench.logs.replay import logged_estimator
     from workbench.logs.sensor_samples import logged_sensors
 
-    with progress_bar(f"reading {args.log.name}"):
-        record = read_log(args.log)
-    if record.remark:
-        print_message(f"{args.log}: {record.remark}")
     with Outputs() as outputs:
         table = outputs.add(args.output / f"{args.log.stem}-estimate.csv")
         picture = outputs.picture(args, f"{args.log.stem}-estimate.png")
+        with progress_bar(f"reading {args.log.name}"):
+            record = read_log(args.log)
+        if record.remark:
+            print_message(f"{args.log}: {record.remark}")
         flown_on = args.estimator or logged_estimator(record)
         if not args.estimator and flown_on == TRUTH:
             flown_on = EKF

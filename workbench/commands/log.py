@@ -19,7 +19,7 @@ from workbench.commands.options import (
     asked_log,
     read_asked_flight,
 )
-from workbench.commands.outputs import Outputs
+from workbench.commands.outputs import Outputs, check_writable
 from workbench.commands.printing import (
     pick,
     print_message,
@@ -75,6 +75,8 @@ def run(args: argparse.Namespace) -> int:
     """Print the contents of the log."""
     from workbench.logs.flight_contents import contents_of_flight
 
+    if args.html:
+        check_writable(args.html)
     flight = read_asked_flight(args)
     contents = contents_of_flight(flight)
     files: list[Path] = []
@@ -192,6 +194,7 @@ def run_export(args: argparse.Namespace) -> int:
     folder = args.output or Path("out") / args.log.stem
     suffix = f".{args.format}"
     check_table_path(folder / f"{args.log.stem}{suffix}")
+    check_writable(folder / f"{args.log.stem}{suffix}")
     with progress_bar(f"reading {args.log.name}") as progress:
         topics, remark = log_topics(asked_log(args), progress)
     if remark:

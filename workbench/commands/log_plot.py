@@ -18,7 +18,7 @@ from workbench.commands.options import (
     asked_log,
     read_asked_flight,
 )
-from workbench.commands.outputs import Outputs
+from workbench.commands.outputs import Outputs, check_writable
 from workbench.commands.printing import (
     pick,
     print_message,
@@ -111,6 +111,8 @@ def run_plot(args: argparse.Namespace) -> int:
         raise WorkbenchError(
             f"--span goes from {args.span[0]:g} to {args.span[1]:g} s: let it end after it begins"
         )
+    if not args.list:
+        check_writable(output)
     if args.step_response:
         if args.fields or args.spectrum or args.over or args.list or args.span:
             raise WorkbenchError(

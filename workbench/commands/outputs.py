@@ -80,15 +80,16 @@ class Outputs:
             if isinstance(error, OSError) and error.errno in _OUTPUT_ERRORS:
                 names = ", ".join(map(str, self._partial))
                 raise WorkbenchError(f"{names}: cannot be written: {error.strerror}") from error
+            if isinstance(error, WorkbenchError) and self._with_targets(error) != str(error):
+                raise WorkbenchError(self._with_targets(error)) from error
             if kind is None:
                 for target, partial in self._partial.items():
                     partial.chmod(0o666 & ~_umask())
                     partial.replace(target)
                 self._folders.clear()
         except OSError as failure:
-            raise WorkbenchError(
-                f"{failure.filename}: cannot be written: {failure.strerror}"
-            ) from (failure)
+            place = self._with_targets(failure.filename)
+            raise WorkbenchError(f"{place}: cannot be written: {failure.strerror}") from failure
         finally:
             self.discard()
 
@@ -99,6 +100,13 @@ class Outputs:
         for folder in reversed(self._folders):
             if not any(folder.iterdir()):
                 folder.rmdir()
+
+    def _with_targets(self, said: object) -> str:
+        """Return a text that names final paths in place of temporary ones."""
+        text = str(said)
+        for target, partial in self._partial.items():
+            text = text.replace(str(partial), str(target))
+        return text
 
     def _make_folder(self, folder: Path) -> None:
         """Make a folder and its parents, and note which are new."""

@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from pathlib import Path
 
+from PyQt6.QtCore import Qt
 from PyQt6.QtGui import QClipboard, QGuiApplication
 from PyQt6.QtWidgets import QFileDialog, QWidget
 
@@ -24,15 +25,21 @@ def clipboard() -> QClipboard:
 def open_file(
     parent: QWidget, title: str, chosen: Callable[[Path], object], at: str = "", kinds: str = ""
 ) -> QFileDialog:
-    """Show a dialog for an existing file, and return it.
+    """Show a dialog for an existing file, and return it; one that is open comes to the front.
 
     Args:
-        parent: the Qt parent.
+        parent: the Qt parent; with the title it says which dialog is the same.
         title: title of the dialog.
         chosen: called with the path.
         at: folder or file that it shows first; "" for the present folder.
         kinds: filter of names as Qt writes it; "" for all.
     """
+    direct = Qt.FindChildOption.FindDirectChildrenOnly
+    for earlier in parent.findChildren(QFileDialog, options=direct):
+        if earlier.isVisible() and earlier.windowTitle() == title:
+            earlier.raise_()
+            earlier.activateWindow()
+            return earlier
     dialog = QFileDialog(parent, title, at, kinds)
     dialog.setFileMode(QFileDialog.FileMode.ExistingFile)
     dialog.setOption(QFileDialog.Option.ReadOnly)  # Qt's questions would render a file's name

@@ -44,7 +44,7 @@ class SensorOffer(QWidget):
         states = {kind: silent_state(view, kind) for kind in self._kinds if kind not in flown}
         self.said = states[self._kinds[0]].advice if self._kinds[0] in states else ""
         self._off = tuple(
-            kind for kind, state in states.items() if state.health is SensorHealth.OFF
+            kind for kind, state in states.items() if state.health is not SensorHealth.ABSENT
         )
         words = _kind_words(self._off)
         help = f"End this flight, and start the same one with the {words} on."

@@ -58,6 +58,17 @@ def last_line(output: IO[bytes], longest: int) -> str:
     return text.rpartition("\n")[2][:longest]
 
 
+def _temporary_file(name: str) -> IO[bytes]:
+    """Return a file for what a process prints; WorkbenchError if none can be made."""
+    try:
+        return tempfile.TemporaryFile()
+    except OSError as error:
+        raise WorkbenchError(
+            f"no temporary file can be made for the {name}: {error.strerror or error}: make room, "
+            "or set TMPDIR to another folder"
+        ) from error
+
+
 class ChildProcess:
     """Starts and ends a child process, and tells why it ended.
 
@@ -82,7 +93,7 @@ class ChildProcess:
             try:
                 self.connection, other = Pipe()
                 opened.callback(self.connection.close)
-                self._output = tempfile.TemporaryFile()  # noqa: SIM115
+                self._output = _temporary_file(name)
                 opened.callback(self._output.close)
                 with other:  # so that the connection ends with the process
                     self._process = start_module(

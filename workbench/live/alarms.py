@@ -186,6 +186,7 @@ class Alarms:
         """
         if not pace.too_slow:
             self._slow_since = math.inf
+            self._said.pop("real time", None)
             return
         self._slow_since = min(self._slow_since, now)
         if now - self._slow_since >= BEHIND_TIME_S:
@@ -344,8 +345,9 @@ class Alarms:
     def _alarm(self, kind: str, said: str, remedy: str) -> None:
         """Report an alarm, unless its cause has been present all the time."""
         now = self._session.time
-        before = self._last.get(kind, -math.inf)
-        self._last[kind] = now
-        if now - before > ALARM_QUIET_S:
+        is_told = now - self._last.get(kind, -math.inf) > ALARM_QUIET_S
+        if is_told:
             self._said[kind] = said
             self._told(f"{said}. {remedy}")
+        if kind in self._said:  # one that has ended is told again once it was quiet for so long
+            self._last[kind] = now

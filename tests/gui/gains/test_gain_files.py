@@ -1,6 +1,9 @@
 """Gain files on disk and on the clipboard."""
 
+from dataclasses import replace
+
 from workbench.gains.gains import load_gains
+from workbench.scenario.scenario import Action, Scenario
 
 NAME = "kp_velocity_x"
 
@@ -76,3 +79,34 @@ def test_a_model_without_gains_offers_those_of_the_start(rig, qtbot):
     with qtbot.waitSignal(rig.gain_files.diff_changed) as compared:
         rig.gain_files.load_own()
     assert [(change.name, change.b) for change in compared.args[0].changes] == [(NAME, 3.0)]
+
+
+def test_what_a_script_sets_is_not_lost(rig, new_view):
+    """It is in the scenario; what is tuned beside it, or after it, is in no file."""
+    scenario = Scenario(script=[Action(at=1.0, set={NAME: 4.1})])
+    rig.editor.begin(replace(new_view(), scenario=scenario))
+    rig.know()
+    rig.flight.publish(1.0, **{NAME: 4.1})
+    assert rig.editor.tried == (NAME,)
+    assert rig.gain_files.unsaved() == ""
+    rig.editor.keep()
+    assert rig.gain_files.unsaved() == ""
+    rig.editor.propose("kp_roll", 200.0)
+    assert "The gains that fly are in no file" in rig.gain_files.unsaved()
+    rig.editor.undo()
+    rig.editor.propose(NAME, 4.2)
+    assert "The gains that fly are in no file" in rig.gain_files.unsaved()
+
+
+def test_what_a_script_sets_after_a_gain_file_is_not_lost(rig, new_view, gain_file, qtbot):
+    scenario = Scenario(script=[Action(at=1.0, set={NAME: 4.1})])
+    rig.editor.begin(replace(new_view(), scenario=scenario))
+    rig.know()
+    with qtbot.waitSignal(rig.gain_files.diff_changed):
+        rig.gain_files.load(gain_file)
+    rig.gain_files.take([NAME, "kp_roll"])
+    assert rig.gain_files.unsaved() == ""
+    rig.flight.publish(2.0, **{NAME: 4.1})
+    assert rig.editor.flown[NAME] == 4.1 and rig.gain_files.unsaved() == ""
+    rig.editor.propose("kp_roll", 180.0)
+    assert "The gains that fly are in no file" in rig.gain_files.unsaved()

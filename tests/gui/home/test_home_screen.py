@@ -237,6 +237,21 @@ def test_imu_and_magnetometer_are_shown_also_alone(flown, canned, clock):
         assert flown.cards["imu"].sign is Sign.GOOD
 
 
+def test_the_imu_that_only_the_estimator_reads_is_in_use(flown, canned, clock):
+    """With an estimator the magnetometer is on, too, so the table stays; a button switches on."""
+    view = canned.views[-1]
+    others = tuple(each for each in view.snapshot.sensors if each.kind != "imu")
+    named = replace(view, scenario=replace(view.scenario, estimator="ekf"))
+    shown(flown, named, clock, sensors=others, imu=None)
+    card = flown.cards["imu"]
+    assert card.table.texts[:2] == (("", "", "in use"), ("", "", "in use"))
+    assert card.table.toolTip().startswith("The estimator reads the IMU")
+    snapshot = replace(view.snapshot, sensors=others, imu=None)
+    flown.begin(replace(named, snapshot=snapshot))
+    assert flown.offers["imu"].isVisibleTo(flown)
+    assert flown.offers["imu"].button.accessibleName() == "Fly with the IMU"
+
+
 def test_one_of_two_height_sensors_is_off(flown, canned, clock):
     now = canned.views[-1].snapshot
     left = tuple(each for each in now.sensors if each.kind != "range_finder")

@@ -75,6 +75,21 @@ def test_a_sensor_that_is_off_says_how_to_switch_it_on(view):
     assert "Settings" in state.advice
 
 
+def test_the_imu_of_an_estimator_is_not_called_off(view):
+    """It can be switched on all the same, to see its readings."""
+    snapshot = replace(view.snapshot, sensors=())
+    for estimator, kind, health, note in (
+        ("ekf", "imu", SensorHealth.IN_USE, "read by the estimator"),
+        ("truth", "imu", SensorHealth.OFF, "off"),
+        ("ekf", "lidar", SensorHealth.OFF, "off"),
+    ):
+        scenario = replace(view.scenario, estimator=estimator)
+        flown = replace(view, snapshot=snapshot, scenario=scenario)
+        state = sensor_state(flown, snapshot, kind)
+        assert (state.health, state.note) == (health, note)
+        assert "Settings" in state.advice
+
+
 def test_a_drone_without_such_a_sensor_says_so(view):
     vehicle = replace(view.vehicle, sensors=())
     snapshot = replace(view.snapshot, sensors=())

@@ -10,11 +10,18 @@ from PyQt6.QtCore import Qt
 from workbench.commands.cli import main
 from workbench.common.resources import find_model, find_scenario, list_models, list_scenarios
 from workbench.gui.recent_files import FileKind
+from workbench.gui.start import sketch_worker
 from workbench.gui.start.data_sheet_dialog import DataSheetDialog
 from workbench.gui.start.sketch import Sketch
-from workbench.gui.start.sketch_worker import commanded_path, log_sketch, sketch_of
+from workbench.gui.start.sketch_worker import (
+    commanded_path,
+    log_sketch,
+    sketch_of,
+    sketch_or_fault,
+)
 from workbench.gui.start.sketches import Sketches
 from workbench.gui.start.start_screen import NO_FLIGHTS_TEXT, StartScreen
+from workbench.plant.formats.xacro import MissingArgumentsError
 from workbench.scenario.scenario import Action, FigureEight, Scenario, ScenarioStart
 
 LEFT = Qt.MouseButton.LeftButton
@@ -79,14 +86,49 @@ def test_a_picture_takes_the_place_of_the_sign(screen):
     assert card.accessibleDescription() == "1.9 kg, 4 rotors"
 
 
-def test_a_process_draws_the_pictures_and_ends(qtbot):
+def test_a_file_that_cannot_be_read_is_marked_with_the_reason(screen, workspace, tmp_path):
+    """Until it can; the mark is words in the picture, and the reason is in the tip."""
+    path = tmp_path / "notes.yaml"
+    path.write_text("colour: blue\n")
+    workspace.recent.add(FileKind.SCENARIO, str(path))
+    card = screen.scenarios.cards[0]
+    fault = sketch_or_fault(FileKind.SCENARIO, path)
+    assert "colour" in fault.fault and fault.points == []
+    before = card.icon().pixmap(168, 96).toImage()
+    screen.sketches.ready.emit(path, fault)
+    assert card.icon().pixmap(168, 96).toImage() != before
+    assert card.accessibleDescription().startswith("could not be read: ")
+    assert fault.fault in card.toolTip() and str(path) in card.toolTip()
+    path.write_text("title: mended\n")
+    screen.sketches.ready.emit(path, sketch_or_fault(FileKind.SCENARIO, path))
+    assert card.accessibleDescription() == "mended"
+    assert not card._fault
+
+
+def test_a_drone_that_needs_arguments_is_not_called_unreadable(monkeypatch, tmp_path):
+    """The app asks for them when it opens the drone."""
+    path = tmp_path / "asks.urdf.xacro"
+
+    def needs(*_):
+        raise MissingArgumentsError(str(path), ())
+
+    monkeypatch.setattr(sketch_worker, "sketch_of", needs)
+    with pytest.raises(MissingArgumentsError):
+        sketch_or_fault(FileKind.MODEL, path)
+
+
+def test_a_process_draws_the_pictures_and_ends(qtbot, tmp_path):
+    wrong = tmp_path / "wrong.yaml"
+    wrong.write_text("colour: blue\n")
     sketches, found = Sketches(), {}
     sketches.ready.connect(lambda path, sketch: found.update({path: sketch}))
     sketches.ask(FileKind.MODEL, find_model("dh_drone"))
     sketches.ask(FileKind.MODEL, Path("/nowhere/else.urdf"))
+    sketches.ask(FileKind.SCENARIO, wrong)
     sketches.ask(FileKind.SCENARIO, find_scenario("hover"))
-    qtbot.waitUntil(lambda: len(found) == 2)
+    qtbot.waitUntil(lambda: len(found) == 3)
     qtbot.waitUntil(lambda: sketches._process is None)
+    assert [path for path, sketch in found.items() if sketch.fault] == [wrong]
     sketches.close()
 
 

@@ -5,6 +5,7 @@ import io
 import math
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from PyQt6.QtGui import QGuiApplication
 
@@ -209,6 +210,41 @@ def test_every_view_has_every_design_in_its_own_stroke(screen, settle, qtbot):
     texts = card.legend.toolTip().splitlines()
     assert "    kp_velocity_x 6 instead of 4.45" in texts
     assert "    has not flown" in texts
+
+
+def test_the_legend_has_numbers_and_last_values_before_the_pointer_is_over_the_chart(
+    screen, settle, qtbot
+):
+    """Of a step its end, as the curves have it; the last value of a loop would tell nothing."""
+    card = screen.compare
+    screen.gains.propose("kd_pitch", 20.0)
+    screen.trial.set_step(RequestedStep("pitch", 0.1, 1.0))
+    settle()
+
+    def shown(plot):
+        """Number and value of each design, once the card has them as the plot does."""
+        qtbot.waitUntil(lambda: card.chosen and all(each.number for each in card.legend.entries))
+        numbers = {each.label: each.number for each in plot.curves}
+        for each in card.legend.entries:
+            assert each.number == numbers[each.label.partition(" ")[0]]
+        return [each.value for each in card.legend.entries]
+
+    values = shown(card.plot)
+    ends = {each.label: np.degrees(each.samples(0.0)[1][-1]) for each in card.plot.curves}
+    for entry, value in zip(card.legend.entries, values, strict=True):
+        number, unit = value.split("\N{NO-BREAK SPACE}")
+        assert unit == "°"
+        assert float(number) == pytest.approx(ends[entry.label.partition(" ")[0]], abs=0.01)
+    card.plot.canvas.hovered.emit(0.0)
+    assert all(
+        float(each.value.split("\N{NO-BREAK SPACE}")[0]) < 1.0 for each in card.legend.entries
+    )
+    card.view.setCurrentIndex(card.view.findText(FREQUENCY_VIEW))
+    settle()
+    qtbot.waitUntil(lambda: len(card.magnitude.names) == 3)
+    assert shown(card.magnitude) == ["", "", ""]
+    card.magnitude.canvas.hovered.emit(10.0)
+    assert all(each.value.endswith("dB") for each in card.legend.entries)
 
 
 def test_an_attitude_step_is_compared_beside_the_loop_of_the_moved_gain(screen, settle, qtbot):

@@ -53,6 +53,31 @@ def test_the_stop_key_works_above_an_open_dialog(opened, qtbot, workspace, monke
     dialog.close()
 
 
+def test_a_key_pressed_twice_opens_one_dialog(opened, qtbot):
+    """The first comes back to the front with what was typed; a closed one does not."""
+    window = opened(first="home")
+    actions = window.actions_by_name
+
+    def dialogs():
+        return [each for each in window.findChildren(QFileDialog) if each.isVisible()]
+
+    actions["open_scenario"].trigger()
+    (scenario,) = dialogs()
+    scenario.findChild(QLineEdit).setText("my.yaml")
+    actions["open_log"].trigger()
+    actions["open_log"].trigger()
+    assert len(dialogs()) == 2
+    actions["open_scenario"].trigger()
+    assert len(dialogs()) == 2
+    qtbot.waitUntil(scenario.isActiveWindow, timeout=60_000)
+    assert scenario.findChild(QLineEdit).text() == "my.yaml"
+    scenario.close()
+    actions["open_scenario"].trigger()
+    assert len(dialogs()) == 2 and scenario not in dialogs()
+    for each in dialogs():
+        each.close()
+
+
 def test_what_the_window_showed_is_there_at_the_next_start(opened, workspace):
     workspace.preferences.store.setValue("window/1/beside", True)
     window = opened(first="home", view3d=True)

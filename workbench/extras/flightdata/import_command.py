@@ -12,7 +12,7 @@ from workbench.commands.options import (
     add_log_options,
     read_asked_flight,
 )
-from workbench.commands.outputs import Outputs
+from workbench.commands.outputs import Outputs, check_writable
 from workbench.commands.printing import pick, print_message, print_result
 from workbench.common.errors import WorkbenchError
 from workbench.common.plain_text import file_stem
@@ -39,10 +39,12 @@ def run(args: argparse.Namespace) -> int:
     """Read the log and write it."""
     from workbench.extras.flightdata.importing import write_flight
 
-    flight = read_asked_flight(args)
-    output = args.save or Path("out") / f"{file_stem(flight.name)}.mcap"
+    output = args.save or Path("out") / f"{file_stem(args.log.name)}.mcap"
     if output.suffix != ".mcap":
         raise WorkbenchError(f"{output}: a log is MCAP: let its name end in .mcap")
+    check_writable(output)
+    flight = read_asked_flight(args)
+    output = args.save or output.with_name(f"{file_stem(flight.name)}.mcap")
     if output.exists() and output.samefile(args.log):
         raise WorkbenchError(f"{output}: is the log itself: name another file")
     for remark in flight.remarks:

@@ -49,6 +49,8 @@ class Legend(QLabel):
 
     toggled = pyqtSignal(int)
     """Index of the entry that was clicked."""
+    entries_changed = pyqtSignal()
+    """`entries` changed: curves, their numbers or values."""
 
     def __init__(self, look: Look) -> None:
         super().__init__()
@@ -87,6 +89,7 @@ class Legend(QLabel):
         self._write()
         if not fits:
             self._fit()
+        self.entries_changed.emit()
 
     def resizeEvent(self, event: QResizeEvent | None) -> None:
         """Adapt the number of lines to the width."""

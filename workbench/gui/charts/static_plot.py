@@ -21,10 +21,12 @@ class StaticPlot(Chart):
 
     Args:
         workspace: source of colours, units and preferences.
+        shows_end: whether the legend has the last values while there is no cursor.
     """
 
-    def __init__(self, workspace: Workspace) -> None:
+    def __init__(self, workspace: Workspace, shows_end: bool = False) -> None:
         super().__init__(workspace, 1e-3, "Plot")
+        self._shows_end = shows_end
         self._unit = ""
         self._ends: tuple[float, float] | None = None
         self._model.hint = "Nothing to show yet"
@@ -146,8 +148,8 @@ class StaticPlot(Chart):
         """Do nothing: it is always paused."""
 
     def _entries(self) -> list[LegendEntry]:
-        """Return the legend: without a cursor it has no values, as no sample is the newest."""
+        """Return the legend: no sample is the newest, so a value needs a cursor or `shows_end`."""
         entries = super()._entries()
-        if self.cursor_time is None:
+        if self.cursor_time is None and not self._shows_end:
             return [dataclasses.replace(each, value="") for each in entries]
         return entries

@@ -58,6 +58,7 @@ class GainFiles(QObject):
         self._answers = FutureCallbacks(lambda said: notices.warn(said), self)
         self._vehicle: Vehicle | None = None
         self._start: GainFileValues = {}
+        self._scripted: frozenset[tuple[str, float]] = frozenset()
         self._values: GainFileValues = {}
         self.name = ""
         self.diff: GainFileDiff | None = None
@@ -143,7 +144,8 @@ class GainFiles(QObject):
         """Return which gains would be lost with the flight, as a sentence; "" for none.
 
         Flown or kept gains are lost if they equal neither those of the flight's start nor those of
-        the gain file that was loaded or saved last.
+        the gain file that was loaded or saved last. Values that the scenario's script sets do not
+        count: the scenario has them.
         """
         flown_values, kept_values = self._editor.ordered_gains, self._editor.kept
         flown, kept = self._is_lost(flown_values), self._is_lost(kept_values)
@@ -180,6 +182,8 @@ class GainFiles(QObject):
         """Start with the gains of a new flight's start."""
         self._vehicle = view.vehicle
         self._start = dict(self._editor.kept)
+        script = view.scenario.script if view.scenario is not None else ()
+        self._scripted = frozenset(each for action in script for each in action.set.items())
         self.file = None
         self._set_name(FLIGHT_START_NAME, self._start)
         self.dismiss()
@@ -193,7 +197,8 @@ class GainFiles(QObject):
 
     def _is_lost(self, values: GainFileValues) -> bool:
         """Return whether values for a gain file are stored nowhere else."""
-        return values != self._start and not self._has(values)
+        own = dict(values.items() - self._scripted)
+        return not own.items() <= self._start.items() and not self._has({**self._values, **own})
 
     def _read(self, name: str, read: Callable[[], GainFile]) -> None:
         self._answers.expect(self._errands.run(read), done=lambda file: self._compare(name, file))

@@ -7,6 +7,7 @@ from workbench.gui.home.home_card import HomeCard
 from workbench.gui.home.sensor_state import SensorHealth, SensorState, sensor_state
 from workbench.gui.home.shown_units import ShownUnits
 from workbench.gui.instruments.readout import UNKNOWN_VALUE_TEXT, Hint, ReadoutLine
+from workbench.gui.labels import set_tip
 from workbench.gui.layout import fill
 from workbench.gui.units import MICROTESLA_UNIT
 from workbench.live.view import LiveView
@@ -48,6 +49,7 @@ class ImuCard(HomeCard):
         self.table.setVisible(not silent)
         self.hint.setVisible(silent)
         self.set_state(max(state, compass, key=state_severity))
+        set_tip(self.table, state.advice)
         if silent:
             self.hint.say(state.note, state.advice)
             return
@@ -65,8 +67,8 @@ class ImuCard(HomeCard):
 
 def _unmeasured(state: SensorState) -> tuple[str, ...]:
     """Return the text instead of x, y, z for a sensor without a reading."""
-    off = state.health in (SensorHealth.OFF, SensorHealth.ABSENT)
-    return ("", "", state.note if off else UNKNOWN_VALUE_TEXT)
+    waits = state.health is SensorHealth.WAITING
+    return ("", "", UNKNOWN_VALUE_TEXT if waits else state.health.word)
 
 
 def state_severity(state: SensorState) -> int:

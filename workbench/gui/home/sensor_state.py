@@ -8,6 +8,7 @@ from workbench.gui.instruments.instrument import Sign
 from workbench.gui.units import age_text
 from workbench.live.view import LiveView
 from workbench.plant.faults import Fault
+from workbench.scenario.scenario import Scenario
 from workbench.session.snapshot import SensorStatus, Snapshot
 
 MAX_AGE_PERIODS = 3.0
@@ -24,12 +25,19 @@ class SensorHealth(Enum):
     ABSENT = "none", Sign.OFF
     """The drone has no such sensor."""
     OFF = "off", Sign.OFF
+    IN_USE = "in use", Sign.OFF
+    """The estimator reads it, and nothing else does."""
     WAITING = "waiting", Sign.OFF
     """It has delivered nothing yet."""
     GOOD = "good", Sign.GOOD
     OLD = "old", Sign.WARNING
     FAULTY = "faulty", Sign.BAD
     """A fault was commanded."""
+
+    @property
+    def word(self) -> str:
+        """Its word."""
+        return self.value[0]
 
     @property
     def sign(self) -> Sign:
@@ -101,6 +109,13 @@ def silent_state(view: LiveView, kind: str) -> SensorState:
             SensorHealth.ABSENT,
             "none",
             f"{view.vehicle.name} has no {kind_word(kind)} in its description.",
+        )
+    truth = Scenario.estimator  # the default: no estimator flies
+    if kind == "imu" and view.scenario is not None and view.scenario.estimator != truth:
+        return SensorState(
+            SensorHealth.IN_USE,
+            "read by the estimator",
+            "The estimator reads the IMU. Switch it on here or in Settings to see its readings.",
         )
     return SensorState(
         SensorHealth.OFF,

@@ -24,6 +24,7 @@ class Sketch:
         lines: straight lines, as arms.
         path: a curve, as a flown path.
         said: what it is, in a few words.
+        fault: why the file cannot be read, as a sentence; "" if it can.
         least_span: least shown width and height.
     """
 
@@ -32,6 +33,7 @@ class Sketch:
     lines: tuple[tuple[SketchPoint, ...], ...] = ()
     path: tuple[SketchPoint, ...] = ()
     said: str = ""
+    fault: str = ""
     least_span: float = 1e-6
 
     @property

@@ -14,6 +14,7 @@ from workbench.common.flight import Flight
 from workbench.gui.recent_files import FileKind
 from workbench.gui.start.sketch import Sketch, SketchPoint
 from workbench.ipc.worker_process import WorkerRefusal, WorkerRequest, WorkerResult
+from workbench.plant.formats.xacro import MissingArgumentsError
 from workbench.scenario.scenario import Scenario
 
 SKETCH_NICENESS = 10
@@ -48,6 +49,20 @@ def sketch_of(kind: FileKind, path: Path) -> Sketch:
             return log_sketch(path)
         case _:
             raise WorkbenchError(f"{path}: there is no picture of a {kind.value}")
+
+
+def sketch_or_fault(kind: FileKind, path: Path) -> Sketch:
+    """Return the drawing of a file, or why it cannot be read.
+
+    Raises:
+        MissingArgumentsError: if it needs arguments, for which the app asks when it opens it.
+    """
+    try:
+        return sketch_of(kind, path)
+    except MissingArgumentsError:
+        raise
+    except WorkbenchError as error:
+        return Sketch(fault=str(error))
 
 
 def drone_sketch(path: Path) -> Sketch:
@@ -110,7 +125,7 @@ def log_sketch(path: Path) -> Sketch:
     from workbench.logs.flight_reader import open_log
 
     if path.stat().st_size > MAX_SKETCHED_LOG_BYTES:
-        raise WorkbenchError(f"{path}: is too large to be read for a picture")
+        return Sketch(said="too large to be read for a picture")
     flight = open_log(path)
     said = f"{flight.end - flight.begin:.0f} s, {flight.vehicle}"
     names = next((each for each in PATH_SIGNALS if flight.has(each)), None)
@@ -146,7 +161,7 @@ def main(connection: Connection) -> None:
         while isinstance(asked := connection.recv(), WorkerRequest):
             kind, path = asked.what
             try:
-                connection.send(WorkerResult(asked.number, sketch_of(kind, path)))
+                connection.send(WorkerResult(asked.number, sketch_or_fault(kind, path)))
             except (WorkbenchError, MemoryError, OSError) as error:
                 connection.send(WorkerRefusal(asked.number, str(error)))
 

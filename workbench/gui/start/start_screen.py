@@ -4,8 +4,8 @@ from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
 
-from PyQt6.QtCore import QSize, Qt
-from PyQt6.QtGui import QIcon, QShowEvent
+from PyQt6.QtCore import QPoint, QRect, QSize, Qt
+from PyQt6.QtGui import QIcon, QPainter, QShowEvent
 from PyQt6.QtWidgets import QFrame, QToolButton, QWidget
 
 from workbench.common.plain_text import plain_name
@@ -28,6 +28,7 @@ from workbench.live.view import LiveView
 CARD_PICTURE_SIZE_PX = (168, 96)
 START_CARD_SPACING_PX = 10
 START_CARD_PADDING_PX = 13
+UNREADABLE_TEXT = "could not be read"
 NO_FLIGHTS_TEXT = "No flight was recorded or opened yet: press Record, or open a log."
 
 
@@ -50,6 +51,7 @@ class FileCard(QToolButton):
         super().__init__()
         self.path, self.name, self._look = path, name, look
         self._sketch, self._fades = PLACEHOLDER_SKETCHES[kind], True
+        self._fault = ""
         ClickGuard(self)
         self.setProperty("class", "card")
         self.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextUnderIcon)
@@ -64,16 +66,25 @@ class FileCard(QToolButton):
         self._draw()
 
     def show_sketch(self, sketch: Sketch) -> None:
-        """Show its picture."""
-        self._sketch, self._fades = sketch, False
-        if sketch.said:
-            set_tip(self, f"{sketch.said}\n{self.path}")
-            self.setAccessibleDescription(sketch.said)
+        """Show its picture, or over a placeholder that the file cannot be read."""
+        self._fault = sketch.fault
+        if sketch.points:
+            self._sketch, self._fades = sketch, False
+        if said := f"{UNREADABLE_TEXT}: {sketch.fault}" if sketch.fault else sketch.said:
+            set_tip(self, f"{said}\n{self.path}")
+            self.setAccessibleDescription(plain_name(said))
         self._draw()
 
     def _draw(self) -> None:
         ratio, look = self.devicePixelRatioF(), self._look
         made = sketch_pixmap(self._sketch, look, *CARD_PICTURE_SIZE_PX, ratio, fades=self._fades)
+        if self._fault:
+            painter = QPainter(made)
+            painter.setPen(look.colour("warning"))
+            painter.drawText(
+                QRect(QPoint(), self.iconSize()), Qt.AlignmentFlag.AlignCenter, UNREADABLE_TEXT
+            )
+            painter.end()
         self.setIcon(QIcon(made))
 
 

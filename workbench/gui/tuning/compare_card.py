@@ -46,6 +46,7 @@ from workbench.scenario.loads import find_excited
 STEP_VIEW, FREQUENCY_VIEW, POLES_VIEW, TABLE_VIEW = "Step", "Frequency", "Poles", "Table"
 COMPARISON_VIEWS = (STEP_VIEW, FREQUENCY_VIEW, POLES_VIEW, TABLE_VIEW)
 COMPARED_COMMAND_CURVE = "command"
+LEGEND_VALUES_TEXT = "Values at the pointer; of a step, else at its end"
 NO_STEP_TEXT = "Choose a step of a setpoint or an attitude, not a chirp or a load."
 
 
@@ -85,7 +86,7 @@ class CompareCard(TuningCard):
         self.choose = menu_button("&Designs", "Choose what is compared", self._fill_choose)
         self.use = menu_button("&Use", "Fly or keep one, or copy the table", self._fill_use)
         self.legend = Legend(workspace.look)
-        self.plot = StaticPlot(workspace)
+        self.plot = StaticPlot(workspace, shows_end=True)
         self.bode = BodePlots(workspace)
         self.magnitude, self.phase = self.bode.plots
         self.plane = PolePlane(workspace.look)
@@ -98,7 +99,7 @@ class CompareCard(TuningCard):
         self.loop.currentIndexChanged.connect(self._follow)
         self.legend.toggled.connect(self._toggle_entry)
         for plot in (self.plot, self.magnitude):
-            plot.canvas.hovered.connect(lambda _: self._show_legend())
+            plot.legend.entries_changed.connect(self._show_legend)
         self.plane.read.connect(self._read)
         self._answers.changed.connect(self._soon.start)
         designs.changed.connect(self._follow)
@@ -230,7 +231,7 @@ class CompareCard(TuningCard):
             entries.append(LegendEntry(each.label, value, colour, each.style, number, visible))
             lines.append("\n    ".join((each.name, *each.long)))
         self.legend.show_entries(entries)
-        set_tip(self.legend, "\n".join(lines))
+        set_tip(self.legend, "\n".join((LEGEND_VALUES_TEXT, *lines)))
         self.legend.setAccessibleDescription("; ".join(lines))
 
     def _listed(self) -> tuple[Design, ...]:

@@ -24,3 +24,16 @@ def test_a_full_device(command, run, tmp_path, monkeypatch):
     assert said.code == 2, said
     assert "cannot be written: File too large" in said.err.splitlines()[-1]
     assert sorted(tmp_path.iterdir()) == before
+
+
+def test_the_place_is_checked_before_a_log_is_read(refused, tmp_path, monkeypatch, case):
+    monkeypatch.chdir(tmp_path)
+    Path("file").write_text("in the way")
+    for words, said in (
+        ("import gone.csv --save file/a.mcap", "file/a.mcap: cannot be written: Not a directory"),
+        ("import gone.csv --save a.txt", "let its name end in .mcap"),
+        ("import gone.csv", "gone.csv: no such file"),
+    ):
+        with case(words):
+            assert said in refused(*words.split())
+    assert sorted(tmp_path.iterdir()) == [tmp_path / "file"]

@@ -156,7 +156,10 @@ def test_what_makes_no_motion_is_a_sentence(make, vehicle, case):
             make((*LOGGED_ESTIMATE_SIGNALS, *RATES)),
         ),
         ("no position, no velocity, no attitude: a prediction", make((*SETPOINT_SIGNALS, *MOTORS))),
-        ("has 6 motors, but .* has 4", make((*whole, "motors.command_5", "motors.command_6"))),
+        (
+            "has 6 motors, but .* has 4: give the drone .* `--model`, or in the app fly that drone",
+            make((*whole, "motors.command_5", "motors.command_6")),
+        ),
         ("at 1.00 s is not a position", make(whole, far)),
     ):
         with case(said), pytest.raises(WorkbenchError, match=said):

@@ -9,7 +9,7 @@ from workbench.common.errors import WorkbenchError
 from workbench.common.flight import Flight
 from workbench.control.controller_file import load_controller
 from workbench.control.installed_laws import installed_laws
-from workbench.extras.flightdata.predict.motion import LoggedMotion
+from workbench.extras.flightdata.predict.motion import WRONG_DRONE_REMEDY, LoggedMotion
 from workbench.extras.flightdata.predict.what_if import Law
 from workbench.gains.gain_choice import flight_gains
 from workbench.logs.logged_signal import (
@@ -223,8 +223,8 @@ def _check_predictable(
     told, rotors = len(commands), len(vehicle.rotors)
     if told not in (0, rotors):
         raise WorkbenchError(
-            f"{flight.source}: has {told} motors, but {vehicle.name} has {rotors}: name the "
-            "drone that flew"
+            f"{flight.source}: has {told} motors, but {vehicle.name} has {rotors}: "
+            f"{WRONG_DRONE_REMEDY}"
         )
     needed = {
         "position": truth[4:7],

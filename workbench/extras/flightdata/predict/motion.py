@@ -9,6 +9,7 @@ from workbench.common.series import interpolated_on_grid
 
 POSITION_VELOCITY_ROWS = (4, 5, 6, 10, 11, 12)
 """Place of p_WB and v_WB in a state of the body (13)."""
+WRONG_DRONE_REMEDY = "give the drone that flew: `--model`, or in the app fly that drone first"
 
 AIRBORNE_HEIGHT_M = 0.3
 """Height above the start from which on a drone counts as flying [m]."""

@@ -28,6 +28,7 @@ from workbench.extras.flightdata.predict.flown import (
 from workbench.extras.flightdata.predict.known import ESTIMATE_ERROR_SIZE, Observer
 from workbench.extras.flightdata.predict.motion import (
     POSITION_VELOCITY_ROWS,
+    WRONG_DRONE_REMEDY,
     LoggedMotion,
     resampled,
     rotation_matrices,
@@ -268,7 +269,7 @@ class Explained:
             if not np.isfinite(states).all():
                 raise WorkbenchError(
                     f"{self._motion.name}: {self.vehicle.name} cannot be brought along this log: "
-                    "name the drone that flew, and the law that flew it"
+                    f"{WRONG_DRONE_REMEDY}. Choose its law, too"
                 )
             self._pushes.extend(pushes)
         return self._pushes[some]
