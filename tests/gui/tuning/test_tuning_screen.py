@@ -470,9 +470,13 @@ def test_one_click_chooses_a_step_of_the_weakest_loop(screen, judge, make_loop, 
     assert not excite.isEnabled()
     analysis.tell(*judge(flown, make_loop("pitch", phase_margin=np.radians(30.0))))
     screen.tabs.setCurrentWidget(screen.poles)
+    screen.excitation.choose_loop("pitch")
+    screen.excitation.shape.activated.emit(tuple(Shape).index(Shape.CHIRP))
+    assert screen.excitation.choice.shape is Shape.CHIRP
+    screen.excitation.choose_loop("yaw_rate")
     qtbot.mouseClick(excite, Qt.MouseButton.LeftButton)
     choice = screen.excitation.choice
-    assert (choice.kind.name, choice.axis) == ("Attitude", "pitch")
+    assert (choice.kind.name, choice.axis, choice.shape) == ("Attitude", "pitch", Shape.STEP)
     assert screen.excitation.axis.currentText() == "pitch" and screen.excitation.isVisible()
     assert screen.trial.setpoint_step.axis == "pitch"
     screen.gains.propose("kp_velocity_z", 9.0)
