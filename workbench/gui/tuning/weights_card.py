@@ -158,6 +158,9 @@ class WeightsCard(TuningCard):
 
     def _follow(self) -> None:
         asked, trial = self._asked, self._trial
+        if trial.step is None:
+            self._ask()  # no answer follows
+            return
         if asked is not None and (asked.gains != trial.judged or asked.step != trial.step):
             of_gains = asked.step == trial.step
             what = "gains; new ones follow" if of_gains else "step; the new one follows"
