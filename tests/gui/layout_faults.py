@@ -116,6 +116,8 @@ def _cut_text(each: QWidget) -> Iterator[str]:
             needed = max(needed, each.minimumSizeHint().width())
         if not icon_only and needed > each.width() + 1:
             yield f"{_name(each)} is cut: {each.width()} of {needed} px"
+        if each.sizeHint().height() > each.height() + 3:
+            yield f"{_name(each)} is cut in height"
     if isinstance(each, QComboBox):
         needed = each.fontMetrics().horizontalAdvance(each.currentText()) + 24
         if needed > each.width():

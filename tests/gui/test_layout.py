@@ -209,6 +209,22 @@ def test_all_screens_are_laid_out_well(window, workspace, qapp, theme, sizes):
     assert not found, "\n".join(dict.fromkeys(found))
 
 
+def test_cards_of_sensors_that_are_off_are_laid_out_well(window, workspace, qapp, style):
+    """In the smallest windows, where their buttons have the least height."""
+    style(workspace.look)
+    view = workspace.flight.view
+    none = dict.fromkeys(("imu", "gps", "lidar", "magnetometer", "height", "barometer"))
+    off = replace(view, snapshot=replace(view.snapshot, sensors=(), **none))
+    home = window.show_screen("home") or window.stack.current
+    for size in SIZES[:2]:
+        window.resize(*size)
+        qapp.processEvents()
+        home.begin(off)
+        assert all(each.isVisible() for each in home.offers.values())
+        assert not [*seen_faults(home)], size
+    home.begin(view)
+
+
 @pytest.mark.slow
 def test_all_screens_are_laid_out_well_where_each_pixel_is_four():
     """As on small screens of many pixels: 1920 x 1080 and 3840 x 2160 of them.

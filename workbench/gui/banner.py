@@ -187,8 +187,8 @@ GUIDE_STAGES = (
     ),
     (
         "Move a gain",
-        "Drag the slider of a gain of the loop that flew the step. Margins and the predicted step "
-        "follow; a gain that would make a loop unstable does not fly.",
+        "Drag the slider of a gain of the loop whose setpoint stepped. Margins and the predicted "
+        "step follow; a gain that would make a loop unstable does not fly.",
     ),
     (
         "Keep it",

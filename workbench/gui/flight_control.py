@@ -14,6 +14,7 @@ from workbench.live.messages import Phase
 from workbench.live.orders import FlightOrder, FlyOn, SetSpeed
 from workbench.live.view import LiveView
 from workbench.scenario.scenario import Action, Scenario, VehicleConfig
+from workbench.scenario.sensor_choice import for_other_vehicle
 
 NO_FLIGHT_TEXT = "Nothing flies: open a scenario first."
 STARTING_TEXT = "The flight is starting."
@@ -66,7 +67,7 @@ class FlightControl(QObject):
             choice = replace(now, model=path, gains="", sensors=("all",), args={}, packages={})
             self.fly(choice)
         else:
-            sensors = replace(now.sensors, use=["all"], rates={}, latency={})
+            sensors = replace(for_other_vehicle(now.sensors), use=["all"])
             self.fly(replace(now, vehicle=VehicleConfig(model=path), sensors=sensors))
 
     def fly_controller(self, name: str) -> None:

@@ -32,7 +32,7 @@ class SensorOffer(QWidget):
         self.said = NOTHING_FLIES_TEXT
         self.button: QAbstractButton
         if small:
-            self.button = tool_button("Switch on", self._fly, "tight")
+            self.button = tool_button("Fly with it", self._fly, "tight")
         else:
             self.button = button(f"Fly with the {_kind_words(kinds)}", self._fly, "primary")
         hbox((self.button, Qt.AlignmentFlag.AlignHCenter), of=self, margins=NO_MARGINS)

@@ -261,6 +261,22 @@ def test_one_of_two_height_sensors_is_off(flown, canned, clock):
     assert "off m" not in flown.cards["height"].table.spoken
 
 
+def test_the_only_height_sensor_of_a_drone_is_off(flown, canned, clock):
+    """The card names it; of two it says that neither is on."""
+    view = canned.views[-1]
+    for kinds, said in (
+        (("barometer",), "The barometer is off in this flight. Fly with it here or from Settings."),
+        (("range_finder",), "The range finder is off in this flight."),
+        (("barometer", "range_finder"), "Neither is on in this flight. Fly with them here"),
+        ((), ""),
+    ):
+        carried = tuple(each for each in view.vehicle.sensors if each.kind in kinds)
+        drone = replace(view, vehicle=replace(view.vehicle, sensors=carried))
+        shown(flown, drone, clock, barometer=None, height=None, sensors=())
+        sentence = flown.cards["height"].hint.sentence
+        assert sentence.startswith(said) and bool(sentence) is bool(said)
+
+
 def test_sensors_that_are_off_are_switched_on_by_a_button_of_their_card(
     flown, canned, workspace, monkeypatch, qtbot
 ):
@@ -283,7 +299,7 @@ def test_sensors_that_are_off_are_switched_on_by_a_button_of_their_card(
         assert button.accessibleName() == f"Fly with the {' and the '.join(added)}".replace(
             "imu", "IMU"
         )
-        assert "End this flight" in button.toolTip()
+        assert button.text() == "Fly with it" and "End this flight" in button.toolTip()
         qtbot.mouseClick(button, Qt.MouseButton.LeftButton)
         assert started[-1].sensors.use == [*view.scenario.sensors.use, *added]
     card = flown.cards["imu"]

@@ -10,6 +10,7 @@ from PyQt6.QtTest import QTest
 
 from tests.gui.conftest import noted, workspace_in
 from workbench.common.errors import WorkbenchError
+from workbench.gui.server.refusals_panel import RefusalsPanel
 from workbench.gui.server.server_control import ListeningState
 from workbench.gui.server.server_screen import ServerScreen
 from workbench.link import Client
@@ -196,8 +197,6 @@ def test_clients_are_listed_taken_over_from_and_sent_away(bench, qtbot):
         assert wrong_login(address)
         qtbot.waitUntil(lambda: "bad login" in screen.refusals.counts.text(), timeout=LONG)
         assert "role command" in screen.refusals.list.toPlainText()
-        lines = screen.refusals.list
-        assert lines.viewport().height() >= 4 * lines.fontMetrics().lineSpacing()
         panel.table.setFocus()
         panel.table.selectRow(0)
         QTest.keyClick(panel.table, Qt.Key.Key_Delete)
@@ -207,6 +206,17 @@ def test_clients_are_listed_taken_over_from_and_sent_away(bench, qtbot):
     finally:
         client.leave()
     assert bench.told == []
+
+
+def test_the_list_of_refusals_has_four_lines_in_a_low_window(workspace, style, qtbot):
+    """The wheel scrolls the page around it."""
+    style(workspace.look)
+    panel = RefusalsPanel()
+    qtbot.addWidget(panel)
+    panel.resize(400, 1)
+    panel.show()
+    lines = panel.list
+    assert lines.viewport().height() >= 4 * lines.fontMetrics().lineSpacing()
 
 
 class RealClient:

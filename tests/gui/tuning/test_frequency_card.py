@@ -228,6 +228,9 @@ def test_an_unstable_loop_is_drawn_without_margins(screen, settle, offline):
     screen.gains.propose("kp_pitch", 900.0)
     settle(lambda: _is_of(offline, card, "proposed", 900.0))
     assert card.said.text() == "The closed loop is unstable with these gains."
+    screen.judgement.note_vehicle("Of another vehicle.")
+    assert card.said.text() == "The closed loop is unstable with these gains. Of another vehicle."
+    assert card.said.property("class") == "bad"
     assert caption(card.bode.plots[0]) == ""
     assert len(curve(card.bode.plots[0], "proposed")[0]) > 200
 

@@ -204,3 +204,34 @@ def test_gains_beside_the_map_have_no_mark_on_its_edge(card, offline, gains):
     assert not len(card.view._spot.data)
     gains.propose("kp_pitch", 390.0)
     assert len(card.view._spot.data)
+
+
+def test_a_refused_map_leaves_none_of_an_earlier_step(card, offline, trial, gains, qtbot):
+    """One of the same step stays: its gains are named beside it."""
+
+    def refuse(count):
+        qtbot.waitUntil(lambda: len(offline.analysis.of(DrawMap)) == count)
+        offline.analysis.refused.emit(offline.analysis.of(DrawMap)[-1], "no step of this length")
+        assert card.said.text() == "no step of this length"
+
+    offline.analysis.tell(*mapped(offline.analysis.of(DrawMap)[-1]))
+    gains.propose("kp_pitch", 333.0)
+    refuse(2)
+    assert card.view.mapped is not None
+    trial.set_step(RequestedStep("x", 1.0, 12.0))
+    refuse(3)
+    assert card.view.mapped is None
+
+
+def test_two_equal_gains_leave_no_map_of_an_earlier_step(card, offline, trial, qtbot):
+    earlier = offline.analysis.of(DrawMap)[-1]
+    offline.analysis.tell(*mapped(earlier))
+    trial.set_step(RequestedStep("x", 0.5, 2.0))
+    qtbot.waitUntil(lambda: len(offline.analysis.of(DrawMap)) == 2)
+    card.upwards.setCurrentIndex(card.across.currentIndex())
+    card.upwards.activated.emit(card.upwards.currentIndex())
+    for answered in (False, True):
+        if answered:  # what was asked before comes too late
+            offline.analysis.tell(*mapped(offline.analysis.of(DrawMap)[-1]))
+        assert card.view.mapped is None
+        assert card.said.text() == "Choose two different gains."

@@ -341,8 +341,8 @@ def test_a_search_goes_on_while_the_vehicle_changes(screen, offline, judge, begu
         pass
     assert screen.autotune.is_running and screen._vehicle_rest.isActive() and not begun
     assert screen.margins.said.text() == (
-        "Of the vehicle before payload_mass changed: it is judged anew once the search or the fork "
-        "has ended."
+        "Of the vehicle before its payload changed: judged anew once the search or the fork has "
+        "ended."
     )
     (question,) = offline.analysis.of(Tune)
     offline.analysis.refused.emit(question, "enough")
@@ -361,8 +361,85 @@ def test_a_vehicle_that_is_as_before_is_not_judged_anew(screen, offline, judge, 
     publish(("payload_mass", 0.0))
     with qtbot.waitSignal(screen._vehicle_rest.timeout):
         pass
-    assert shown[0].startswith("Of the vehicle before payload_mass changed")
+    assert shown[0] == "Of the vehicle before its payload changed: judged anew soon."
     assert shown[-1].startswith("Weakest:") and screen.judgement.proposed is before
+
+
+@pytest.fixture
+def loaded(screen, offline, judge, qtbot):
+    """The screen with answers about a loaded gain file, which waits for a choice."""
+    screen._vehicle_rest.setInterval(1)
+    offline.analysis.begin(offline.flight.view.scenario, offline.flight.view.values)
+    offline.analysis.tell(*judge(screen.trial.judged_flown))
+    screen.gain_files.paste("gains: {kp_pitch: 150.0}")
+    qtbot.waitUntil(screen.diff_margins.isVisible)
+    for question in offline.analysis.of(Judge):
+        offline.analysis.tell(question, judge(question.gains)[1])
+    assert screen.diff_margins.said.text().startswith("Weakest:")
+    return screen
+
+
+def test_a_loaded_gain_file_is_judged_anew_with_the_vehicle(
+    loaded, offline, judge, make_loop, publish, qtbot
+):
+    asked = len(offline.analysis.of(Judge))
+    publish(("payload_mass", 0.25))
+    said = "Of the vehicle before its payload changed: judged anew soon."
+    assert loaded.diff_margins.said.text() == loaded.margins.said.text() == said
+
+    def again():
+        return [each.gains["kp_pitch"] for each in offline.analysis.of(Judge)[asked:]]
+
+    qtbot.waitUntil(lambda: 150.0 in again())
+    assert loaded.diff_judgement.proposed is None
+    weak = make_loop("roll", phase_margin=np.radians(20.0))
+    asked, judged = judge({**loaded.trial.judged_flown, "kp_pitch": 150.0}, weak)
+    offline.analysis.tell(asked, judged)
+    assert loaded.diff_margins.said.text().startswith("Weakest: roll")
+
+
+def test_a_loaded_gain_file_of_a_vehicle_that_is_as_before_is_of_it(
+    loaded, offline, publish, qtbot
+):
+    publish(("payload_mass", 0.25))
+    publish(("payload_mass", 0.0))
+    with qtbot.waitSignal(loaded._vehicle_rest.timeout):
+        pass
+    assert loaded.diff_margins.said.text().startswith("Weakest:")
+
+
+def test_the_vehicle_that_changed_is_of_the_flight(screen, offline, flying, judge, publish, qtbot):
+    """After a controller took over nothing has changed since; in another flight nothing waits."""
+    screen._vehicle_rest.setInterval(50)
+    screen.autotune.search()
+    publish(("payload_mass", 0.25))
+    screen.take_over(flying)
+    screen.autotune.search()
+    offline.analysis.tell(*judge(screen.trial.judged_flown))
+    with qtbot.waitSignal(screen._vehicle_rest.timeout):
+        pass
+    assert not screen.judgement.caveat
+    assert screen._vehicle_rest.isActive()  # for after the search
+    screen.begin(flying)
+    assert not screen._vehicle_rest.isActive()
+
+
+def test_unstable_gains_are_told_of_an_earlier_vehicle_too(
+    screen, offline, judge, make_loop, begun, publish
+):
+    unstable = make_loop("roll", stable=False)
+    offline.analysis.tell(*judge(screen.trial.judged_flown, unstable, poles=(1.0, -2.0)))
+    note = "Of the vehicle before its payload changed: judged anew soon."
+    said = f"The closed loop is unstable with these gains. {note}"
+    publish(("payload_mass", 0.25))
+    assert screen.margins.said.text() == said
+    assert screen.margins.said.property("class") == "bad"
+    screen.tabs.setCurrentWidget(screen.frequency)
+    screen.frequency.show_view("Phase")
+    assert screen.frequency.phase.headline == (said, "bad")
+    screen.tabs.setCurrentWidget(screen.poles)
+    assert screen.poles.said.text() == f"1 unstable pole. {note}"
+    assert screen.poles.said.property("class") == "bad"
 
 
 def test_what_the_drone_carries_and_how_its_joints_stand_is_judged_anew(
@@ -393,9 +470,13 @@ def test_one_click_chooses_a_step_of_the_weakest_loop(screen, judge, make_loop, 
     assert not excite.isEnabled()
     analysis.tell(*judge(flown, make_loop("pitch", phase_margin=np.radians(30.0))))
     screen.tabs.setCurrentWidget(screen.poles)
+    screen.excitation.choose_loop("pitch")
+    screen.excitation.shape.activated.emit(tuple(Shape).index(Shape.CHIRP))
+    assert screen.excitation.choice.shape is Shape.CHIRP
+    screen.excitation.choose_loop("yaw_rate")
     qtbot.mouseClick(excite, Qt.MouseButton.LeftButton)
     choice = screen.excitation.choice
-    assert (choice.kind.name, choice.axis) == ("Attitude", "pitch")
+    assert (choice.kind.name, choice.axis, choice.shape) == ("Attitude", "pitch", Shape.STEP)
     assert screen.excitation.axis.currentText() == "pitch" and screen.excitation.isVisible()
     assert screen.trial.setpoint_step.axis == "pitch"
     screen.gains.propose("kp_velocity_z", 9.0)

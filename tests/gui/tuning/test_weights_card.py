@@ -65,9 +65,10 @@ def test_bars_of_an_earlier_step_do_not_stay_for_an_attitude(card, offline, tria
     earlier = Sensitivities(trial.proposed, STEP)
     offline.analysis.tell(earlier, {"rise_time": {"kp_pitch": 0.001}})
     assert card.bars.texts
-    trial.set_step(RequestedStep("pitch", 0.1, 1.0))
+    trial.set_step(RequestedStep("y", 1.0, 2.0))
     assert card.said.text() == "For the previous step; the new one follows …"
-    qtbot.waitUntil(lambda: card.said.text() == NO_TRIAL_STEP_TEXT)
+    trial.set_step(RequestedStep("pitch", 0.1, 1.0))
+    assert card.said.text() == NO_TRIAL_STEP_TEXT
     assert card.bars.texts == () and card.words.text() == ""
     offline.analysis.tell(earlier, {"rise_time": {"kp_pitch": 0.001}})
     assert card.bars.texts == () and card.said.text() == NO_TRIAL_STEP_TEXT
@@ -84,3 +85,18 @@ def test_a_question_that_waited_unseen_is_not_asked_after_another_choice(offline
     card.set_seen(True)
     assert offline.analysis.of(Sensitivities) == []
     assert card.said.text() == NO_TRIAL_STEP_TEXT
+
+
+def test_a_refusal_leaves_no_bars_of_an_earlier_step(card, offline, trial, gains, qtbot):
+    """And the question that waited is asked then."""
+    qtbot.waitUntil(lambda: bool(offline.analysis.of(Sensitivities)))
+    weights = {"rise_time": {"kp_pitch": 0.001}}
+    offline.analysis.tell(offline.analysis.of(Sensitivities)[0], weights)
+    trial.set_step(RequestedStep("x", 1.0, 25.0))
+    qtbot.waitUntil(lambda: len(offline.analysis.of(Sensitivities)) == 2)
+    gains.propose("kp_pitch", 333.0)
+    qtbot.waitUntil(lambda: bool(card._queries._wanted))
+    offline.analysis.refused.emit(offline.analysis.of(Sensitivities)[1], "the step is too long")
+    assert card.bars.texts == () and card.words.text() == ""
+    assert card.said.text() == "the step is too long"
+    assert offline.analysis.of(Sensitivities)[-1].gains["kp_pitch"] == 333.0

@@ -83,11 +83,14 @@ def test_a_controller_is_flown_if_it_can_be_read(opened, flown, told, tmp_path):
 
 def test_a_world_that_is_opened_after_a_set_up_keeps_the_rest_of_it(opened, flown):
     window = opened()
-    window.control.fly(Scenario(duration=7.0, sensors=SensorsConfig(use=["imu"])))
+    sensors = SensorsConfig(use=["imu"], rates={"gps": 5.0, "gps_2": 2.0}, latency={"gps": 0.2})
+    window.control.fly(Scenario(duration=7.0, sensors=sensors))
     window.control.fly_world("room")
     window.control.fly_model("cf2x")
     assert (flown[1].duration, flown[1].world, flown[1].sensors.use) == (7.0, "room", ["imu"])
     assert (flown[2].world, flown[2].vehicle.model) == ("room", "cf2x")
+    of_kinds = SensorsConfig(use=["all"], rates={"gps": 5.0}, latency={"gps": 0.2})
+    assert flown[2].sensors == of_kinds
 
 
 def test_what_cannot_be_opened_is_a_notice(opened, told, tmp_path):

@@ -15,7 +15,7 @@ from workbench.gui.units import HECTOPASCAL_UNIT
 from workbench.live.view import LiveView
 from workbench.session.snapshot import Snapshot
 
-HEIGHT_SENSORS_OFF_TEXT = "Neither is on in this flight. Switch them on here or in Settings."
+HEIGHT_SENSORS_OFF_TEXT = "Neither is on in this flight. Fly with them here or from Settings."
 
 
 def range_text(height: float, length: DisplayUnit) -> str:
@@ -62,10 +62,8 @@ class HeightCard(HomeCard):
         self.hint.setVisible(silent)
         self.set_state(max(air, way, key=state_severity))
         if silent:
-            self.hint.say(
-                air.note,
-                HEIGHT_SENSORS_OFF_TEXT if SensorHealth.OFF in (air.health, way.health) else "",
-            )
+            off = [each.advice for each in (air, way) if each.health is SensorHealth.OFF]
+            self.hint.say(air.note, HEIGHT_SENSORS_OFF_TEXT if len(off) > 1 else "".join(off))
             return
         if now.barometer is not None:
             self.table.show_row(0, self.units.length.number(now.barometer.altitude))

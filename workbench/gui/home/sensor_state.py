@@ -120,7 +120,7 @@ def silent_state(view: LiveView, kind: str) -> SensorState:
     return SensorState(
         SensorHealth.OFF,
         "off",
-        f"{name} is off in this flight. Switch it on here or in Settings.",
+        f"{name} is off in this flight. Fly with it here or from Settings.",
     )
 
 

@@ -13,8 +13,6 @@ from workbench.link.backplane import ServerStatus
 
 MAX_REFUSAL_LINES = 300
 """Number of kept lines."""
-MIN_REFUSALS_HEIGHT_PX = 90
-"""Least height of their list, of four lines: the wheel scrolls the page around it [px]."""
 REFUSAL_CODE_TEXTS = {"magic": "other protocol", "tls": "TLS", "json": "JSON"}
 """How codes are shown that are no words of their own."""
 
@@ -41,12 +39,11 @@ class RefusalsPanel(QWidget):
         super().__init__()
         self._total: int | None = None  # refusals of the present server that are in the list
         self.counts = with_class(WrappedLabel(refusal_counts_text({}), lines=2), "muted")
-        self.list = named(QPlainTextEdit(), "Refusals, newest last")
+        self.list = named(with_class(QPlainTextEdit(), "lines"), "Refusals, newest last")
         self.list.setReadOnly(True)
         self.list.setMaximumBlockCount(MAX_REFUSAL_LINES)
         self.list.setLineWrapMode(QPlainTextEdit.LineWrapMode.WidgetWidth)
         self.list.setTabChangesFocus(True)
-        self.list.setMinimumHeight(MIN_REFUSALS_HEIGHT_PX)
         heading = buddy("Refusals", self.list, kind="heading")
         top = hbox(heading, (self.counts, 1), spacing=16)
         vbox(top, (self.list, 1), of=self, margins=NO_MARGINS, spacing=6)

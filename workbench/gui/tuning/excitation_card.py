@@ -133,12 +133,13 @@ class ExcitationCard(TuningCard):
             self._flight.do(excitation)
 
     def choose_loop(self, loop: str) -> None:
-        """Choose the setpoint of a loop, if it has one and nothing runs."""
+        """Choose a step of the setpoint of a loop, if it has one and nothing runs."""
         found = loop_excitation(loop)
         if found is None or self.is_running:
             return
         kind, axis = found
-        self._choices[kind.name] = replace(self._choices[kind.name], axis=axis)
+        step = kind.shapes[0]
+        self._choices[kind.name] = replace(self._choices[kind.name], axis=axis, shape=step)
         self.tabs.setCurrentIndex(EXCITATION_KINDS.index(kind))
         self._take(self._choices[kind.name])
 

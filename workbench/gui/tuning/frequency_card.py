@@ -25,7 +25,7 @@ from workbench.gui.tuning.drawn_loop import (
     response_peak,
 )
 from workbench.gui.tuning.gang_plots import GANG_OF_FOUR, GangPlots
-from workbench.gui.tuning.judgement import StabilityFollower
+from workbench.gui.tuning.judgement import StabilityFollower, with_caveat
 from workbench.gui.tuning.limits import LimitValues, find_limit
 from workbench.gui.tuning.loop_curves import LoopCurves
 from workbench.gui.tuning.loop_measuring import LoopMeasuring
@@ -199,12 +199,11 @@ class FrequencyCard(TuningCard):
     def _hear_judgement(self) -> None:
         """Offer the existing loops; the weakest one is shown until one is selected."""
         judged = self._judgement.proposed
-        if judged is None or not judged.loops:
-            self._say()  # why there is none
-            return
-        names = (WEAKEST_LOOP_CHOICE, *(each.name for each in judged.loops))
-        if set_items(self.loops, {name: loop_label(name) for name in names}):
-            self.choose_loop(WEAKEST_LOOP_CHOICE)
+        if judged is not None and judged.loops:
+            names = (WEAKEST_LOOP_CHOICE, *(each.name for each in judged.loops))
+            if set_items(self.loops, {name: loop_label(name) for name in names}):
+                self.choose_loop(WEAKEST_LOOP_CHOICE)
+        self._say()  # why there is none, or that it is of an earlier vehicle
 
     def _turn_to_view(self) -> None:
         name = self._view
@@ -270,10 +269,11 @@ class FrequencyCard(TuningCard):
             self.said.say(f"Not known: {self.curves.said}", "warning")
         elif now is None:
             self.said.say(self._judgement.said or "Not known yet: the analyst is computing it.")
+        elif not now.margins.stable:
+            said = "The closed loop is unstable with these gains."
+            self.said.say(*with_caveat(self._judgement.vehicle_said, said, "bad"))
         elif self._judgement.vehicle_said:
             self.said.say(self._judgement.vehicle_said, "warning")
-        elif not now.margins.stable:
-            self.said.say("The closed loop is unstable with these gains.", "bad")
         else:
             margins = now.margins
             phase, gain = find_limit("phase_margin"), find_limit("gain_margin")

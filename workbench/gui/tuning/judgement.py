@@ -17,6 +17,18 @@ InputMargins = tuple[float, float]
 """Disk margins at the plant's input, while the pilot steers and while the place is held."""
 
 
+def with_caveat(caveat: str, said: str, tone: str) -> tuple[str, str]:
+    """Return what a card says with its tone: its headline, or a caveat in place of it.
+
+    A headline that is bad stays before the caveat.
+    """
+    if not caveat:
+        return said, tone
+    if tone == "bad":
+        return f"{said.removesuffix('.')}. {caveat}", tone
+    return caveat, "warning"
+
+
 class StabilityFollower(QObject):
     """Follows the stability of two sets of gains, one question at a time.
 

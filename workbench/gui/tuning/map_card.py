@@ -5,7 +5,7 @@ from itertools import zip_longest
 from PyQt6.QtCore import Qt
 from PyQt6.QtWidgets import QComboBox
 
-from workbench.analysis.queries import DrawMap
+from workbench.analysis.queries import DrawMap, RequestedStep
 from workbench.analysis.replies import Mapped
 from workbench.control.controller import Controller
 from workbench.design.tune.variables import loops_for
@@ -36,6 +36,7 @@ class MapCard(TuningCard):
         self._trial = trial
         self._absence = workspace.absence
         self._axis = ""
+        self._shown_step: RequestedStep | None = None
         self._queries = QueryStream(workspace.analysis, self)
         self.across, self.upwards, self.number = ComboBox(), ComboBox(), ComboBox()
         set_items(self.number, METRIC_LABELS)
@@ -53,7 +54,7 @@ class MapCard(TuningCard):
         trial.changed.connect(self._follow)
         workspace.absence.changed.connect(lambda _: self._rest.start())
         self._queries.answered.connect(self._show)
-        self._queries.refused.connect(lambda said: self.said.say(said, "warning"))
+        self._queries.refused.connect(self._show_refusal)
         self._queries.preparing.connect(lambda said: self.said.say(f"Drawing … {said}"))
         self.view.picked.connect(self._propose)
         self.view.read.connect(self._read)
@@ -95,12 +96,13 @@ class MapCard(TuningCard):
         x, y = self.across.currentData(), self.upwards.currentData()
         if step is None:
             self._queries.forget()  # an answer about an earlier step would pass for one about this
-            self.view.show_map(None)
+            self._clear_other_step()
             self.said.say(NO_TRIAL_STEP_TEXT)
         elif not gains or not x:
             self.said.say(self._absence.text or "Not known yet.")
         elif x == y:
-            self.said.say("Choose two different gains.", "warning")
+            self._queries.forget()
+            self._show_refusal("Choose two different gains.")
         else:
             self.said.say("")
             self._queries.ask(DrawMap(gains, x, y, self.number.currentData(), step))
@@ -111,9 +113,19 @@ class MapCard(TuningCard):
             self.said.say("Drawing …")
 
     def _show(self, asked: DrawMap, mapped: Mapped) -> None:
+        self._shown_step = asked.step
         self.view.show_map(mapped, (asked.x, asked.y), METRIC_LABELS[asked.metric])
         self.said.say("" if not self._queries.is_waiting else "Drawing …")
         self._show_spot()
+
+    def _show_refusal(self, said: str) -> None:
+        self._clear_other_step()
+        self.said.say(said, "warning")
+
+    def _clear_other_step(self) -> None:
+        """Clear the map of another step, which would pass for one of this step."""
+        if self._shown_step != self._trial.step:
+            self.view.show_map(None)
 
     def _show_spot(self) -> None:
         gains, (x, y) = self._trial.judged, self.view.names

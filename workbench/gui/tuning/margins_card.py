@@ -11,7 +11,7 @@ from workbench.gui.labels import set_tip
 from workbench.gui.layout import fill, named, tool_button
 from workbench.gui.tuning.card import TuningCard
 from workbench.gui.tuning.excitation_form import loop_excitation
-from workbench.gui.tuning.judgement import InputMargins, StabilityFollower
+from workbench.gui.tuning.judgement import InputMargins, StabilityFollower, with_caveat
 from workbench.gui.tuning.limits import (
     MARGIN_LIMITS,
     LimitsForm,
@@ -283,10 +283,8 @@ class MarginsCard(TuningCard):
         )
         self.table.expect(len(now.loops) + 1)
         self.table.set_rows((*margin_rows(now, other, self._limits.value), last))
-        if caveat := self._judgement.caveat:
-            self.said.say(caveat, "warning")
-        else:
-            self.said.say(margins_headline(now, at_input, self._limits.value), self._tone(now))
+        headline = margins_headline(now, at_input, self._limits.value)
+        self.said.say(*with_caveat(self._judgement.caveat, headline, self._tone(now)))
 
     def set_filling(self, fills: bool) -> None:
         """Show the whole table while it fills its column."""

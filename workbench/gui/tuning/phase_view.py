@@ -11,7 +11,7 @@ from workbench.common.quantity import number_text, significant_text
 from workbench.control.loop import loop_label
 from workbench.gui.layout import NO_MARGINS, vbox
 from workbench.gui.tuning.card import CARD_SPACING_PX, wrapped_label
-from workbench.gui.tuning.judgement import StabilityFollower
+from workbench.gui.tuning.judgement import StabilityFollower, with_caveat
 from workbench.gui.tuning.limits import LimitValues, find_limit
 from workbench.gui.tuning.margins_card import (
     LimitLookup,
@@ -201,6 +201,5 @@ class PhaseView(QWidget):
     def _headline(self, now: Judged | None) -> tuple[str, str]:
         if now is None:
             return self._judgement.said or "Not known yet: the analyst is computing it.", "muted"
-        if caveat := self._judgement.caveat:
-            return caveat, "warning"
-        return phase_headline(now, self._limits.value), "muted" if now.stable else "bad"
+        tone = "muted" if now.stable else "bad"
+        return with_caveat(self._judgement.caveat, phase_headline(now, self._limits.value), tone)

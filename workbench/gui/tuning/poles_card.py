@@ -11,7 +11,7 @@ from workbench.gui.analysis import QueryStream
 from workbench.gui.labels import set_tip
 from workbench.gui.layout import choice, fill, hbox, tool_button
 from workbench.gui.tuning.card import ToneLabel, TuningCard, set_items
-from workbench.gui.tuning.judgement import StabilityFollower
+from workbench.gui.tuning.judgement import StabilityFollower, with_caveat
 from workbench.gui.tuning.pole import Pole, drawn_poles, leading_pole, poles_headline
 from workbench.gui.tuning.pole_plane import PolePlane
 from workbench.gui.tuning.trial import TuningTrial
@@ -190,10 +190,9 @@ class PolesCard(TuningCard):
         self.plane.show_poles(drawn_poles(flown if flown is not now else None, now))
         if self._at is not None:
             self._follow_pole(self._at)
-        if caveat := self._judgement.caveat:
-            self.said.say(caveat, "warning")
-        elif now is not None:
-            self.said.say(poles_headline(self.plane.poles), "muted" if now.stable else "bad")
+        if now is not None:
+            headline, tone = poles_headline(self.plane.poles), "muted" if now.stable else "bad"
+            self.said.say(*with_caveat(self._judgement.caveat, headline, tone))
         else:
             self.said.say(self._judgement.said or "Not known yet.")
         self._name_loop()

@@ -10,7 +10,6 @@ from PyQt6.QtWidgets import QApplication, QSizePolicy, QTabWidget, QWidget
 from workbench.analysis.queries import Predict
 from workbench.analysis.replies import Predicted
 from workbench.common.plain_files import write_in_folder
-from workbench.common.plain_text import plain_name
 from workbench.gui.analysis import QueryStream
 from workbench.gui.errands import single_shot
 from workbench.gui.gains.gain_bar import GainBar, ask_to_save
@@ -51,6 +50,8 @@ from workbench.parameters.flight_parameters import VEHICLE_SYSTEMS
 
 VEHICLE_REST_MS = 1000
 """Time without a change of the vehicle after which it is judged anew [ms]."""
+VEHICLE_SYSTEM_TEXTS = {"cables": "hooks"}
+"""What systems of the vehicle are called, where it is not their name."""
 
 
 class TuningScreen(Screen):
@@ -139,7 +140,7 @@ class TuningScreen(Screen):
         # Linked gains, or a whole gain file, change one by one: ask once.
         self._soon = single_shot(self._ask, self)
         self._vehicle_rest = single_shot(self._judge_vehicle, self, VEHICLE_REST_MS)
-        self._changed_names: set[str] = set()
+        self._changed_systems: set[str] = set()
         self._connect()
         self._plan(self.excitation.choice)
 
@@ -167,6 +168,7 @@ class TuningScreen(Screen):
 
     def begin(self, view: LiveView) -> None:
         """Clear the last flight."""
+        self._vehicle_rest.stop()
         self.gains.begin(view)
         self.judgement.clear()
         self.diff_judgement.clear()
@@ -181,6 +183,8 @@ class TuningScreen(Screen):
         """Evaluate the controller that has taken over."""
         self.gains.take_over(view)
         self.judgement.clear()
+        self.diff_judgement.clear()
+        self._judge_diff(self.gain_files.diff)
         self._predictor.forget()
         self.designs.take_over()
         self._begin_cards()
@@ -214,7 +218,7 @@ class TuningScreen(Screen):
             self.panel.search.setFocus(Qt.FocusReason.ShortcutFocusReason)
 
     def _begin_cards(self) -> None:
-        self._changed_names.clear()
+        self._changed_systems.clear()
         for card in self._cards.values():
             card.begin()
         self.ghost.begin()
@@ -334,13 +338,16 @@ class TuningScreen(Screen):
         """Judge anew soon after a load is dropped or taken, or a servo moves."""
         if changed := self._vehicle_names & {*names}:
             self._vehicle_rest.start()
-            self._changed_names |= changed
-            self._note_vehicle("it is judged anew in a moment")
+            self._changed_systems |= {row.system for row in self.gains.rows if row.name in changed}
+            self._note_vehicle("soon")
 
-    def _note_vehicle(self, when: str) -> None:
-        """Let the cards say that their numbers are of the vehicle before a change."""
-        names = " and ".join(map(plain_name, sorted(self._changed_names)))
-        self.judgement.note_vehicle(f"Of the vehicle before {names} changed: {when}.")
+    def _note_vehicle(self, when: str = "") -> None:
+        """Let the cards say that their numbers are of the vehicle before a change, if it is so."""
+        words = (VEHICLE_SYSTEM_TEXTS.get(name, name) for name in self._changed_systems)
+        what = " and ".join(sorted(words))
+        said = f"Of the vehicle before its {what} changed: judged anew {when}." if what else ""
+        for each in (self.judgement, self.diff_judgement):
+            each.note_vehicle(said)
 
     @property
     def _vehicle_names(self) -> frozenset[str]:
@@ -352,15 +359,15 @@ class TuningScreen(Screen):
         view = self.workspace.flight.view
         if not self._is_free():  # a search or a fork would be lost
             self._vehicle_rest.start()
-            self._note_vehicle("it is judged anew once the search or the fork has ended")
+            self._note_vehicle("once the search or the fork has ended")
         elif view.scenario is not None:
             now = {name: self.gains.flown[name] for name in self._vehicle_names}
             settings = {**view.values, **now}
             if self.workspace.analysis.begin(view.scenario, settings, view.controller):
                 self.take_over(view)
             else:  # it is as it was
-                self._changed_names.clear()
-                self.judgement.note_vehicle("")
+                self._changed_systems.clear()
+                self._note_vehicle()
 
     def _judge_set(self) -> None:
         """Evaluate another set of scheduled gains."""

@@ -138,11 +138,12 @@ class WeightsCard(TuningCard):
         self.number.currentIndexChanged.connect(self._show)
         trial.changed.connect(self._follow)
         self._queries.answered.connect(self._take)
-        self._queries.refused.connect(lambda said: self.said.say(said, "warning"))
+        self._queries.refused.connect(self._show_refusal)
         self._show()
 
     def begin(self) -> None:
         """Clear another vehicle's results."""
+        self._queries.forget()
         self._clear()
         self._follow()
 
@@ -152,12 +153,14 @@ class WeightsCard(TuningCard):
         self._say_waiting()
 
     def _clear(self) -> None:
-        self._queries.forget()
         self._weighed = self._asked = None
         self._show()
 
     def _follow(self) -> None:
         asked, trial = self._asked, self._trial
+        if trial.step is None:
+            self._ask()  # no answer follows
+            return
         if asked is not None and (asked.gains != trial.judged or asked.step != trial.step):
             of_gains = asked.step == trial.step
             what = "gains; new ones follow" if of_gains else "step; the new one follows"
@@ -167,6 +170,7 @@ class WeightsCard(TuningCard):
     def _ask(self) -> None:
         step, gains = self._trial.step, self._trial.judged
         if step is None:
+            self._queries.forget()
             self._clear()  # bars of an earlier step would pass for those of this one
             self.said.say(NO_TRIAL_STEP_TEXT)
         elif gains:
@@ -181,6 +185,12 @@ class WeightsCard(TuningCard):
         self._asked, self._weighed = asked, weighed
         self.said.say("")
         self._show()
+
+    def _show_refusal(self, said: str) -> None:
+        asked = self._asked
+        if asked is not None and asked.step != self._trial.step:
+            self._clear()
+        self.said.say(said, "warning")
 
     def _show(self) -> None:
         limit = find_limit(self.number.currentData())
