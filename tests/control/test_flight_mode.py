@@ -221,20 +221,39 @@ def test_a_landing_ends_when_it_has_stood_still_long_enough():
     assert mode_after(state, seen(time=20.0 + MIN_TOUCH_DOWN_TIME_S)) is OFF
 
 
-def test_a_landing_that_stands_still_in_the_air_goes_on():
-    """A drone too weakly tuned to sink must not have its motors stopped up there."""
+def test_a_landing_that_stands_still_in_the_air_goes_on(case):
+    """A drone that does not sink must not have its motors stopped up there.
+
+    It may be tuned too weakly, or something pushes it up. An estimated height does not count.
+    """
     state = in_mode(LANDING, since=10.0, still_since=10.0, holding=1.0)
-    assert mode_after(state, seen(standing_height=P[2] - 0.2)) is LANDING
+    for above, health in ((0.2, None), (0.2, WELL), (0.0, WELL)):
+        with case(above, health):
+            assert mode_after(state, seen(standing_height=P[2] - above, health=health)) is LANDING
 
 
 def test_a_landing_that_something_carries_ends_after_two_seconds():
-    """At rest above the ground, with less thrust than holds it up in the air."""
     state = in_mode(LANDING, since=10.0, still_since=18.0, holding=1.0)
-    above = seen(standing_height=P[2] - 0.2, thrust_ratio=0.9)
+    above = seen(standing_height=P[2] - 0.2, contact_force=(0.0, 0.0, 0.1))
     assert mode_after(state, above) is OFF
     assert mode_after(state, above._replace(time=19.9)) is LANDING
-    assert mode_after(state, above._replace(thrust_ratio=0.98)) is LANDING
     assert mode_after(state, above._replace(v_WB=[0.0, 0.0, -0.1])) is LANDING
+
+
+def test_only_a_contact_force_that_points_up_carries(case):
+    """Neither a ceiling nor the friction at a wall, whose coefficient is 0.9 here."""
+    state = in_mode(LANDING, since=10.0, still_since=10.0, holding=1.0)
+    for force, mode in (
+        ((0.9, 0.0, 1.0), OFF),
+        ((0.0, -0.9, 1.0), OFF),
+        ((1.0, 0.0, 0.9), LANDING),
+        ((0.0, -1.0, 0.9), LANDING),
+        ((0.0, 0.0, -1.0), LANDING),
+        ((0.0, 0.0, 0.0), LANDING),
+    ):
+        with case(force):
+            now = seen(standing_height=P[2] - 0.2, contact_force=force)
+            assert mode_after(state, now) is mode
 
 
 def test_a_landing_at_speed_brakes_before_it_sinks():
@@ -345,7 +364,7 @@ def test_a_landing_that_loses_its_position_sinks_at_once_and_holds_no_point():
 def test_a_landing_without_a_position_ends_where_the_ground_arrests_it(case):
     """It sinks at 0.4 m/s: within half a metre of standing, half of that for 0.2 s is the ground.
 
-    Higher up it is at rest for 2 s: the estimate of the height is doubted, too.
+    Higher up, something carries it for 2 s: the estimate of the height is doubted, too.
     """
     still_since = 20.0
     for above, v_z, held, mode in (
@@ -360,6 +379,7 @@ def test_a_landing_without_a_position_ends_where_the_ground_arrests_it(case):
         (0.6, -0.19, 9.0, LANDING),
         (0.6, 0.3, 9.0, LANDING),
     ):
+        force = (0.0, 0.0, 1.0 if above > 0.5 else 0.0)
         with case(above, v_z, held):
             reason = float(Reason.POSITION_LOST)
             state = in_mode(LANDING, still_since=still_since, holding=1.0, reason=reason)
@@ -368,6 +388,7 @@ def test_a_landing_without_a_position_ends_where_the_ground_arrests_it(case):
                 v_WB=[0.0, 0.0, v_z],
                 standing_height=P[2] - above,
                 health=WELL._replace(deviation=9.0),
+                contact_force=force,
             )
             assert outcome(state, now) == (mode, Reason.POSITION_LOST)
 
@@ -376,7 +397,12 @@ def test_a_landing_on_an_estimate_stands_for_longer_where_it_seems_to_be_in_the_
     for above, held, mode in ((0.0, 0.51, OFF), (0.2, 1.99, LANDING), (0.2, 2.01, OFF)):
         with case(above, held):
             state = in_mode(LANDING, still_since=20.0, holding=1.0)
-            now = seen(time=20.0 + held, standing_height=P[2] - above, health=WELL)
+            now = seen(
+                time=20.0 + held,
+                standing_height=P[2] - above,
+                health=WELL,
+                contact_force=(0.0, 0.0, 1.0),
+            )
             assert mode_after(state, now) is mode
 
 

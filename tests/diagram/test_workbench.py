@@ -26,6 +26,7 @@ ALWAYS = {
     *("plant", "rotors", "body_forces", "forces", "push", "wind", "flight_imu"),
     *("scene_graph", "controller"),
     *("pilot", "modes", "battery", "frames", "recorded_signals", "recorder"),
+    "body_contact",
 }
 """Systems of the plainest flight."""
 

@@ -163,16 +163,26 @@ def test_a_rate_of_a_kind_that_the_vehicle_lacks_is_told_and_does_nothing(choose
     ]
 
 
-def test_another_vehicle_has_the_rates_of_kinds_from_the_app_and_from_a_command_alike(tmp_path):
+def test_another_vehicle_has_the_sensors_and_rates_of_kinds_from_app_and_command_alike(
+    tmp_path, caplog
+):
     """Those of a sensor by its name were of the scenario's own vehicle."""
     path = tmp_path / "own.yaml"
     path.write_text(
-        "sensors: {use: [imu], rates: {imu: 50, front: 5}, latency: {gps: 0.2, front: 0.1}}"
+        "sensors: {use: [imu, front, all], rates: {imu: 50, front: 5}, "
+        "latency: {gps: 0.2, front: 0.1}}"
     )
-    app = Choice(str(path), model="tricopter").load()
+    with caplog.at_level(logging.INFO, "workbench"):
+        app = Choice(str(path), model="tricopter").load()
+    assert [record.getMessage().partition(" is left out")[0] for record in caplog.records] == [
+        "sensors.use of front",
+        "sensors.rates of front",
+        "sensors.latency of front",
+    ]
     asked = argparse.Namespace(model="tricopter", arg=(), package=(), rotors="")
     command = with_model(load_scenario(path), asked)
     assert app.sensors == command.sensors
+    assert app.sensors.use == ["imu", "all"]
     assert (app.sensors.rates, app.sensors.latency) == ({"imu": 50}, {"gps": 0.2})
     assert Choice(str(path)).load().sensors.rates == {"imu": 50, "front": 5}
 

@@ -16,6 +16,7 @@ from workbench.control.mode import FlightMode
 from workbench.scenario.scenario import (
     Action,
     FigureEight,
+    Push,
     Rates,
     Scenario,
     ScenarioStart,
@@ -374,16 +375,57 @@ obstacles: [{name: table, shape: {box: [2, 2, 1.2]}, position: [0, 0, 0.6]}]
 """
 
 
-def test_a_landing_on_an_obstacle_ends(tmp_path):
-    """As on the ground, the rotors stop; the drone starts again from there."""
+def test_a_landing_on_an_obstacle_ends(tmp_path, case):
+    """As on the ground, the rotors stop; the drone starts again from there.
+
+    So they do where the law hardly demands less thrust than in the air.
+    """
     (tmp_path / "table.yaml").write_text(TABLE)
-    session = Session(Scenario(world=str(tmp_path / "table.yaml"), script=[Action(request="land")]))
-    session.tick(3.5)
-    found = session.snapshot()
-    assert (found.mode, found.p_WB[2]) == (FlightMode.OFF, pytest.approx(1.2 + 0.136, abs=0.002))
+    scenario = Scenario(world=str(tmp_path / "table.yaml"), script=[Action(request="land")])
+    for values in (
+        {"payload_mass": 0.6, "known_payload_mass": 0.6},
+        {"kp_velocity_z": 0.6},
+        {},
+    ):
+        with case(values):
+            session = Session(scenario, values)
+            session.tick(4.2)
+            found = session.snapshot()
+            height = pytest.approx(1.2 + 0.136, abs=0.002)
+            assert (found.mode, found.p_WB[2]) == (FlightMode.OFF, height)
     session.do(Action(request="take_off", height=1.8))
     session.tick(1.0)
     assert session.snapshot().p_WB[2] > 1.4
+
+
+def test_a_landing_that_something_pushes_up_does_not_stop_the_rotors_in_the_air(case):
+    """A law without an integral stands still up there, whoever says where it is.
+
+    Without the push, it sinks and lands.
+    """
+    weight = 9.81 * Session().vehicle.mass
+    for estimator, change in (
+        ("truth", {"push": Push(force=(0.0, 0.0, 0.17 * weight), duration=9.0)}),
+        ("complementary", {"push": Push(force=(0.0, 0.0, 0.17 * weight), duration=9.0)}),
+        ("truth", {"set": {"wind_z": 8.0, "landing_speed": 0.1}}),
+    ):
+        with case(estimator, change):
+            session = Session(Scenario(estimator=estimator, script=[Action(**change)]))
+            session.tick(1.0)
+            session.do(Action(request="land"))
+            session.tick(4.5)
+            found = session.snapshot()
+            assert found.mode is FlightMode.LANDING
+            assert (found.p_WB[2] > 0.5, abs(found.v_WB[2]) < 0.1) == (True, True)
+
+
+def test_a_load_that_stands_on_the_ground_does_not_carry_the_drone():
+    """The law demands the thrust for both, so the drone stays above it on the taut cable."""
+    slung = VehicleConfig(model="slung_load")
+    session = Session(Scenario(vehicle=slung, script=[Action(request="land")]))
+    session.tick(4.5)
+    found = session.snapshot()
+    assert (found.mode, found.p_WB[2] > 0.9) == (FlightMode.LANDING, True)
 
 
 WORLD = """

@@ -96,30 +96,25 @@ def test_settings_are_live(flown):
     assert outputs(manager, context)[1][3] == 0.45
 
 
-def test_a_landing_ends_where_the_demanded_thrust_is_less_than_that_of_hover(vehicle):
-    """90 % of the thrust is not enough to rest in the air, 98 % may be."""
-    for share, expected in ((0.9, FlightMode.OFF), (0.98, FlightMode.LANDING)):
-        rotors = vehicle.rotors
-        manager = ModeManager(
-            period=PERIOD,
-            settings=SETTINGS,
-            standing_height=0.1,
-            rotors=rotors,
-            hover_speeds=[400.0] * len(rotors),
-        )
-        simulator = Simulator(manager)
-        context = simulator.get_mutable_context()
-        for name, value in (
-            ("state", [*STATE[:10], 0.0, 0.0, 0.0]),
-            ("reference", list(REFERENCE)),
-            ("request", [0.0] * 3),
-            ("charge", [0.9]),
-            ("commands", [400.0 * share**0.5] * len(rotors)),
-        ):
-            manager.GetInputPort(name).FixValue(context, value)
-        state = initial_state(FlightMode.LANDING, P)._replace(holding=1.0)
-        manager.set_mode(context, state, P)
-        simulator.AdvanceTo(4.0)
+def test_a_landing_ends_where_a_contact_force_carries_the_drone(flown):
+    """It is the sum of those on all bodies; unconnected, nothing touches the drone."""
+    manager = ModeManager(period=PERIOD, settings=SETTINGS, standing_height=0.1, bodies=2)
+    simulator = Simulator(manager)
+    context = simulator.get_mutable_context()
+    for name in ("reference", "request", "charge"):
+        port = flown[0].GetInputPort(name)
+        manager.GetInputPort(name).FixValue(context, port.Eval(flown[1].get_context()))
+    state = initial_state(FlightMode.LANDING, P)._replace(holding=1.0)
+    manager.set_mode(context, state, P)
+    manager.GetInputPort("state").FixValue(context, [*STATE[:10], 0.0, 0.0, 0.0])
+    for contact, expected in (
+        (None, FlightMode.LANDING),
+        ([0.0, 0.0, 1.0, 0.0, 2.0, 0.0], FlightMode.LANDING),
+        ([0.0, 2.0, 1.0, 0.0, -2.0, 1.0], FlightMode.OFF),
+    ):
+        if contact:
+            manager.GetInputPort("contact_forces").FixValue(context, contact)
+        simulator.AdvanceTo(context.get_time() + 4.0)
         assert outputs(manager, context)[0][0] == expected
 
 

@@ -30,7 +30,7 @@ def with_model(scenario: "Scenario", args: argparse.Namespace) -> "Scenario":
     """Set the model from the command line in a scenario, and return it.
 
     A different model drops the arguments and gains of the scenario, and what it says of sensors by
-    name, which were for its own model.
+    name, also which are in use: all that was for its own model.
 
     Raises:
         WorkbenchError: if there is no such model or file.

@@ -2,6 +2,7 @@
 
 import argparse
 from dataclasses import asdict
+from itertools import chain, count
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -202,11 +203,15 @@ def run_export(args: argparse.Namespace) -> int:
     if not topics:
         raise WorkbenchError(f"{args.log}: has no messages, so there is nothing to export")
     with Outputs() as outputs, progress_bar(f"exporting {args.log.name}") as progress:
-        found = []
+        found: list[dict[str, object]] = []
+        taken: set[str] = set()
         for number, topic in enumerate(topics, start=1):
             for name, columns in topic_tables(topic).items():
-                write_columns(columns, outputs.add(folder / f"{name}{suffix}"))
-                file = folder / f"{name}{suffix}"
+                names = chain((name,), (f"{name}_{place}" for place in count(2)))
+                stem = next(each for each in names if each.casefold() not in taken)
+                taken.add(stem.casefold())  # file systems of Windows and macOS ignore case
+                file = folder / f"{stem}{suffix}"
+                write_columns(columns, outputs.add(file))
                 found.append({"topic": topic.name, "file": file, "rows": len(columns["t"].values)})
             progress(number / len(topics))
     result = {"log": args.log, "remark": remark, "tables": found}

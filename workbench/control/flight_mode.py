@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from workbench.common.jitable import register_jitable
-from workbench.common.vectors import Numbers
+from workbench.common.vectors import Numbers, Vector3
 from workbench.control.guidance import BRAKE_FIELD, Guidance, Reference
 from workbench.control.mode import FlightMode, ModeRequest, Reason
 from workbench.control.obstacle_brake import MAX_WALLS
@@ -31,12 +31,10 @@ SLOW_DESCENT_HEIGHT_M, up to MAX_SINK_SPEED [m/s], if that is faster than the la
 MIN_DOWNWARD_COMPONENT = 0.7
 """A wall whose direction points down by this much or more is below the drone."""
 MIN_STANDING_TIME_S = 2.0
-"""Above the ground, a drone slower for this long has landed if its height is an estimate, which may
-be wrong, or if something carries it [s]."""
-MAX_CARRIED_THRUST_RATIO = 0.97
-"""A drone at rest that demands less than this share of its thrust in hover is carried by an
-obstacle: in the air it would sink. The land detectors of PX4 and ArduPilot also ask for low thrust
-without vertical speed."""
+"""Above that height, a drone slower for this long has landed if something carries it [s]."""
+MIN_CARRYING_COMPONENT = 0.7
+"""A contact force whose direction points up by this much or more carries the drone. That of a wall
+never does, with a friction coefficient below 0.98."""
 MIN_ARREST_TIME_S = 0.2
 MAX_ARREST_HEIGHT_M = 0.5
 """With a lost position, a landing ends when the descent has stopped for this long below this
@@ -114,8 +112,8 @@ class FlightModeInputs(NamedTuple):
 
     `health` is that of the estimate of position and velocity, None with the true state. The true
     `charge` decides when the rotors stop, the `known_charge` when the drone lands. `ended` is
-    whether the program that runs the law has ended. The law demands `thrust_ratio` times the thrust
-    that hovers the drone.
+    whether the program that runs the law has ended. `contact_force` is the total one on the drone
+    in W [N].
     """
 
     time: float
@@ -130,7 +128,7 @@ class FlightModeInputs(NamedTuple):
     health: EstimateHealth | None = None
     known_charge: float | None = None
     ended: bool = False
-    thrust_ratio: float = 1.0
+    contact_force: Vector3 = (0.0, 0.0, 0.0)
 
 
 def accepts_request(mode: FlightMode, request: ModeRequest) -> bool:
@@ -147,6 +145,11 @@ def accepts_request(mode: FlightMode, request: ModeRequest) -> bool:
 def in_the_air(height: float, standing_height: float) -> bool:
     """Return whether a drone is too high to stand on the ground [m]."""
     return height > standing_height + MAX_TOUCH_DOWN_HEIGHT_M
+
+
+def is_carried(contact_force: Vector3) -> bool:
+    """Return whether a contact force in W [N] carries the drone."""
+    return contact_force[2] > MIN_CARRYING_COMPONENT * math.hypot(*contact_force)
 
 
 def initial_state(mode: FlightMode, p_WB: list[float]) -> ModeState:
@@ -340,16 +343,13 @@ def _landing(
         return state._replace(holding=1.0, since=now.time, still_since=now.time, x=x, y=y)
     moving = abs(now.v_WB[2]) > MAX_TOUCH_DOWN_SPEED
     high = in_the_air(z, now.standing_height)
-    carried = now.thrust_ratio < MAX_CARRIED_THRUST_RATIO
+    unsupported = (high or now.health is not None) and not is_carried(now.contact_force)
     enough = MIN_STANDING_TIME_S if high else MIN_TOUCH_DOWN_TIME_S
     if state.reason == Reason.POSITION_LOST and z < now.standing_height + MAX_ARREST_HEIGHT_M:
         moving = now.v_WB[2] < -0.5 * settings.landing_speed
         enough = MIN_ARREST_TIME_S
-    if (
-        moving
-        or (high and now.health is None and not carried)
-        or now.time - state.since < 2.0 * MIN_TOUCH_DOWN_TIME_S
-    ):
+        unsupported = False
+    if moving or unsupported or now.time - state.since < 2.0 * MIN_TOUCH_DOWN_TIME_S:
         return state._replace(still_since=now.time)
     if now.time - state.still_since >= enough:
         return _enter(FlightMode.OFF, state, now, Reason(int(state.reason)))

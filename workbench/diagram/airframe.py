@@ -317,7 +317,9 @@ def add_airframe(
         acceleration=acceleration,
         joints=joints,
         ball_frames=ball_frames,
-        contact_forces=add_contact_forces(builder, plant, vehicle.contact_links, body),
+        contact_forces=add_contact_forces(
+            builder, plant, vehicle.contact_links, body, "contact_forces"
+        ),
         setpoints=setpoints,
         modes=joint_modes(plant, rows, balls, cables.rows if cables else ()),
         vehicle=vehicle,

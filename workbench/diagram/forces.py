@@ -114,14 +114,19 @@ def add_cables(
 
 
 def add_contact_forces(
-    builder: DiagramBuilder, plant: MultibodyPlant, links: Sequence[str], base: RigidBody
+    builder: DiagramBuilder,
+    plant: MultibodyPlant,
+    links: Sequence[str],
+    base: RigidBody,
+    name: str,
 ) -> OutputPort | None:
     """Return the port of the contact forces on the bodies of some links (3 each), None without."""
     if not links:
         return None
     drone = base.model_instance()
-    bodies = [plant.GetFrameByName(link, drone).body().index() for link in links]
-    forces = builder.AddNamedSystem("contact_forces", ContactForces(bodies=bodies))
+    frames = [plant.GetFrameByName(link, drone) for link in links]
+    bodies = [*dict.fromkeys(frame.body().index() for frame in frames)]
+    forces = builder.AddNamedSystem(name, ContactForces(bodies=bodies))
     builder.Connect(plant.get_contact_results_output_port(), forces.get_input_port())
     port: OutputPort = forces.get_output_port()
     return port

@@ -10,6 +10,7 @@ from pydrake.systems.primitives import TrajectorySource
 from workbench.control.flight_mode import FlightModeSettings
 from workbench.diagram.airframe import Airframe, Gauge, add_airframe, add_battery_systems, add_gauge
 from workbench.diagram.core import add_computer
+from workbench.diagram.forces import add_contact_forces
 from workbench.diagram.mounting import (
     deviations_at_start,
     find_imu,
@@ -23,6 +24,7 @@ from workbench.estimation.settings import AIDING_SENSORS
 from workbench.plant.frame_tree import frames_in_world
 from workbench.plant.reach import reach_sphere
 from workbench.plant.sensors import Imu
+from workbench.plant.tree import without_loads
 from workbench.plant.vehicle import Vehicle
 from workbench.scenario.scenario import FigureEight, Rates
 from workbench.setup import Setup
@@ -118,6 +120,9 @@ def make_workbench(
     computer = add_computer(builder, setup, airframe, sensed, voltage)
     pilot = builder.AddNamedSystem("pilot", _make_pilot(bridge, rates))
     reference = _add_path(builder, pilot, computer, setup.scenario.figure_eight)
+    own_links = [link.name for link in without_loads(setup.flown.model).links]
+    contact = add_contact_forces(builder, airframe.plant, own_links, airframe.body, "body_contact")
+    assert contact
     modes = builder.AddNamedSystem(
         "modes",
         ModeManager(
@@ -125,8 +130,7 @@ def make_workbench(
             settings=FlightModeSettings(**setup.of_system("modes")),
             standing_height=vehicle.ground_clearance,
             wall_period=_wall_period(rates) if world.names else None,
-            rotors=vehicle.rotors,
-            hover_speeds=vehicle.hover_speeds.tolist(),
+            bodies=contact.size() // 3,
         ),
     )
     battery = add_battery_systems(
@@ -137,6 +141,7 @@ def make_workbench(
     if controller.program:
         builder.Connect(computer.GetOutputPort("ended"), modes.GetInputPort("ended"))
     builder.Connect(known, modes.GetInputPort("state"))
+    builder.Connect(contact, modes.GetInputPort("contact_forces"))
     if navigation:
         builder.Connect(navigation.GetOutputPort("health"), modes.GetInputPort("health"))
         builder.Connect(modes.GetOutputPort("mode"), navigation.GetInputPort("mode"))
@@ -145,7 +150,6 @@ def make_workbench(
     builder.Connect(battery.GetOutputPort("charge"), modes.GetInputPort("charge"))
     asked = computer.GetOutputPort("commands")
     spun = rotor_commands(builder, asked, len(vehicle.rotors), "recorded_commands")
-    builder.Connect(spun, modes.GetInputPort("commands"))
     signals = airframe.signals(spun, servo_setpoints(builder)) | {
         "reference": reference,
         "mode": modes.GetOutputPort("mode"),

@@ -22,8 +22,8 @@ class Choice:
     Attributes:
         scenario: name of a shipped one, or path of a file; "" for the default one, which hovers.
         model: name of a shipped model, or path of a description; it does not use the scenario's
-            arguments and gains, and what it says of sensors by name, which belong to the scenario's
-            own model.
+            arguments and gains, and what it says of sensors by name, also which are in use: these
+            belong to the scenario's own model.
         world: name of a shipped world, or path of a file.
         gains: path of a gain file.
         sensors: active sensors, by name or kind; "all" for all.

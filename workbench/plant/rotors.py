@@ -97,14 +97,6 @@ class Rotor:
         return self.axis_B[2] > MIN_LIFT_SHARE
 
 
-def thrust_at_speeds(rotors: Sequence[Rotor], speeds: Sequence[float]) -> float:
-    """Return the sum of the thrusts of rotors at speeds [rad/s], each along its axis [N]."""
-    return sum(
-        rotor.motor_constant * speed * (speed + rotor.linear_speed)
-        for rotor, speed in zip(rotors, speeds, strict=True)
-    )
-
-
 def propeller_diameter(motor_constant: float) -> float:
     """Return an estimate of the diameter of a propeller from its motor constant [m]."""
     squared = motor_constant * (2.0 * math.pi) ** 2

@@ -65,13 +65,26 @@ def choose_sensors(vehicle: Vehicle, scenario: Scenario) -> tuple[SensorChoice, 
 
 
 def for_other_vehicle(config: SensorsConfig) -> SensorsConfig:
-    """Return the settings for another vehicle: rates and latencies of kinds hold for any."""
-    kinds = sensor_kinds()
+    """Return the settings for another vehicle: those of kinds, and of all, hold for any.
+
+    It logs which settings of sensors by name are left out.
+    """
+    kinds = (*sensor_kinds(), ALL_SENSORS)
+    for key in ("use", "rates", "latency"):
+        for name in getattr(config, key):
+            if name not in kinds:
+                logging.getLogger("workbench").info(
+                    "sensors.%s of %s is left out: it names a sensor of the scenario's own model, "
+                    "and a kind would hold for any model",
+                    key,
+                    name,
+                )
     rates, latency = (
         {name: value for name, value in values.items() if name in kinds}
         for values in (config.rates, config.latency)
     )
-    return dataclasses.replace(config, rates=rates, latency=latency)
+    use = [name for name in config.use if name in kinds]
+    return dataclasses.replace(config, use=use, rates=rates, latency=latency)
 
 
 def log_absent_sensors(vehicle: Vehicle, config: SensorsConfig) -> None:

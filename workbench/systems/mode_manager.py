@@ -1,9 +1,8 @@
 """The flight mode as a LeafSystem: a slow, sampled state machine beside the fast controller."""
 
-from collections.abc import Sequence
-
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues
 
+from workbench.common.vectors import float_triple
 from workbench.control.flight_mode import (
     EstimateHealth,
     FlightModeInputs,
@@ -16,7 +15,6 @@ from workbench.control.flight_mode import (
 from workbench.control.guidance import Guidance, Reference
 from workbench.control.mode import FlightMode
 from workbench.control.obstacle_brake import MAX_WALLS
-from workbench.plant.rotors import Rotor, thrust_at_speeds
 from workbench.systems.discrete_system import DiscreteSystem
 
 
@@ -32,7 +30,7 @@ class ModeManager(DiscreteSystem):
         walls (12): see `nearest_obstacle`; unconnected, nothing limits the speed.
         health (4): see `flight_mode.EstimateHealth`; unconnected, the state is the true one.
         ended (1): whether the program that runs the law has ended; unconnected, there is none.
-        commands (n): rotor speeds that the law demands [rad/s]; unconnected, the thrust of hover.
+        contact_forces (3 k): on the bodies of the drone in W [N]; unconnected, it touches nothing.
     Output ports:
         guidance (22): see `guidance.Guidance`.
         mode (10): see `flight_mode.ModeState`.
@@ -46,8 +44,7 @@ class ModeManager(DiscreteSystem):
         settings: FlightModeSettings,
         standing_height: float,
         wall_period: float | None = None,
-        rotors: Sequence[Rotor] = (),
-        hover_speeds: Sequence[float] = (),
+        bodies: int = 1,
     ) -> None:
         """Declare ports, state and updates.
 
@@ -57,13 +54,10 @@ class ModeManager(DiscreteSystem):
             standing_height: of the base link's origin on the ground [m].
             wall_period: between updates of the walls, which are more urgent than the mode [s]; None
                 without walls.
-            rotors: whose commands the port gets.
-            hover_speeds: of these in hover [rad/s].
+            bodies: number of bodies whose contact forces the port gets.
         """
         super().__init__()
         self._standing_height = standing_height
-        self._rotors = tuple(rotors)
-        self._hover_thrust = thrust_at_speeds(rotors, hover_speeds)
         self.DeclareNumericParameter(BasicVector(list(settings)))
         self._state = self.DeclareVectorInputPort("state", 13)
         self._reference = self.DeclareVectorInputPort("reference", len(Reference._fields))
@@ -73,7 +67,7 @@ class ModeManager(DiscreteSystem):
         self._walls = self.DeclareVectorInputPort("walls", 4 * MAX_WALLS)
         self._health = self.DeclareVectorInputPort("health", len(EstimateHealth._fields))
         self._ended = self.DeclareVectorInputPort("ended", 1)
-        self._commands = self.DeclareVectorInputPort("commands", len(rotors))
+        self._contact_forces = self.DeclareVectorInputPort("contact_forces", 3 * bodies)
         self.guidance_index = self.DeclareDiscreteState(len(Guidance._fields))
         self.mode_index = self.DeclareDiscreteState(len(ModeState._fields))
         self.DeclareStateOutputPort("guidance", self.guidance_index)
@@ -114,7 +108,11 @@ class ModeManager(DiscreteSystem):
                 else None
             ),
             ended=self._ended.HasValue(context) and bool(self._ended.Eval(context)[0]),
-            thrust_ratio=self._thrust_ratio(context),
+            contact_force=(
+                float_triple(self._contact_forces.Eval(context).reshape(-1, 3).sum(axis=0))
+                if self._contact_forces.HasValue(context)
+                else (0.0, 0.0, 0.0)
+            ),
         )
         state = next_state(state, now, settings)
         guide = guidance(state, now.p_WB, settings)
@@ -124,11 +122,6 @@ class ModeManager(DiscreteSystem):
             guide = with_walls(guide, walls, now.p_WB, mode, settings)
         discrete_state.set_value(self.mode_index, list(state))
         discrete_state.set_value(self.guidance_index, list(guide))
-
-    def _thrust_ratio(self, context: Context) -> float:
-        if not self._commands.HasValue(context):
-            return 1.0
-        return thrust_at_speeds(self._rotors, self._commands.Eval(context)) / self._hover_thrust
 
     def _update_walls(self, context: Context, discrete_state: DiscreteValues) -> None:
         """Update the walls of the guidance; a mode update at the same time has already done it."""

@@ -6,6 +6,7 @@ from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
 from rosbags.highlevel import AnyReader
 
+from workbench.commands.cli import main
 from workbench.common.flight import Flight
 from workbench.common.series import make_series
 from workbench.extras.flightdata.importing import write_flight
@@ -85,3 +86,18 @@ def test_an_imported_log_is_read_whatever_its_signals_are_called(tmp_path):
     topics, _ = log_topics(path)
     assert [each.name for topic in topics for each in topic.columns.values()] == exported
     assert [topic.short for topic in topics] == ["csv", "höhe", "hohe", "flug", "t1_a", "t1a"]
+
+
+def test_topics_whose_names_differ_little_are_exported_to_different_files(tmp_path):
+    """A file name has no slash, and some file systems ignore case."""
+    time = np.arange(0.0, 1.0, 0.1)
+    signals = {
+        name: make_series(name, "m", time, time, end=1.0)
+        for name in ("t1/a.q", "t1_a.q", "T1_A.q", "t1_a_2.q")
+    }
+    path = tmp_path / "made.mcap"
+    write_flight(Flight("made", tmp_path / "made", "made up", signals, end=1.0), path)
+    assert main(["export", str(path), "--output", str(tmp_path / "out")]) == 0
+    assert {file.stem for file in (tmp_path / "out").iterdir()} == {
+        *("t1_a", "t1_a_2", "T1_A_3", "t1_a_2_2"),
+    }
