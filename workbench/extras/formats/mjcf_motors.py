@@ -181,8 +181,8 @@ def joint_servos(document: MjcfDocument) -> Iterator[tuple[str, Servo | None, np
             text = f"a <{shortened_text(kind)}> on a joint; not used"
             document.remarks.add("ignored", document.path, f"actuator '{name}'", text)
             continue
-        servo: Servo | None = _joint_servo(element, kind, document.compiler)
-        integrates = kind == "intvelocity" or element.get("dyntype") == "integrator"
+        servo: Servo | None = _joint_servo(element, document.compiler)
+        integrates = element.get("dyntype") == "integrator"
         if _has_other_force(element) or (integrates and servo and servo.kind != "position"):
             text = (
                 "its force is not gain times control plus bias, with a filter of first order or "
@@ -206,19 +206,19 @@ def _has_other_force(element: Element) -> bool:
     )
     return (
         affine
+        or servo_of(element) not in ("", *_SERVO_TAGS)
         or element.get("gaintype", "fixed") not in ("fixed", "affine")
         or element.get("biastype", "none") not in ("none", "affine")
         or element.get("dyntype", "none") not in ("none", "integrator", *_FILTER_DYNTYPES)
     )
 
 
-def _joint_servo(element: Element, kind: str, compiler: Compiler) -> Servo:
+def _joint_servo(element: Element, compiler: Compiler) -> Servo:
     """Return the servo of one actuator of a joint."""
     gear = attribute_numbers(element, "gear", "1")[0]
     gain, bias = 1.0, [0.0] * 3
-    lag = attribute_numbers(element, "timeconst", "0")[0]
     ratio: float | None = None
-    match kind:
+    match servo_of(element):  # its own kind, or that of its default class
         case "position" | "intvelocity":
             gain = attribute_numbers(element, "kp", "1")[0]
             bias = [0.0, -gain, -attribute_numbers(element, "kv", "0")[0]]
@@ -227,23 +227,19 @@ def _joint_servo(element: Element, kind: str, compiler: Compiler) -> Servo:
         case "velocity":
             gain = attribute_numbers(element, "kv", "1")[0]
             bias = [0.0, 0.0, -gain]
-        case _:
-            if servo_of(element) == "position":  # of its default class
-                gain = attribute_numbers(element, "kp", "1")[0]
-                bias = [0.0, -gain, -attribute_numbers(element, "kv", "0")[0]]
-            if "gainprm" in element.attrib:
-                gain = padded_numbers(element, "gainprm", "1", 1)[0]
-            if element.get("biastype") == "affine" and "biasprm" in element.attrib:
-                bias = padded_numbers(element, "biasprm", "0", 3)
-            lag = _filter_time_constant(element) or 0.0
+    if element.tag == "general":
+        gain = attribute_numbers(element, "gainprm", str(gain))[0]
+        stated = attribute_numbers(element, "biasprm", "0")
+        bias = [*stated, *bias[len(stated) :]][:3]
+        if element.get("biastype", "none") == "none":
+            bias, ratio = [0.0] * 3, None
     stiffness, damping = -bias[1] * gear**2, -bias[2] * gear**2
     drive = "position" if bias[1] else "velocity" if bias[2] else "effort"
     scale, offset = gear * gain, gear * bias[0]
     if drive != "effort":  # of the setpoint; a gear may turn the other way
         over = stiffness if drive == "position" else damping
         scale, offset = (scale / over, offset / over) if over else (0.0, 0.0)
-    integrates = kind == "intvelocity" or element.get("dyntype") == "integrator"
-    word = "act" if integrates else "ctrl"
+    word = "act" if element.get("dyntype") == "integrator" else "ctrl"
     lower, upper = sorted(scale * end + offset for end in stated_limits(element, word, compiler))
     force = stated_limits(element, "force", compiler)
     if not math.isfinite(lower + upper) or not lower < upper:
@@ -257,5 +253,5 @@ def _joint_servo(element: Element, kind: str, compiler: Compiler) -> Servo:
         upper=upper,
         start=offset,
         max_effort=abs(gear) * max(map(abs, force)),
-        time_constant=lag,
+        time_constant=_filter_time_constant(element) or 0.0,
     )
