@@ -317,7 +317,9 @@ def test_a_ball_joint_has_spring_friction_and_limit_and_no_armature(tmp_path):
 @pytest.mark.parametrize(
     ("actuator", "used", "said"),
     [
-        ('<motor name="a" joint="socket" gear="1 0 0"/>', False, "does not push a site"),
+        ('<motor name="a" joint="socket" gear="1 0 0"/>', False, "its joint is a ball, which"),
+        ('<intvelocity name="a" joint="socket" actrange="-1 1"/>', False, "its joint is a ball"),
+        ('<general name="a" joint="socket" gaintype="user"/>', False, "its joint is a ball, whi"),
         (
             '<general name="a" joint="pivot" dyntype="integrator" gainprm="5" biastype="affine" '
             'biasprm="0 -5 -1" actrange="-1 2" ctrlrange="-9 9" ctrllimited="true"/>',

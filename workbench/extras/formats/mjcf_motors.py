@@ -1,7 +1,7 @@
 """Read the actuators of an MJCF file that push or turn a site of the drone."""
 
 import math
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 from pydrake.math import RigidTransform
@@ -40,7 +40,7 @@ _ACTUATOR_ADVICE = (
 
 
 def read_actuators(
-    document: MjcfDocument, sites: SitePoses, driven: Collection[str]
+    document: MjcfDocument, sites: SitePoses, kinds: Mapping[str, str]
 ) -> Iterator[DeclaredActuator]:
     """Yield the actuators that apply a force or moment at a site of the drone, in MuJoCo's order.
 
@@ -49,7 +49,7 @@ def read_actuators(
     Args:
         document: with the actuators.
         sites: of the drone.
-        driven: joints whose actuators are read elsewhere, see `joint_servos`.
+        kinds: of the joints' freedoms, by name; `joint_servos` reads what drives them.
 
     Raises:
         WorkbenchError: for an actuator whose force cannot be had.
@@ -65,11 +65,15 @@ def read_actuators(
         name = element.get("name") or f"actuator_{index}"
         site = element.get("site", "")
         joint = actuated_joint(element)
-        if not site and any(joint + copy in driven for copy in document.suffixes("joint", joint)):
+        driven = {kinds.get(joint + copy, "") for copy in document.suffixes("joint", joint)} - {""}
+        if not site and driven - {"ball"}:
             continue  # see `joint_servos`
         if not site:
             text = (
-                f"a <{shortened_text(child.tag)}> that does not push a site of the drone; not used"
+                "its joint is a ball, which no servo drives; not used"
+                if driven
+                else f"a <{shortened_text(child.tag)}> that does not push a site of the drone; "
+                "not used"
             )
             document.remarks.add(
                 "ignored", document.path, f"actuator '{shortened_text(name)}'", text
@@ -156,7 +160,9 @@ def actuated_joint(element: Element) -> str:
     return element.get("joint", "") or element.get("jointinparent", "")
 
 
-def joint_servos(document: MjcfDocument) -> Iterator[tuple[str, Servo | None, np.ndarray]]:
+def joint_servos(
+    document: MjcfDocument, kinds: Mapping[str, str]
+) -> Iterator[tuple[str, Servo | None, np.ndarray]]:
     """Yield each joint that an actuator drives, by name, with its servo and what is added to it.
 
     The servo is None if the force is not that of a servo. The joint gains armature [kg m² or kg]
@@ -167,14 +173,19 @@ def joint_servos(document: MjcfDocument) -> Iterator[tuple[str, Servo | None, np
     position, with b2 alone one of velocity, else one of effort, and its setpoint is that of the
     joint: l / gear.
 
+    Args:
+        document: with the actuators.
+        kinds: of the joints' freedoms, by name; no servo drives a ball.
+
     Raises:
         WorkbenchError: for an invalid number.
     """
     for index, child in enumerate(elements_of(document.root, "actuator")):
         element = document.defaults.applied(child, "")
         joint = actuated_joint(element)
-        if not joint:
-            continue
+        joints = [joint + copy for copy in document.suffixes("joint", joint)]
+        if all(kinds.get(each, "ball") == "ball" for each in joints):
+            continue  # see `read_actuators`
         kind = element.tag
         name = shortened_text(element.get("name") or f"actuator_{index}")
         if kind not in _SERVO_TAGS:
@@ -195,8 +206,8 @@ def joint_servos(document: MjcfDocument) -> Iterator[tuple[str, Servo | None, np
             document.remarks.add("assumed", document.path, f"actuator '{name}'", text)
         own = [attribute_numbers(element, word, "0")[0] for word in ("armature", "damping")]
         added = attribute_numbers(element, "gear", "1")[0] ** 2 * np.array(own)
-        for suffix in document.suffixes("joint", joint):
-            yield joint + suffix, servo, added
+        for each in joints:
+            yield each, servo, added
 
 
 def _has_other_force(element: Element) -> bool:
