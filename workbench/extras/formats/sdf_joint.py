@@ -112,7 +112,7 @@ def _ball(joint: Node, remarks: Remarks) -> Freedom:
             text = f"<{tag}>{value:g}</{tag}> of a ball joint; taken as 0"
             remarks.add("repaired", joint.file, joint.title, text)
             stated[tag] = 0.0
-    return Freedom("ball", **stated)
+    return Freedom("ball", damping=stated["damping"], friction=stated["friction"])
 
 
 def _freedom(
