@@ -84,7 +84,7 @@ def test_terms_of_gazebos_controllers_that_do_not_act_are_said(tmp_path):
         (
             "JointTrajectoryController",
             "<position_p_gain>5</position_p_gain><position_i_gain>1e-2</position_i_gain>"
-            "<velocity_i_gain>0.0</velocity_i_gain><position_cmd_offset>-0</position_cmd_offset>",
+            "<velocity_i_gain>0.0</velocity_i_gain><position_cmd_offset>-0.0E+1</position_cmd_offset>",
             "held",
         ),
     )
@@ -149,9 +149,41 @@ def test_plugins_of_gazebo_classic_drive_joints(tmp_path):
     assert found["flap"].damping == pytest.approx(2.0 * found["flap"].stiffness / 30.0)
     assert "servo of 'jointed::leg': its integral gain of 0.5 is not used" in remarks
     assert not any("runs in Gazebo only" in each for each in remarks)
+    note = "gimbal controller: Gazebo holds the camera level by its IMU; here its joints are held"
+    assert remarks.count(note) == 1
     idle = mavlink.format(channel("wheel", "velocity"))
     _, remarks = servos(tmp_path, f"{parts}<gazebo>{idle}</gazebo>")
     assert any("'mavlink': its code" in each for each in remarks)
+
+
+def test_a_gimbal_controller_without_names_has_those_of_px4(tmp_path):
+    names = ("cgo3_vertical_arm_joint", "cgo3_horizontal_arm_joint", "cgo3_camera_joint")
+    plugin = "<plugin name='gimbal' filename='libgazebo_gimbal_controller_plugin.so'/>"
+    parts = "".join(arm(name=name) for name in names) + f"<gazebo>{plugin}</gazebo>"
+    found, _ = servos(tmp_path, parts)
+    assert [found[name].stiffness for name in names] == [1.0, 5.0, 5.0]
+
+
+def test_a_channel_that_cannot_be_a_servo_is_noted_and_not_refused(tmp_path, case):
+    """Its numbers act in Gazebo only; a remark on its gains would be one on no servo."""
+    cases = (
+        ("hinge", "-10", "servo of 'hinge': <p>-10</p>: give it a number that is not negative"),
+        ("hinge", "x", "servo of 'hinge': <p>x</p>: give it a number; not used"),
+        ("absent", "x", "servo of 'absent': <p>x</p>: give it a number; not used"),
+        ("absent", "3", "MAVLink interface: the joint 'absent' does not exist"),
+    )
+    for name, gain, text in cases:
+        with case(f"{name} {gain}"):
+            plugin = (
+                "<gazebo><plugin name='m' filename='libgazebo_mavlink_interface.so'>"
+                "<control_channels><channel><joint_control_type>position</joint_control_type>"
+                f"<joint_name>{name}</joint_name>{PID.format(i=1).replace('3.5', gain)}"
+                "</channel></control_channels></plugin></gazebo>"
+            )
+            found, remarks = servos(tmp_path, arm() + plugin)
+            assert not found
+            assert [each for each in remarks if each.startswith(text)]
+            assert not [each for each in remarks if "integral" in each]
 
 
 def test_ros_control_and_transmissions(tmp_path):
@@ -174,6 +206,9 @@ def test_ros_control_and_transmissions(tmp_path):
     assert hinge.damping == pytest.approx(2.0 * hinge.stiffness / 30.0)
     assert (left.kind, left.lower, left.upper) == ("velocity", -3.0, 3.0)
     assert right.kind == "effort"
+    for was, tag in (("-0.2", "command_interface"), (">0.1", "state_interface")):
+        with pytest.raises(WorkbenchError, match=f"{tag} has <param>"):
+            servos(tmp_path, parts.replace(was, f"{was[0]}x"))
     assert not any("ROS" in each for each in remarks)
 
 

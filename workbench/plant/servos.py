@@ -51,7 +51,8 @@ def with_servos(model: Model, spinning: set[str], sidecar: Path | None, remarks:
         try:
             joint = find_joint(model, each.joint, each.element)
         except WorkbenchError as error:
-            remarks.add("ignored", each.file, each.element, str(error))
+            text = str(error).removeprefix(f"{each.element}: ")
+            remarks.add("ignored", each.file, each.element, text)
             continue
         if joint.name in spinning or joint.kind == "fixed":
             continue
@@ -60,7 +61,10 @@ def with_servos(model: Model, spinning: set[str], sidecar: Path | None, remarks:
             text = f"its joint '{shortened_text(joint.name)}' {why}; not used"
             remarks.add("ignored", each.file, each.element, text)
             continue
-        driven.setdefault((joint.name, joint.place_of(each.axis)), each.servo)
+        key = joint.name, joint.place_of(each.axis)
+        for what, text in each.notes if key not in driven else ():
+            remarks.add("ignored", each.file, what, text)
+        driven.setdefault(key, each.servo)
     for (name, axis), servo in driven.items():
         freedoms = list(joints[name].freedoms)
         limited = _limited(freedoms[axis], servo)

@@ -22,7 +22,10 @@ FIVE_INCH = Path(__file__).parents[2] / "drones" / "five_inch_quad.urdf.xacro"
 
 
 def test_a_torque_turns_a_larger_drone_as_its_motors_say_and_it_hovers_at_the_usual_signal():
-    """By the wrench that the distribution gives, over the moments of inertia."""
+    """By the wrench that the distribution gives, over the moments of inertia.
+
+    A pitch torque lifts the nose, which is a negative moment about y.
+    """
     vehicle = load_vehicle(FIVE_INCH)
     thrust_max, accelerations = larger_motors(vehicle)
     effects = motor_effects(known_vehicle(law_constants(vehicle)).rotors)
@@ -30,8 +33,8 @@ def test_a_torque_turns_a_larger_drone_as_its_motors_say_and_it_hovers_at_the_us
     hover = np.array(power_distribution(HOVER_MOTOR_SIGNAL, (0.0, 0.0, 0.0), g, 4.2))
     assert hover[0] == pytest.approx(vehicle.mass * GRAVITY, rel=1e-6)
     torque = 0.01 * FULL_MOTOR_SIGNAL
-    for axis, name in enumerate(("roll", "pitch", "yaw")):
+    for axis, (name, sign) in enumerate((("roll", 1.0), ("pitch", -1.0), ("yaw", 1.0))):
         wanted = tuple(torque * np.eye(3)[axis])
         turned = np.array(power_distribution(HOVER_MOTOR_SIGNAL, wanted, g, 4.2)) - hover
         per_signal = turned[1 + axis] / vehicle.inertia[axis, axis] / torque
-        assert abs(per_signal) == pytest.approx(accelerations[name], rel=1e-3), name
+        assert per_signal == pytest.approx(sign * accelerations[name], rel=1e-3), name

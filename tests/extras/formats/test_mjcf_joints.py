@@ -317,7 +317,9 @@ def test_a_ball_joint_has_spring_friction_and_limit_and_no_armature(tmp_path):
 @pytest.mark.parametrize(
     ("actuator", "used", "said"),
     [
-        ('<motor name="a" joint="socket" gear="1 0 0"/>', False, "does not push a site"),
+        ('<motor name="a" joint="socket" gear="1 0 0"/>', False, "its joint is a ball, which"),
+        ('<intvelocity name="a" joint="socket" actrange="-1 1"/>', False, "its joint is a ball"),
+        ('<general name="a" joint="socket" gaintype="user"/>', False, "its joint is a ball, whi"),
         (
             '<general name="a" joint="pivot" dyntype="integrator" gainprm="5" biastype="affine" '
             'biasprm="0 -5 -1" actrange="-1 2" ctrlrange="-9 9" ctrllimited="true"/>',
@@ -395,3 +397,57 @@ def test_damping_of_a_free_joint_is_said(tmp_path):
     path.write_text(text.replace("<worldbody>", damped, 1))
     (remark,) = [each for each in read_description(path).remarks if each.element == "joint 'root'"]
     assert remark.text.startswith("damping of a free joint: not used")
+
+
+OTHER = '<general gaintype="muscle" biastype="muscle" dyntype="muscle"/>'
+GENERAL = '<general class="x" joint="pivot"/>'
+
+
+@pytest.mark.parametrize(
+    ("default", "actuator", "kind"),
+    [
+        (OTHER, '<position joint="pivot" kp="5" kv=".1"/>', "position"),
+        ('<general dyntype="integrator"/>', '<position joint="pivot" kp="5"/>', "position"),
+        ('<general dyntype="integrator"/>', '<velocity joint="pivot" kv="5"/>', "velocity"),
+        ('<general gaintype="affine" gainprm="1 2 3"/>', '<velocity joint="pivot"/>', "velocity"),
+        ('<velocity kv="3"/>', '<position joint="pivot" kp="5"/>', "position"),
+        ('<position kp="3" timeconst=".2"/>', '<velocity joint="pivot"/>', "velocity"),
+        ('<position kp="3" kv=".2" timeconst=".4"/>', GENERAL, "position"),
+        ('<position kp="3" kv=".2"/>', GENERAL.replace("/>", ' biasprm="1 -2"/>'), "position"),
+        ('<position kp="3" kv=".2"/>', GENERAL.replace("/>", ' biastype="none"/>'), "effort"),
+        ('<velocity kv="3"/>', GENERAL, "velocity"),
+        ('<intvelocity kp="3"/>', GENERAL.replace("/>", ' gainprm="2"/>'), "position"),
+        ("<muscle/>", GENERAL.replace("/>", ' gainprm=".5" lengthrange="0 1"/>'), None),
+        ('<damper kv="3"/>', GENERAL.replace("/>", ' ctrlrange="0 1"/>'), None),
+    ],
+)
+def test_an_actuator_is_of_its_kind_whatever_its_class_says_as_in_mujoco(
+    tmp_path, default, actuator, kind
+):
+    """With the force of MuJoCo at random states, where it is that of a servo."""
+    path = rig(tmp_path, ROD, actuators=actuator.replace(" ", ' name="a" ', 1))
+    inner = f"<default>{default}" + f'<default class="x">{default}</default></default>'
+    path.write_text(path.read_text().replace("<worldbody>", f"{inner}<worldbody>", 1))
+    model = mujoco.MjModel.from_xml_path(str(path))
+    data = mujoco.MjData(model)
+    description = read_description(path)
+    servo = description.model.joint("pivot").freedoms[0].servo
+    remarks = [each.text for each in description.remarks if each.element == "actuator 'a'"]
+    integrates = model.actuator_dyntype[-1] == mujoco.mjtDyn.mjDYN_INTEGRATOR
+    assert len(remarks) == (kind is None or integrates)
+    assert (servo and servo.kind) == kind
+    if servo is None:
+        return
+    filtered = model.actuator_dyntype[-1] == mujoco.mjtDyn.mjDYN_FILTEREXACT
+    assert servo.time_constant == (model.actuator_dynprm[-1][0] if filtered else 0.0)
+    gain, bias = model.actuator_gainprm[-1][0], model.actuator_biasprm[-1]
+    over = {"position": -bias[1], "velocity": -bias[2], "effort": 1.0}[kind]
+    place = model.joint("pivot").id
+    generator = np.random.default_rng(4)
+    for q, v, u in generator.uniform(-1.0, 1.0, (5, 3)):
+        data.qpos[model.jnt_qposadr[place]], data.qvel[model.jnt_dofadr[place]] = q, v
+        (data.act if model.na else data.ctrl)[-1] = u
+        mujoco.mj_forward(model, data)
+        offset = 0.0 if kind == "effort" else bias[0]
+        effort = servo_effort(servo, servo.within((gain * u + offset) / over), q, v)
+        assert effort == pytest.approx(data.qfrc_actuator[model.jnt_dofadr[place]], abs=1e-12)

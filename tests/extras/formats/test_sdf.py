@@ -194,6 +194,12 @@ def test_a_ball_joint_has_the_damping_of_its_axis_as_in_drake(tmp_path):
     expected = plant.GetJointByName("socket").default_damping_vector()
     assert expected.tolist() == [freedom.damping] * 3 == [0.02] * 3
     assert freedom.friction == 0.001
+    path.write_text(path.read_text().replace("0.02", "-1"))
+    remarks = Remarks()
+    assert read(path, remarks).joints[0].freedoms[0].damping == 0.0
+    assert [each.text for each in remarks.found if each.element == "joint 'socket'"] == [
+        "<damping>-1</damping> of a ball joint; taken as 0"
+    ]
 
 
 def test_what_follows_a_joint_is_where_the_format_says(tmp_path):

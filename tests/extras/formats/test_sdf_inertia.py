@@ -179,6 +179,8 @@ def test_collisions_without_a_volume_are_left_out_and_noted(tmp_path):
         collision("<box/>", "<density>0</density>"),
         collision("<box/>", "<density>-5</density>"),
         collision("<sphere><radius>1e-150</radius></sphere>"),
+        collision("<capsule><radius>1e-110</radius><length>1e-110</length></capsule>"),
+        collision("<box/>", "<density>-5</density>") + collision("<box/>", "<density>5</density>"),
     ],
 )
 def test_where_nothing_has_a_mass_the_defaults_hold_and_are_noted(tmp_path, content):

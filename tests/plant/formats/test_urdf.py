@@ -247,7 +247,8 @@ def test_what_is_known_and_not_used_is_said():
 
 def test_what_does_not_act_in_a_joint_is_said():
     """Limits and springs of planar joints, and mimics and servos of joints with several axes."""
-    inner = """<joint name="p" type="planar"><limit lower="-1" upper="1"/><servo/>
+    inner = """<joint name="p" type="planar"><limit lower="-1" upper="1" effort="0" velocity="0.0"/>
+        <servo/>
         <dynamics damping="1" friction="2" stiffness="3"/><mimic joint="r"/></joint>
       <drake:joint name="b" type="ball"><servo/><dynamics friction="1"/></drake:joint>
       <joint name="u" type="universal"><dynamics friction="1"/><limit lower="-1"/></joint>

@@ -95,7 +95,7 @@ def read_mjcf(path: Path, root: Element, finder: PackageFinder, remarks: Remarks
             others.add(top.element, RigidTransform(), "", top.childclass)
         links = _scaled_to_total_mass(path, links, others.links, compiler.settotalmass)
     freedoms = (each for joint in reader.joints for each in joint.freedoms)
-    names = [each.name for each in freedoms if each.kind != "ball"]
+    kinds: dict[str, str] = {each.name: each.kind for each in freedoms}
     model = Model(
         source=path,
         name=root.get("model") or path.name.partition(".")[0],
@@ -104,10 +104,10 @@ def read_mjcf(path: Path, root: Element, finder: PackageFinder, remarks: Remarks
         frames=(),
         sensors=(),
         plugins=(),
-        actuators=tuple(read_actuators(document, reader.sites, names)),
+        actuators=tuple(read_actuators(document, reader.sites, kinds)),
         cables=tuple(read_tendons(document, reader.sites, hung)),
     )
-    driven = _driven_joints(document, reader)
+    driven = _driven_joints(document, reader, kinds)
     mimics = _equal_joints(document, driven, reader.sites, body_roots(model, base))
     joints = tuple(replace(joint, mimic=mimics.get(joint.name)) for joint in driven)
     return replace(model, joints=joints)
@@ -254,11 +254,13 @@ def _free_joints(body: Element, childclass: str, defaults: Defaults) -> Iterator
                 yield joint
 
 
-def _driven_joints(document: MjcfDocument, reader: MjcfBodyReader) -> list[Joint]:
+def _driven_joints(
+    document: MjcfDocument, reader: MjcfBodyReader, kinds: Mapping[str, str]
+) -> list[Joint]:
     """Return the joints of a body with their servos, and with what actuators add to them."""
     servos: dict[str, Servo] = {}
     added: dict[str, np.ndarray] = {}
-    for name, servo, more in joint_servos(document):
+    for name, servo, more in joint_servos(document, kinds):
         added[name] = added.get(name, np.zeros(2)) + more
         if servo is None:
             continue

@@ -33,6 +33,24 @@ _MAIN_CLASS = "main"
 """The default class of elements that name no other."""
 _PARTIAL_ATTRIBUTES = ("size", "gear", "gainprm", "biasprm", "dynprm")
 """Attributes whose first numbers alone may be given; a default keeps the others."""
+_SERVO_KIND_KEY = "-kind"
+"""Mark of defaults that a kind other than a motor set; not a name that XML allows."""
+_GAIN_ATTRIBUTES = (
+    *("kp", "kv", "dampratio", "timeconst", "gainprm", "biasprm", "dynprm"),
+    _SERVO_KIND_KEY,
+)
+_IMPLIED_TYPES = {
+    "motor": ("fixed", "none", "none"),
+    "position": ("fixed", "affine", "none"),
+    "velocity": ("fixed", "affine", "none"),
+    "intvelocity": ("fixed", "affine", "integrator"),
+    "damper": ("affine", "none", "none"),
+    "cylinder": ("fixed", "affine", "filter"),
+    "muscle": ("muscle", "muscle", "muscle"),
+    "adhesion": ("fixed", "none", "none"),
+    "dcmotor": ("dcmotor", "dcmotor", "dcmotor"),
+}
+"""Types of gain, bias and dynamics by the kind of actuator."""
 
 
 class Defaults:
@@ -61,10 +79,8 @@ class Defaults:
             if child.tag == "default":
                 continue
             tag = _ACTUATOR_DEFAULTS_KEY if child.tag in ACTUATOR_TAGS else child.tag
-            words = _merged(known.get(tag, {}), child.attrib)
-            if child.tag in ACTUATOR_TAGS:
-                words = _as_kind(child.tag, words)
-            known[tag] = words
+            merge = _merged_as_kind if child.tag in ACTUATOR_TAGS else _merged
+            known[tag] = merge(known.get(tag, {}), child)
         self._classes[name] = known
         for child in elements(element, "default"):
             inner = child.get("class", "")
@@ -91,13 +107,12 @@ class Defaults:
         is_actuator = element.tag in ACTUATOR_TAGS
         tag = _ACTUATOR_DEFAULTS_KEY if is_actuator else element.tag
         known = self._classes[name].get(_TENDON_DEFAULTS_TAG if tag in _TENDON_TAGS else tag, {})
-        words = _merged(known, element.attrib)
-        return element.like(_as_kind(element.tag, words) if is_actuator else words)
+        return element.like((_merged_as_kind if is_actuator else _merged)(known, element))
 
 
-def _merged(known: Mapping[str, str], own: Mapping[str, str]) -> dict[str, str]:
+def _merged(known: Mapping[str, str], element: Element) -> dict[str, str]:
     """Return default attributes with those of an element in their place."""
-    words = dict(known)
+    words, own = dict(known), element.attrib
     if any(name in own for name in ORIENTATION_SIZES):
         for name in ORIENTATION_SIZES:
             words.pop(name, None)
@@ -109,17 +124,23 @@ def _merged(known: Mapping[str, str], own: Mapping[str, str]) -> dict[str, str]:
     return words
 
 
-def _as_kind(tag: str, words: dict[str, str]) -> dict[str, str]:
-    """Return the attributes of an actuator with what its kind implies (mjs_setToMotor)."""
-    if tag == "motor":
-        gains = " ".join(["1", *words.get("gainprm", "").split()[1:]])
-        implied = {"gainprm": gains, "gaintype": "fixed", "biastype": "none", "dyntype": "none"}
-        return {name: text for name, text in words.items() if name != _SERVO_KIND_KEY} | implied
-    return words if tag == "general" else words | {_SERVO_KIND_KEY: tag}
+def _merged_as_kind(known: Mapping[str, str], element: Element) -> dict[str, str]:
+    """Return the attributes of an actuator with what its kind implies (MuJoCo's mjs_setTo*).
 
-
-_SERVO_KIND_KEY = "-kind"
-"""Mark of defaults that a kind other than a motor set; not a name that XML allows."""
+    A kind other than general keeps gains of defaults of its own kind only.
+    """
+    if element.tag == "general":
+        return _merged(known, element)
+    if known.get(_SERVO_KIND_KEY) != element.tag:
+        known = {name: text for name, text in known.items() if name not in _GAIN_ATTRIBUTES}
+    words = _merged(known, element)
+    gain, bias, dynamics = _IMPLIED_TYPES.get(element.tag, ("user", "user", "user"))
+    words |= {"gaintype": gain, "biastype": bias, "dyntype": dynamics}
+    if element.tag == "motor":
+        return words | {"gainprm": "1"}
+    if element.tag == "position" and "timeconst" in words:
+        words |= {"dyntype": "filterexact", "dynprm": words["timeconst"]}
+    return words | {_SERVO_KIND_KEY: element.tag}
 
 
 def servo_of(element: Element) -> str:

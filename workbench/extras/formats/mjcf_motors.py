@@ -1,7 +1,7 @@
 """Read the actuators of an MJCF file that push or turn a site of the drone."""
 
 import math
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 from pydrake.math import RigidTransform
@@ -40,7 +40,7 @@ _ACTUATOR_ADVICE = (
 
 
 def read_actuators(
-    document: MjcfDocument, sites: SitePoses, driven: Collection[str]
+    document: MjcfDocument, sites: SitePoses, kinds: Mapping[str, str]
 ) -> Iterator[DeclaredActuator]:
     """Yield the actuators that apply a force or moment at a site of the drone, in MuJoCo's order.
 
@@ -49,7 +49,7 @@ def read_actuators(
     Args:
         document: with the actuators.
         sites: of the drone.
-        driven: joints whose actuators are read elsewhere, see `joint_servos`.
+        kinds: of the joints' freedoms, by name; `joint_servos` reads what drives them.
 
     Raises:
         WorkbenchError: for an actuator whose force cannot be had.
@@ -65,11 +65,15 @@ def read_actuators(
         name = element.get("name") or f"actuator_{index}"
         site = element.get("site", "")
         joint = actuated_joint(element)
-        if not site and any(joint + copy in driven for copy in document.suffixes("joint", joint)):
+        driven = {kinds.get(joint + copy, "") for copy in document.suffixes("joint", joint)} - {""}
+        if not site and driven - {"ball"}:
             continue  # see `joint_servos`
         if not site:
             text = (
-                f"a <{shortened_text(child.tag)}> that does not push a site of the drone; not used"
+                "its joint is a ball, which no servo drives; not used"
+                if driven
+                else f"a <{shortened_text(child.tag)}> that does not push a site of the drone; "
+                "not used"
             )
             document.remarks.add(
                 "ignored", document.path, f"actuator '{shortened_text(name)}'", text
@@ -156,7 +160,9 @@ def actuated_joint(element: Element) -> str:
     return element.get("joint", "") or element.get("jointinparent", "")
 
 
-def joint_servos(document: MjcfDocument) -> Iterator[tuple[str, Servo | None, np.ndarray]]:
+def joint_servos(
+    document: MjcfDocument, kinds: Mapping[str, str]
+) -> Iterator[tuple[str, Servo | None, np.ndarray]]:
     """Yield each joint that an actuator drives, by name, with its servo and what is added to it.
 
     The servo is None if the force is not that of a servo. The joint gains armature [kg m² or kg]
@@ -167,22 +173,27 @@ def joint_servos(document: MjcfDocument) -> Iterator[tuple[str, Servo | None, np
     position, with b2 alone one of velocity, else one of effort, and its setpoint is that of the
     joint: l / gear.
 
+    Args:
+        document: with the actuators.
+        kinds: of the joints' freedoms, by name; no servo drives a ball.
+
     Raises:
         WorkbenchError: for an invalid number.
     """
     for index, child in enumerate(elements_of(document.root, "actuator")):
         element = document.defaults.applied(child, "")
         joint = actuated_joint(element)
-        if not joint:
-            continue
+        joints = [joint + copy for copy in document.suffixes("joint", joint)]
+        if all(kinds.get(each, "ball") == "ball" for each in joints):
+            continue  # see `read_actuators`
         kind = element.tag
         name = shortened_text(element.get("name") or f"actuator_{index}")
         if kind not in _SERVO_TAGS:
             text = f"a <{shortened_text(kind)}> on a joint; not used"
             document.remarks.add("ignored", document.path, f"actuator '{name}'", text)
             continue
-        servo: Servo | None = _joint_servo(element, kind, document.compiler)
-        integrates = kind == "intvelocity" or element.get("dyntype") == "integrator"
+        servo: Servo | None = _joint_servo(element, document.compiler)
+        integrates = element.get("dyntype") == "integrator"
         if _has_other_force(element) or (integrates and servo and servo.kind != "position"):
             text = (
                 "its force is not gain times control plus bias, with a filter of first order or "
@@ -195,8 +206,8 @@ def joint_servos(document: MjcfDocument) -> Iterator[tuple[str, Servo | None, np
             document.remarks.add("assumed", document.path, f"actuator '{name}'", text)
         own = [attribute_numbers(element, word, "0")[0] for word in ("armature", "damping")]
         added = attribute_numbers(element, "gear", "1")[0] ** 2 * np.array(own)
-        for suffix in document.suffixes("joint", joint):
-            yield joint + suffix, servo, added
+        for each in joints:
+            yield each, servo, added
 
 
 def _has_other_force(element: Element) -> bool:
@@ -206,19 +217,19 @@ def _has_other_force(element: Element) -> bool:
     )
     return (
         affine
+        or servo_of(element) not in ("", *_SERVO_TAGS)
         or element.get("gaintype", "fixed") not in ("fixed", "affine")
         or element.get("biastype", "none") not in ("none", "affine")
         or element.get("dyntype", "none") not in ("none", "integrator", *_FILTER_DYNTYPES)
     )
 
 
-def _joint_servo(element: Element, kind: str, compiler: Compiler) -> Servo:
+def _joint_servo(element: Element, compiler: Compiler) -> Servo:
     """Return the servo of one actuator of a joint."""
     gear = attribute_numbers(element, "gear", "1")[0]
     gain, bias = 1.0, [0.0] * 3
-    lag = attribute_numbers(element, "timeconst", "0")[0]
     ratio: float | None = None
-    match kind:
+    match servo_of(element):  # its own kind, or that of its default class
         case "position" | "intvelocity":
             gain = attribute_numbers(element, "kp", "1")[0]
             bias = [0.0, -gain, -attribute_numbers(element, "kv", "0")[0]]
@@ -227,23 +238,19 @@ def _joint_servo(element: Element, kind: str, compiler: Compiler) -> Servo:
         case "velocity":
             gain = attribute_numbers(element, "kv", "1")[0]
             bias = [0.0, 0.0, -gain]
-        case _:
-            if servo_of(element) == "position":  # of its default class
-                gain = attribute_numbers(element, "kp", "1")[0]
-                bias = [0.0, -gain, -attribute_numbers(element, "kv", "0")[0]]
-            if "gainprm" in element.attrib:
-                gain = padded_numbers(element, "gainprm", "1", 1)[0]
-            if element.get("biastype") == "affine" and "biasprm" in element.attrib:
-                bias = padded_numbers(element, "biasprm", "0", 3)
-            lag = _filter_time_constant(element) or 0.0
+    if element.tag == "general":
+        gain = attribute_numbers(element, "gainprm", str(gain))[0]
+        stated = attribute_numbers(element, "biasprm", "0")
+        bias = [*stated, *bias[len(stated) :]][:3]
+        if element.get("biastype", "none") == "none":
+            bias, ratio = [0.0] * 3, None
     stiffness, damping = -bias[1] * gear**2, -bias[2] * gear**2
     drive = "position" if bias[1] else "velocity" if bias[2] else "effort"
     scale, offset = gear * gain, gear * bias[0]
     if drive != "effort":  # of the setpoint; a gear may turn the other way
         over = stiffness if drive == "position" else damping
         scale, offset = (scale / over, offset / over) if over else (0.0, 0.0)
-    integrates = kind == "intvelocity" or element.get("dyntype") == "integrator"
-    word = "act" if integrates else "ctrl"
+    word = "act" if element.get("dyntype") == "integrator" else "ctrl"
     lower, upper = sorted(scale * end + offset for end in stated_limits(element, word, compiler))
     force = stated_limits(element, "force", compiler)
     if not math.isfinite(lower + upper) or not lower < upper:
@@ -257,5 +264,5 @@ def _joint_servo(element: Element, kind: str, compiler: Compiler) -> Servo:
         upper=upper,
         start=offset,
         max_effort=abs(gear) * max(map(abs, force)),
-        time_constant=lag,
+        time_constant=_filter_time_constant(element) or 0.0,
     )

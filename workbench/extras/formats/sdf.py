@@ -105,8 +105,9 @@ def _from_collisions(link: Node, inertial: Node, poses: Poses, remarks: Remarks)
         X_LS = poses.X_LF(node, link.full_name)
         mass = sdf_number(node, "density", density) * CalcVolume(drake_shape(shape))
         solids.append(solid_inertial(mass, X_LS, unit_moments(shape)))
-    whole = whole_inertial([(RigidTransform(), solid) for solid in solids])
-    if whole is None or min(solid.mass for solid in solids) <= 0.0:
+    weighs = bool(solids) and min(solid.mass for solid in solids) > 0.0
+    whole = whole_inertial([(RigidTransform(), each) for each in solids]) if weighs else None
+    if whole is None:
         text = "automatic inertia has no collision with a mass; SDF's defaults of 1 kg and 1 kg·m² "
         remarks.add("assumed", link.file, link.title, text + "hold")
         return _DEFAULT_INERTIAL

@@ -95,19 +95,24 @@ def read_sdf_joint(joint: Node, poses: Poses, remarks: Remarks) -> Joint:
         child,
         X_MJ,
         freedoms[0].axis_J if freedoms else (0.0, 0.0, 1.0),
-        (_ball(joint),) if kind == "ball" else tuple(filter(has_range, freedoms)),
+        (_ball(joint, remarks),) if kind == "ball" else tuple(filter(has_range, freedoms)),
         _mimic(mimic) if mimic and len(freedoms) == 1 and has_range(freedoms[0]) else None,
     )
 
 
-def _ball(joint: Node) -> Freedom:
+def _ball(joint: Node, remarks: Remarks) -> Freedom:
     """Return the freedom of a ball joint, with the damping and friction of its `<axis>`."""
     axis = joint.child("axis")
     dynamics = axis.child("dynamics") if axis else None
-    damping, friction = (
-        sdf_number(dynamics, tag, 0.0) if dynamics else 0.0 for tag in ("damping", "friction")
-    )
-    return Freedom("ball", damping=damping, friction=friction)
+    stated = {
+        tag: sdf_number(dynamics, tag, 0.0) if dynamics else 0.0 for tag in ("damping", "friction")
+    }
+    for tag, value in stated.items():
+        if value < 0.0:
+            text = f"<{tag}>{value:g}</{tag}> of a ball joint; taken as 0"
+            remarks.add("repaired", joint.file, joint.title, text)
+            stated[tag] = 0.0
+    return Freedom("ball", damping=stated["damping"], friction=stated["friction"])
 
 
 def _freedom(

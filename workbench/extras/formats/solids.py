@@ -3,11 +3,13 @@
 import math
 
 import numpy as np
+from pydrake.geometry import CalcVolume
 from pydrake.math import RigidTransform
 from pydrake.multibody.tree import UnitInertia
 
 from workbench.plant.model import Inertial
 from workbench.plant.shapes import Box, Capsule, Cylinder, Ellipsoid, GeometryShape, Sphere
+from workbench.plant.worlds.geometry import drake_shape
 
 
 def solid_inertial(mass: float, X_LS: RigidTransform, moments: np.ndarray) -> Inertial:
@@ -23,7 +25,12 @@ def solid_inertial(mass: float, X_LS: RigidTransform, moments: np.ndarray) -> In
 
 
 def unit_moments(shape: GeometryShape) -> np.ndarray:
-    """Return the moments of inertia of a solid about its centre for 1 kg [m²]."""
+    """Return the moments of inertia of a solid about its centre for 1 kg [m²].
+
+    They are zero for one without a volume that is a number, on which Drake ends the process.
+    """
+    if CalcVolume(drake_shape(shape)) < 1e-300:
+        return np.zeros(3)
     match shape:
         case Box(size=(x, y, z)):
             unit = UnitInertia.SolidBox(x, y, z)

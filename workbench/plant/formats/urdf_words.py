@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from difflib import get_close_matches
 from pathlib import Path
 
-from workbench.plant.formats.values import shortened_text
+from workbench.plant.formats.values import is_zero_text, shortened_text
 from workbench.plant.formats.xml import Element
 from workbench.plant.remarks import Remarks
 
@@ -101,8 +101,8 @@ def _unused_of_joint(joint: Element) -> Iterator[tuple[str, str]]:
         return
     for tag, used in (("limit", ()), ("dynamics", ("damping",))):
         element = joint.find(tag)
-        for name in element.attrib if isinstance(element, Element) else ():
-            if name not in used:
+        for name, text in element.attrib.items() if isinstance(element, Element) else ():
+            if name not in used and not is_zero_text(text):
                 yield f"<{tag} {shortened_text(name)}>", "planar joints have damping alone"
 
 

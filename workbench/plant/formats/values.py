@@ -103,3 +103,11 @@ def _count_error(element: Element, attribute: str, count: int) -> WorkbenchError
         f"{element_location(element)}: <{element.tag} {attribute}='{text}'>: give it {count} "
         f"{'number' if count == 1 else 'numbers'}"
     )
+
+
+def is_zero_text(text: str) -> bool:
+    """Return whether a text is the number zero, or empty."""
+    try:
+        return float(text or "0") == 0.0
+    except ValueError:
+        return False

@@ -7,6 +7,7 @@ models of the type `position`. All state their gains in `<joint_control_pid>`.
 import math
 from collections.abc import Iterator
 
+from workbench.common.errors import WorkbenchError
 from workbench.plant.formats.block import XmlBlock
 from workbench.plant.formats.values import shortened_text
 from workbench.plant.formats.xml import Element
@@ -18,11 +19,12 @@ _MAVLINK_FILE = "gazebo_mavlink_interface"
 _GIMBAL_FILE = "gazebo_gimbal_controller"
 _MOTOR_FILE = "gazebo_motor_model"
 _GIMBAL_SERVOS = {
-    "joint_yaw": Servo(stiffness=1.0, damping=0.0, max_effort=1.0),
-    "joint_roll": Servo(stiffness=5.0, damping=0.0, max_effort=0.3),
-    "joint_pitch": Servo(stiffness=5.0, damping=0.0, max_effort=0.3),
+    "joint_yaw": ("cgo3_vertical_arm_joint", Servo(stiffness=1.0, damping=0.0, max_effort=1.0)),
+    "joint_roll": ("cgo3_horizontal_arm_joint", Servo(stiffness=5.0, damping=0.0, max_effort=0.3)),
+    "joint_pitch": ("cgo3_camera_joint", Servo(stiffness=5.0, damping=0.0, max_effort=0.3)),
 }
-"""Servos of the gimbal controller by the tags that name their joints, with its default gains."""
+"""Defaults of the gimbal controller by the tags that name joints: the joint, and its servo."""
+_GIMBAL_NOTE = "Gazebo holds the camera level by its IMU; here its joints are held"
 
 
 def classic_servos(plugin: Element, remarks: Remarks) -> Iterator[DeclaredServo]:
@@ -30,10 +32,7 @@ def classic_servos(plugin: Element, remarks: Remarks) -> Iterator[DeclaredServo]
 
     Args:
         plugin: of any class.
-        remarks: receives remarks on integral gains, which are not used.
-
-    Raises:
-        WorkbenchError: with file and line, for an invalid number.
+        remarks: receives remarks on servos without valid numbers, which are not used.
     """
     file = plugin.get("filename", "")
     if _MAVLINK_FILE in file:
@@ -47,9 +46,10 @@ def classic_servos(plugin: Element, remarks: Remarks) -> Iterator[DeclaredServo]
             (each.findtext("joint_axis") or "").strip(): each
             for each in _elements(plugin, "control_gimbal_channels/channel")
         }
-        for tag, usual in _GIMBAL_SERVOS.items():
+        for tag, (joint, usual) in _GIMBAL_SERVOS.items():
             channel = XmlBlock(tags.what, channels.get(tag, plugin), tag in channels)
-            yield from _servo(channel, tags.text(tag), usual, remarks)
+            for each in _servo(channel, tags.text(tag) or joint, usual, remarks):
+                yield each._replace(notes=(*each.notes, (tags.what, _GIMBAL_NOTE)))
     elif _MOTOR_FILE in file and (plugin.findtext("motorType") or "").strip() == "position":
         tags = XmlBlock("motor model", plugin)
         yield from _servo(tags, tags.text("jointName"), Servo(), remarks)
@@ -66,20 +66,26 @@ def _servo(tags: XmlBlock, joint: str, usual: Servo, remarks: Remarks) -> Iterat
         tags: the element with its `<joint_control_pid>`.
         joint: its name, "" for none.
         usual: the servo without gains in the file.
-        remarks: receives a remark on an integral gain.
+        remarks: receives a remark on an invalid number.
     """
     if not joint:
         return
-    servo, gains = usual, tags.block("joint_control_pid")
+    servo, gains, notes = usual, tags.block("joint_control_pid"), ()
+    what = f"servo of '{shortened_text(joint)}'"
     if gains.there:
-        most, least = (gains.number(tag, 0.0) for tag in ("cmdMax", "cmdMin"))
-        servo = Servo(
-            stiffness=gains.non_negative("p", 0.0),
-            damping=gains.non_negative("d", 0.0),
-            start=tags.number("zero_position_disarmed", 0.0),
-            max_effort=max(abs(most), abs(least)) if most > least else math.inf,
-        )
-        if integral := gains.number("i", 0.0):
-            text = f"its integral gain of {integral:g} is not used"
-            remarks.add("ignored", tags.file, f"servo of '{shortened_text(joint)}'", text)
-    yield DeclaredServo(joint, 0, servo, tags.file, tags.what)
+        try:
+            most, least = (gains.number(tag, 0.0) for tag in ("cmdMax", "cmdMin"))
+            servo = Servo(
+                stiffness=gains.non_negative("p", 0.0),
+                damping=gains.non_negative("d", 0.0),
+                start=tags.number("zero_position_disarmed", 0.0),
+                max_effort=max(abs(most), abs(least)) if most > least else math.inf,
+            )
+            integral = gains.number("i", 0.0)
+        except WorkbenchError as error:
+            text = str(error).rpartition(f"{tags.what} has ")[2]
+            remarks.add("ignored", tags.file, what, f"{text}; not used")
+            return
+        if integral:
+            notes = ((what, f"its integral gain of {integral:g} is not used"),)
+    yield DeclaredServo(joint, 0, servo, tags.file, tags.what, notes)

@@ -15,6 +15,7 @@ class DeclaredServo(NamedTuple):
         servo: its numbers, with limits of its own only.
         file: that declares it.
         element: for messages.
+        notes: element and text of remarks on what is not used where the servo is taken.
     """
 
     joint: str
@@ -22,3 +23,4 @@ class DeclaredServo(NamedTuple):
     servo: Servo
     file: Path
     element: str
+    notes: tuple[tuple[str, str], ...] = ()

@@ -4,11 +4,10 @@ Defaults are those of gz-sim's systems of the same names.
 """
 
 import math
-import re
 from collections.abc import Iterator, Sequence
 
 from workbench.plant.formats.block import XmlBlock
-from workbench.plant.formats.values import listed_names, shortened_text
+from workbench.plant.formats.values import is_zero_text, listed_names, shortened_text
 from workbench.plant.formats.xml import Element
 from workbench.plant.remarks import Remarks
 from workbench.plant.servo import Servo
@@ -28,7 +27,6 @@ _GAINS_USED = {
     "ApplyJointForce": (),
 }
 """Gains that are read, by class; those of integrals have a remark of their own."""
-_ZERO_PATTERN = re.compile(r"[-+]?[0.]*(e[-+]?[0-9]+)?")
 _MOST = 1000.0
 """Gazebo's limit of a command that is not stated."""
 
@@ -73,10 +71,11 @@ def plugin_servos(plugin: Element, remarks: Remarks) -> Iterator[DeclaredServo]:
                 servo, gain, idle = _velocity(tags), tags.number("i_gain", 0.0), False
             case _:
                 servo, gain, idle = Servo("effort"), 0.0, True
+        notes: tuple[tuple[str, str], ...] = ()
         if gain and not idle and servo.damping is not None:
             text = f"its integral gain of {gain:g} is not used"
-            remarks.add("ignored", plugin.file, f"servo of '{shortened_text(name)}'", text)
-        yield DeclaredServo(name, axis, servo, plugin.file, f"{kind} plugin")
+            notes = ((f"servo of '{shortened_text(name)}'", text),)
+        yield DeclaredServo(name, axis, servo, plugin.file, f"{kind} plugin", notes)
 
 
 def _unused_terms(plugin: Element, used: Sequence[str]) -> Iterator[str]:
@@ -84,7 +83,7 @@ def _unused_terms(plugin: Element, used: Sequence[str]) -> Iterator[str]:
     for child in plugin:
         tag, text = str(child.tag), (child.text or "").strip()
         acts = tag.endswith(("_gain", "cmd_offset")) and tag not in used
-        if acts and not _ZERO_PATTERN.fullmatch(text):
+        if acts and not is_zero_text(text):
             yield f"<{tag}>{text}"
 
 

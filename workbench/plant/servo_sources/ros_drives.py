@@ -30,7 +30,8 @@ def ros_servos(drive: Element) -> Iterator[DeclaredServo]:
 def _commanded(joint: Element) -> Servo | None:
     """Return the servo of the first interface of ros2_control; None without one.
 
-    Its first setpoint is the `initial_value` of the joint's state, where Gazebo begins.
+    Its first setpoint is the `initial_value` of the joint's state of the commanded kind, where
+    Gazebo begins; other states do not count.
     """
     faces, states = (
         {
@@ -57,9 +58,9 @@ def _parameter(face: Element, name: str) -> float | None:
     """Return a number of an interface of ros2_control, None without it."""
     for each in face.findall("param"):
         if isinstance(each, Element) and each.get("name") == name:
-            block = Element("command_interface")
+            block = Element(face.tag)
             block.append(each)
-            value = XmlBlock("command_interface", block).number("param", 0.0)
+            value = XmlBlock(face.tag, block).number("param", 0.0)
             return value if abs(value) < MAX_BLOCK_NUMBER else None
     return None
 

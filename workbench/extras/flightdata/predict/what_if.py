@@ -97,6 +97,7 @@ class WhatIf:
         drawn: number of vehicles flown.
         saturated: shares of the time in which a rotor is at its limit (3): in the log, and of the
             nominal vehicle with its own law and with the other.
+        remembers: whether its own law has memory, as integrals.
     """
 
     flight: str
@@ -113,6 +114,7 @@ class WhatIf:
     grounded: int
     drawn: int
     saturated: tuple[float, float, float]
+    remembers: bool
 
     @property
     def doubt(self) -> str:
@@ -121,7 +123,8 @@ class WhatIf:
         if max(own, other) < DOUBTED_SATURATION_SHARE:
             return ""
         reason = ""
-        if own - log >= DOUBTED_SATURATION_SHARE:  # the log itself does not explain it
+        # Without integrals, or where the log itself explains it, they are not the reason.
+        if self.remembers and own - log >= DOUBTED_SATURATION_SHARE:
             reason = "integrals of inner loops may wind up against the disturbance, and "
         return (
             f"motors saturate {other:.0%} of the time with it, {own:.0%} where the model flies "
@@ -255,6 +258,7 @@ class Explained:
                 float(counts[0]) / (len(own.time) - 1),
                 float(self._saturated[0]) / (len(self._other.time) - 1),
             ),
+            remembers=bool(own.law.controller.memory),
         )
 
     def _beside(self, number: int) -> slice:
