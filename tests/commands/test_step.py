@@ -2,6 +2,7 @@
 
 import csv
 import dataclasses
+import json
 import re
 
 import control
@@ -195,10 +196,10 @@ def test_a_load_is_that_of_the_python_call_with_log_and_picture(run, out):
 def test_a_step_from_a_tilted_hover_says_when_it_begins(run, out):
     """In crosswind, which turns it steadily about the vertical."""
     words = ("step", "--axis", "roll", "--no-plots", "--duration", "1", "--output", out)
-    ran = run(*words, "--set", "wind_y=-4")
+    ran = run(*words, "--set", "wind_y=-4", "--json")
     time = re.search(r"at ([0-9.]+) s the setpoint steps from that of the hover", ran.err)
     rows = list(csv.reader((out / "step-roll.csv").read_text().splitlines()))
-    assert 1.0 < float(time[1]) < 10.0
+    assert 1.0 < float(time[1]) == json.loads(ran.out)["edge"] < 10.0
     assert "withheld" not in ran.err
     assert float(rows[-1][0]) == pytest.approx(float(time[1]) + 1.0)
     assert "that of the hover" not in run(*words).err

@@ -124,6 +124,12 @@ def test_a_level_drone_steps_a_second_after_its_start_as_its_script_says_to_the_
     assert flown.recording.q_WB.tobytes() == session.recording().q_WB.tobytes()
 
 
+def test_a_level_drone_that_trembles_on_an_estimate_steps_a_second_after_its_start():
+    """Its tilt and rates are above the shares of a small step, 0.6 and 0.3 mrad."""
+    flown = fly_attitude_step("roll", 0.03, scenario=Scenario(estimator="ekf"))
+    assert (flown.edge, flown.metrics.withheld) == (1.0, "")
+
+
 def test_a_drone_that_does_not_come_to_rest_has_no_numbers_of_its_step(monkeypatch):
     monkeypatch.setattr(attitude_step, "MAX_HOVER_S", 1.0)
     flown = fly_attitude_step("pitch", 0.1, duration=0.5, settings={"wind_x": 20.0})

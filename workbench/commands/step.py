@@ -179,7 +179,7 @@ def _result(
         "vary": dict(args.vary),
         **flown.metrics.to_json(),
         **pick(flown, "load" if args.load else "axis coupling diverged_at"),
-        **pick(flown, "amplitude peak_rotor_use"),
+        **pick(flown, "amplitude edge peak_rotor_use"),
     }
 
 

@@ -38,6 +38,9 @@ if TYPE_CHECKING:
 USUAL_ATTITUDE_STEP_S, USUAL_RATE_STEP_S = 1.5, 0.75
 """Time for which a step is flown without a duration of the user's [s]."""
 
+LEVEL_LOOK_S = 0.5
+"""Time before a step in which a hover is level or tilted [s]."""
+
 
 @dataclass(frozen=True)
 class AttitudeCoupling:
@@ -201,12 +204,14 @@ def _hover_before(
         The setpoint of the hover [rad], and whether the drone is at rest; it may be lost, else.
     """
     from workbench.design.lost import find_loss
-    from workbench.session.hover_attitude import LEVEL_SHARE, attitude_unrest, hover_attitude
+    from workbench.session.hover_attitude import attitude_unrest, hover_attitude, least_level_angle
 
     start = session.snapshot().roll_pitch_yaw
     session.tick(STEP_EDGE_S)
-    now = session.snapshot().roll_pitch_yaw
-    if max(abs(a - b) for a, b in zip(now[:2], start[:2], strict=True)) <= LEVEL_SHARE * size:
+    late = session.recording().between(STEP_EDGE_S - LEVEL_LOOK_S, np.inf)
+    angles = [each.moved(late.q_WB, late.w_WB) for each in ATTITUDE_ROWS if not each.is_rate]
+    tilts = [abs(angle.mean() - start[each]) for each, angle in enumerate(angles)]
+    if max(tilts) <= least_level_angle(session, size):
         return 0.0, True
     moves = True
     while moves and session.time < STEP_EDGE_S + MAX_HOVER_S:
@@ -214,7 +219,7 @@ def _hover_before(
         tell()
         if find_loss(session.recording()):
             return 0.0, False
-        moves = attitude_unrest(session.snapshot(), size) >= 1.0
+        moves = attitude_unrest(session, size) >= 1.0
     return hover_attitude(session, row, size).setpoint, not moves
 
 

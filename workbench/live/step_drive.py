@@ -71,7 +71,7 @@ class StepDrive:
             case Load(turns=turns):
                 return _speed(now, turns=turns) / AT_REST_SPEED
             case AttitudeAxis():
-                return attitude_unrest(now, self._size)
+                return attitude_unrest(self._session, self._size)
             case CommandAxis(turns=turns):
                 return _speed(now, turns=turns) / min(AT_REST_SPEED, AT_REST_SHARE * self._size)
 

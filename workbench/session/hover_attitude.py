@@ -3,10 +3,10 @@
 import math
 from dataclasses import dataclass
 
+from workbench.estimation.settings import TRUTH
 from workbench.plant.gravity import GRAVITY
 from workbench.scenario.attitude_axes import AttitudeAxis
 from workbench.session.session import Session
-from workbench.session.snapshot import Snapshot
 
 AT_REST_SPEED = 0.05
 """Speed below which a drone counts as at rest [m/s] or [rad/s] …"""
@@ -17,6 +17,10 @@ AT_REST_TIME_S = 1.0
 """… an attitude within this time."""
 LEVEL_SHARE = 2.0 * AT_REST_SHARE
 """A hover counts as level if its angle is below this share of a step."""
+TREMBLE_RAD = 0.005
+"""Tilt from that of rest, and turn within `AT_REST_TIME_S`, of a drone that hovers on an estimate.
+
+Sensors make it tremble, more than the shares of a small step allow."""
 
 
 @dataclass(frozen=True)
@@ -33,19 +37,30 @@ class HoverAttitude:
     setpoint: float = 0.0
 
 
-def attitude_unrest(now: Snapshot, size: float) -> float:
+def least_level_angle(session: Session, size: float) -> float:
+    """Return the angle [rad] below which a hover counts as level before a step.
+
+    Args:
+        session: the flight.
+        size: of the step [rad] or [rad/s], positive.
+    """
+    return max(LEVEL_SHARE * size, _tremble(session))
+
+
+def attitude_unrest(session: Session, size: float) -> float:
     """Return the motion over the largest one at rest before a step; below 1 it is at rest.
 
     In wind a drone is at rest with a tilt, and may turn slowly about the vertical.
 
     Args:
-        now: the drone.
+        session: the flight.
         size: of the step [rad] or [rad/s], positive.
     """
+    now = session.snapshot()
     turned = AT_REST_TIME_S * math.hypot(*now.w_WB[:2])
     tilted = math.hypot(*now.vdot_WB[:2]) / GRAVITY  # from that of rest
     speed = max(math.hypot(*now.v_WB), abs(now.w_WB[2])) / AT_REST_SPEED
-    return max(speed, max(turned, tilted) / (AT_REST_SHARE * size))
+    return max(speed, max(turned, tilted) / max(AT_REST_SHARE * size, _tremble(session)))
 
 
 def hover_attitude(session: Session, axis: AttitudeAxis, size: float) -> HoverAttitude:
@@ -56,9 +71,13 @@ def hover_attitude(session: Session, axis: AttitudeAxis, size: float) -> HoverAt
         axis: of the step; a rate is 0 in any hover.
         size: of the step [rad], positive.
     """
-    angle = session.snapshot().roll_pitch_yaw[axis.place]
-    if axis.is_rate or abs(angle) <= LEVEL_SHARE * size:
+    angle, level = session.snapshot().roll_pitch_yaw[axis.place], least_level_angle(session, size)
+    if axis.is_rate or abs(angle) <= level:
         return HoverAttitude()
     place = session.controller.point_names.index(axis.point)
     setpoint = axis.from_point(float(session.loop_signals(whole=True)[place]), session.controller)
-    return HoverAttitude(angle, setpoint if abs(setpoint) > LEVEL_SHARE * size else 0.0)
+    return HoverAttitude(angle, setpoint if abs(setpoint) > level else 0.0)
+
+
+def _tremble(session: Session) -> float:
+    return 0.0 if session.scenario.estimator == TRUTH else TREMBLE_RAD
