@@ -2,7 +2,7 @@
 
 import math
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 from workbench.common.errors import FlightBrokenError
@@ -19,7 +19,12 @@ again [s]."""
 
 
 def steady_time(
-    session: "Session", script: "Sequence[Action]", axis: str, spread: float, kept: float
+    session: "Session",
+    script: "Sequence[Action]",
+    axis: str,
+    spread: float,
+    kept: float,
+    progress: Callable[[float], None] | None = None,
 ) -> float:
     """Return the time at which a drone has become steady [s], 0 if it does not.
 
@@ -29,6 +34,7 @@ def steady_time(
         axis: x, y, z (velocity in W) or yaw (rate).
         spread: by which the velocity or the rate of a steady drone changes at most [m/s or rad/s]..
         kept: .. within this time [s].
+        progress: called with the share of the longest time, 0 .. 1.
     """
     end, place = script[-1].at, AXIS_NAMES.index(axis)
     session.follow(script, end)
@@ -41,6 +47,8 @@ def steady_time(
             if len(seen) == seen.maxlen and max(seen) - min(seen) <= spread:
                 return session.time
             session.tick(HOVER_LOOK_S)
+            if progress:
+                progress(session.time / end)
     except FlightBrokenError:
         pass  # a drone that is lost is not steady
     return 0.0

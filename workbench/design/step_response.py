@@ -21,6 +21,7 @@ from workbench.design.step_metrics import (
     step_duration,
     step_metrics,
 )
+from workbench.estimation.settings import TRUTH
 from workbench.scenario.axes import AXIS_NAMES, find_axis
 from workbench.scenario.scenario import Action, Scenario, ScenarioStart
 
@@ -140,11 +141,11 @@ def fly_step(
         flier = Flier(setup.with_scenario(flight), fly_on=fly_on)
     _check_within_limit(flier, axis, amplitude, velocity)
     flown, edge, steady = flier.fly(progress), STEP_EDGE_S, True
-    if longest_hover and not any(velocity) and _moves(flown, axis, amplitude):
+    if longest_hover and not any(velocity) and _moves(setup, flown, axis, amplitude):
         hover = min(duration, 0.5 * longest_hover)
         script = _drifting_script(axis, amplitude, STEP_EDGE_S + longest_hover)
         spread = AT_REST_SHARE * abs(amplitude)
-        if found := steady_time(flier.session, script, axis, spread, hover):
+        if found := steady_time(flier.session, script, axis, spread, hover, progress):
             edge = found
             flier.follow(_drifting_script(axis, amplitude, edge), edge + duration)
             flown = flier.fly(progress)
@@ -175,12 +176,17 @@ def fly_step(
     )
 
 
-def _moves(flown: "FlierFlight", axis: str, amplitude: float) -> bool:
-    """Tell whether a drone moves along the axis at the edge of its step, and is not lost."""
+def _moves(setup: "Setup", flown: "FlierFlight", axis: str, amplitude: float) -> bool:
+    """Return whether a drone moves along the axis at the edge of its step, and is not lost.
+
+    On an estimate it trembles by some cm/s, which is no motion.
+    """
     from workbench.design.lost import find_loss
+    from workbench.session.hover_attitude import AT_REST_SPEED
 
     speed = axis_velocity(flown.recording.between(STEP_EDGE_S, np.inf), axis)[0]
-    moves = abs(speed) > SETTLING_BAND * abs(amplitude)
+    trembles = AT_REST_SPEED if setup.scenario.estimator != TRUTH else 0.0
+    moves = abs(speed) > max(SETTLING_BAND * abs(amplitude), trembles)
     return bool(moves) and not flown.exchange and find_loss(flown.recording) is None
 
 
