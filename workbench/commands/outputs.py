@@ -45,8 +45,8 @@ class Outputs:
             handle, name = tempfile.mkstemp(
                 prefix=f".{target.stem}.", suffix=target.suffix, dir=target.parent
             )
-        except OSError as error:
-            reason = error.strerror or str(error)
+        except (OSError, ValueError) as error:  # ValueError for a name with a NUL
+            reason = getattr(error, "strerror", "") or str(error)
             raise WorkbenchError(
                 f"{target}: cannot be written: {reason}; name another place"
             ) from error
