@@ -89,7 +89,7 @@ each_drone = pytest.mark.parametrize("drone", DRONES, ids=str)
 
 def flown_drones(drones):
     """Return drones; flights of all but the strangest are slow tests."""
-    strangest = ("tilted_quad-forward", "coaxial_x8")
+    strangest = ("tilted_quad-forward",)
     return [
         drone if str(drone) in strangest else pytest.param(drone, marks=pytest.mark.slow)
         for drone in drones

@@ -37,7 +37,7 @@ def test_json_is_the_response_of_the_python_call(run, out):
 
 def test_a_step_from_a_drift_in_wind_is_told(run, out):
     windy = ("step", "--axis", "x", "--amplitude", "1", "--set", "wind_x=6", "--output", out)
-    said = run(*windy, "--no-plots")
+    said = run(*windy, "--no-plots", "--duration", "2")
     edge, drift = re.search(r"at (\S+) s it is steady, at (\S+) m/s", said.err).groups()
     rows = list(csv.DictReader((out / "step-x.csv").read_text().splitlines()))
     (before,) = [row for row in rows if float(row["t [s]"]) == float(edge)]

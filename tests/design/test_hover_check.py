@@ -54,6 +54,7 @@ def test_the_shipped_drone_meets_everything():
     assert [demand.met for demand in check_hover(SCENARIO).demands] == [True] * 10
 
 
+@pytest.mark.slow
 def test_drift_and_tilt_are_those_of_ten_seconds(report):
     hover = report.hover
     assert hover.time[-1] - hover.time[0] == 10.0

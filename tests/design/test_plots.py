@@ -122,6 +122,7 @@ def test_a_steps_figure_has_its_metrics_and_every_rotor(row, tmp_path):
     assert figure.axes[0].get_xlim()[1] <= row.flight.recording.time[-1] - STEP_EDGE_S
 
 
+@pytest.mark.slow
 def test_a_steps_figure_is_about_its_edge_and_the_velocity_before_it():
     """In wind the command steps once the drone drifts steadily, and its band lies about the end."""
     flown = fly_step("x", 1.0, duration=2.5, settings={"wind_x": 6.0}, longest_hover=MAX_HOVER_S)

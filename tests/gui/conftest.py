@@ -140,8 +140,9 @@ def window(shared_window):
 
 
 @pytest.fixture
-def style(qapp):
-    """Return what gives the app its style until the end of the test."""
+def style(request, qapp):
+    """Return what gives the app its style until the end of the test; a shared window has one."""
+    assert "shared_window" not in request.fixturenames
     with own_style(qapp) as styled:
         yield styled
 

@@ -209,9 +209,8 @@ def test_all_screens_are_laid_out_well(window, workspace, qapp, theme, sizes):
     assert not found, "\n".join(dict.fromkeys(found))
 
 
-def test_cards_of_sensors_that_are_off_are_laid_out_well(window, workspace, qapp, style):
+def test_cards_of_sensors_that_are_off_are_laid_out_well(window, workspace, qapp):
     """In the smallest windows, where their buttons have the least height."""
-    style(workspace.look)
     view = workspace.flight.view
     none = dict.fromkeys(("imu", "gps", "lidar", "magnetometer", "height", "barometer"))
     off = replace(view, snapshot=replace(view.snapshot, sensors=(), **none))

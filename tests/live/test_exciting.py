@@ -368,7 +368,8 @@ def test_a_step_waits_for_the_largest_motion_of_a_swing(monkeypatch):
     assert (bench.shown.exciting.waited, bench.shown.exciting.swings) == (None, False)
 
 
-@pytest.mark.parametrize("amplitude", [1.0, 0.05])  # of a small one it need not fly back
+# of a small one it need not fly back
+@pytest.mark.parametrize("amplitude", [pytest.param(1.0, marks=pytest.mark.slow), 0.05])
 def test_the_next_round_waits_for_the_swing_after_the_last_one(amplitude, monkeypatch):
     """8 exp(4 - t) |sin(pi t)| is 0 at the end of the round at 4 s, at most 1.8 until 6 s, and at
     most 0.7 from then on; the round begins 3 s after it was last 1, between 5.5 s and 6 s."""
@@ -395,6 +396,7 @@ def test_a_vehicle_at_rest_with_loose_joints_is_known_to_be_after_3_s(monkeypatc
     assert bench.shown.exciting.began == pytest.approx(3.0, abs=0.15)
 
 
+@pytest.mark.slow
 def test_steps_are_not_repeated_while_joints_swing_on_and_a_single_one_has_no_numbers(
     monkeypatch, case
 ):
@@ -1200,6 +1202,7 @@ def test_a_doublet_of_roll_is_flown_at_exact_steps_and_repeats_to_the_bit():
     assert_equal_to_the_bit(flown.recording, again.recording())
 
 
+@pytest.mark.slow
 def test_a_setpoint_of_attitude_steps_from_that_of_a_hover_in_wind(monkeypatch):
     """By as much as without wind; a drone that is not at rest, as in gusts, gets it from level."""
     bench = Bench(HIGH)

@@ -290,7 +290,7 @@ STEP_AT = 0.25
 """[s]"""
 
 
-@pytest.mark.parametrize("law", [pid, lqi])
+@pytest.mark.parametrize("law", [pid, pytest.param(lqi, marks=pytest.mark.slow)])
 def test_small_steps_of_pid_and_lqi_are_those_of_loops_by_hand(law, case):
     """On the full diagram, with the rule's gains, for 4 s; within half a percent of the step."""
     session = Session(

@@ -109,6 +109,7 @@ def drift_by_hand(command) -> float:
     return (linear - math.sqrt(linear**2 - 4.0 * (c + known) * rest)) / (2.0 * (c + known))
 
 
+@pytest.mark.slow
 def test_a_step_of_velocity_in_wind_goes_from_the_drift_of_the_law():
     """It drifts with no command, and its numbers are those of the way from there."""
     scenario = Scenario(vehicle=VehicleConfig(model=HEXACOPTER))
@@ -132,6 +133,7 @@ def test_a_step_of_velocity_in_wind_goes_from_the_drift_of_the_law():
     assert flown.coupling.y == pytest.approx(0.0, abs=1e-6)
 
 
+@pytest.mark.slow
 def test_a_step_of_a_drone_that_does_not_drift_steadily_has_no_numbers(monkeypatch):
     """It did not have the time to; or it is looked at again, and has moved meanwhile."""
     windy = {"wind_x": WIND, "turbulence": 15.4}

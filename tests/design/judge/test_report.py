@@ -75,6 +75,7 @@ def test_the_linear_step_is_python_controls(steering):
     assert linear_step(steering, "reference_v_z", "v_z", 200) == pytest.approx(expected, abs=1e-9)
 
 
+@pytest.mark.slow
 def test_the_law_may_run_slower_but_not_any_slower(found):
     slowest = found.slowest
     by_steps = {round(sample.period * 1024): sample for sample in slowest.samples}

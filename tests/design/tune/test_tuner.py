@@ -106,7 +106,8 @@ def test_report_and_picture_show_it(found):
     assert page.count("data:image/png;base64,") == 1
 
 
-@pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [0, 1])
 def test_it_gets_there_from_gains_scaled_at_random(seed):
     """A fifth to five times what the rule gives; the axis z, in corners of mass and lag, too."""
     rule = rule_gains(make_vehicle(read_description(Path(PALM))))
