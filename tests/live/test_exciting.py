@@ -294,7 +294,8 @@ def test_a_torque_about_the_vertical_begins_once_the_drone_no_longer_turns():
     assert abs(flown.w_WB[flown.time == bench.shown.exciting.began][0][2]) < 0.05
 
 
-@pytest.mark.parametrize("kd_pitch", [pytest.param(27.0, marks=pytest.mark.slow), 44.3])
+@pytest.mark.slow
+@pytest.mark.parametrize("kd_pitch", [27.0, 44.3])
 def test_steps_of_an_attitude_begin_level_after_the_flight_back(kd_pitch):
     """Within 2 % of the setpoint, which its numbers need, though the flight back has pitched it.
 
@@ -368,8 +369,8 @@ def test_a_step_waits_for_the_largest_motion_of_a_swing(monkeypatch):
     assert (bench.shown.exciting.waited, bench.shown.exciting.swings) == (None, False)
 
 
-# of a small one it need not fly back
-@pytest.mark.parametrize("amplitude", [pytest.param(1.0, marks=pytest.mark.slow), 0.05])
+@pytest.mark.slow
+@pytest.mark.parametrize("amplitude", [1.0, 0.05])  # of a small one it need not fly back
 def test_the_next_round_waits_for_the_swing_after_the_last_one(amplitude, monkeypatch):
     """8 exp(4 - t) |sin(pi t)| is 0 at the end of the round at 4 s, at most 1.8 until 6 s, and at
     most 0.7 from then on; the round begins 3 s after it was last 1, between 5.5 s and 6 s."""

@@ -286,7 +286,8 @@ def slung(tmp_path_factory):
     return Scenario(vehicle=VehicleConfig(model=model), start=start, duration=1000.0)
 
 
-@pytest.mark.parametrize("name", ["pitch", pytest.param("velocity_x", marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["pitch", "velocity_x"])
 def test_so_it_is_with_a_load_that_swings(slung, name):
     """Predicted from the model with the swing among its modes, and flown with the load."""
     study, session = LinearStudy(slung), Session(slung)
