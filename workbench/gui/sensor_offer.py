@@ -14,7 +14,7 @@ from workbench.live.view import LiveView
 
 
 class SensorOffer(QWidget):
-    """Offers another flight with kinds of sensors; visible if the drone has some that are off.
+    """Offers another flight with kinds of sensors; visible if the first is off, or all are.
 
     Args:
         workspace: its flight.
@@ -40,7 +40,8 @@ class SensorOffer(QWidget):
 
     def begin(self, view: LiveView) -> None:
         """Say why a flight that begins has no such sensor, if it has none."""
-        flown = {each.kind for each in view.snapshot.sensors} if view.snapshot is not None else ()
+        sensors = () if view.snapshot is None else view.snapshot.sensors
+        flown = {each.kind for each in sensors}
         states = {kind: silent_state(view, kind) for kind in self._kinds if kind not in flown}
         self.said = states[self._kinds[0]].advice if self._kinds[0] in states else ""
         self._off = tuple(
@@ -49,7 +50,8 @@ class SensorOffer(QWidget):
         words = _kind_words(self._off)
         help = f"End this flight, and start the same one with the {words} on."
         named(self.button, f"Fly with the {words}", help)
-        self.setVisible(bool(self._off))
+        none = not flown.intersection(self._kinds)
+        self.setVisible(self._kinds[0] in self._off or (none and bool(self._off)))
 
     def _fly(self) -> None:
         flight = self._workspace.flight

@@ -308,6 +308,14 @@ def test_sensors_that_are_off_are_switched_on_by_a_button_of_their_card(
         assert card.childAt(part.mapTo(card, part.rect().center())) in (part, *part.children())
 
 
+def test_a_card_whose_sensor_is_on_offers_no_flight_with_the_other(flown, canned):
+    """As in the default flight, which has no magnetometer."""
+    view = canned.views[-1]
+    left = tuple(each for each in view.snapshot.sensors if each.kind != "magnetometer")
+    flown.begin(replace(view, snapshot=replace(view.snapshot, sensors=left)))
+    assert not flown.offers["imu"].isVisibleTo(flown)
+
+
 def test_a_rotor_that_was_made_to_fail_is_named(flown, workspace, canned, clock):
     topic = next(
         each for each in canned.views[0].topics if each.id == drone_topics.PARAMETERS_SIGNAL.id
