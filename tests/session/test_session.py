@@ -416,6 +416,7 @@ def test_a_landing_that_something_pushes_up_does_not_stop_the_rotors_in_the_air(
             assert (found.p_WB[2] > 0.5, abs(found.v_WB[2]) < 0.1) == (True, True)
 
 
+@pytest.mark.slow
 def test_a_load_that_stands_on_the_ground_does_not_carry_the_drone():
     """The law demands the thrust for both, so the drone stays above it on the taut cable."""
     slung = VehicleConfig(model="slung_load")

@@ -63,6 +63,7 @@ def test_a_heading_goes_on_beyond_half_a_turn(vehicle, yaw_rate):
         assert heading != before
 
 
+@pytest.mark.slow
 def test_the_setpoint_of_a_hover_is_known_between_two_updates_of_the_attitude():
     """Which runs in every fifth one of the law: in wind it is not that of level between them."""
     session = Session(Scenario(controller="px4"), {"wind_x": 6.0})
