@@ -47,8 +47,8 @@ TAKE_OFF_TIMEOUT_S = 3.0
 """A take-off that no longer climbs, for example under a ceiling, becomes a hover after this [s]."""
 
 
-HOVERING, ASCENDING, DESCENDING, CRUISING = (
-    float(FlightMode[name]) for name in ("HOVERING", "ASCENDING", "DESCENDING", "CRUISING")
+HOVERING, ASCENDING, DESCENDING, CRUISING = map(
+    float, (FlightMode.HOVERING, FlightMode.ASCENDING, FlightMode.DESCENDING, FlightMode.CRUISING)
 )
 HOLD_HEIGHT_M = 0.01
 """Height that aborts a landing without a climb: no drone in the air is that low [m]."""

@@ -27,9 +27,11 @@ def test_a_torque_turns_a_larger_drone_as_its_motors_say_and_it_hovers_at_the_us
     A pitch torque lifts the nose, which is a negative moment about y.
     """
     vehicle = load_vehicle(FIVE_INCH)
-    thrust_max, accelerations = larger_motors(vehicle)
+    motors = larger_motors(vehicle)
     effects = motor_effects(known_vehicle(law_constants(vehicle)).rotors)
-    g = SimpleNamespace(thrust_max=thrust_max, **dict(zip(MOTOR_EFFECTS, effects, strict=True)))
+    g = SimpleNamespace(
+        thrust_max=motors.thrust_max, **dict(zip(MOTOR_EFFECTS, effects, strict=True))
+    )
     hover = np.array(power_distribution(HOVER_MOTOR_SIGNAL, (0.0, 0.0, 0.0), g, 4.2))
     assert hover[0] == pytest.approx(vehicle.mass * GRAVITY, rel=1e-6)
     torque = 0.01 * FULL_MOTOR_SIGNAL
@@ -37,4 +39,4 @@ def test_a_torque_turns_a_larger_drone_as_its_motors_say_and_it_hovers_at_the_us
         wanted = tuple(torque * np.eye(3)[axis])
         turned = np.array(power_distribution(HOVER_MOTOR_SIGNAL, wanted, g, 4.2)) - hover
         per_signal = turned[1 + axis] / vehicle.inertia[axis, axis] / torque
-        assert per_signal == pytest.approx(sign * accelerations[name], rel=1e-3), name
+        assert per_signal == pytest.approx(sign * getattr(motors, name), rel=1e-3), name

@@ -13,6 +13,7 @@ Source: bitcraze/crazyflie-firmware, power_distribution_quadrotor.c, platform_de
 """
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -69,13 +70,22 @@ def motor_effects(rotors: Sequence[KnownRotor]) -> list[float]:
     return [*effects, 1.0 if motors[0].m_z < 0.0 else -1.0]
 
 
-def larger_motors(vehicle: Vehicle) -> tuple[float, dict[str, float]] | None:
-    """Return motors with which a vehicle hovers like a Crazyflie, None for one of that size.
+class LargerMotors(NamedTuple):
+    """Motors of a vehicle's size, see `larger_motors`.
 
-    Returns:
-        The thrust of each at full scale [N], and the angular acceleration of roll, pitch and yaw
-        for a torque of 1 in 65535ths [rad/s²].
+    Attributes:
+        thrust_max: thrust of each at full scale [N].
+        roll, pitch, yaw: angular acceleration for a torque of 1 in 65535ths [rad/s²].
     """
+
+    thrust_max: float
+    roll: float
+    pitch: float
+    yaw: float
+
+
+def larger_motors(vehicle: Vehicle) -> LargerMotors | None:
+    """Return motors with which a vehicle hovers like a Crazyflie, None for one of that size."""
     if vehicle.mass < MAX_CRAZYFLIE_MASS_KG:
         return None
     frame = thrust_frame(vehicle)
@@ -84,7 +94,7 @@ def larger_motors(vehicle: Vehicle) -> tuple[float, dict[str, float]] | None:
         vehicle.mass * GRAVITY / len(vehicle.rotors) * FULL_MOTOR_SIGNAL / HOVER_MOTOR_SIGNAL
     )
     x, y, z = thrust_max / FULL_MOTOR_SIGNAL * levers / np.diagonal(frame.inertia_T)
-    return thrust_max, {"roll": 0.5 * x, "pitch": 0.5 * y, "yaw": z}
+    return LargerMotors(thrust_max, 0.5 * x, 0.5 * y, z)
 
 
 @register_jitable(forceinline=True)

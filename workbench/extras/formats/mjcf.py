@@ -260,8 +260,9 @@ def _driven_joints(
     """Return the joints of a body with their servos, and with what actuators add to them."""
     servos: dict[str, Servo] = {}
     added: dict[str, np.ndarray] = {}
-    for name, servo, more in joint_servos(document, kinds):
-        added[name] = added.get(name, np.zeros(2)) + more
+    for driven in joint_servos(document, kinds):
+        name, servo = driven.name, driven.servo
+        added[name] = added.get(name, np.zeros(2)) + (driven.armature, driven.damping)
         if servo is None:
             continue
         before = servos.get(name)

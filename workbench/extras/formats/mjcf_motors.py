@@ -2,8 +2,8 @@
 
 import math
 from collections.abc import Iterator, Mapping
+from typing import NamedTuple
 
-import numpy as np
 from pydrake.math import RigidTransform
 
 from workbench.common.errors import WorkbenchError
@@ -155,18 +155,29 @@ def _filter_time_constant(element: Element) -> float | None:
     return value if value > 0.0 else None
 
 
+class DrivenJoint(NamedTuple):
+    """A joint that an actuator drives.
+
+    Attributes:
+        name: of the joint.
+        servo: what the actuator is to it, None if its force is not that of a servo.
+        armature: inertia that the actuator adds to it [kg m² or kg].
+        damping: that the actuator adds to it [N m s/rad or N s/m].
+    """
+
+    name: str
+    servo: Servo | None
+    armature: float
+    damping: float
+
+
 def actuated_joint(element: Element) -> str:
     """Return the joint that an actuator drives, "" for none."""
     return element.get("joint", "") or element.get("jointinparent", "")
 
 
-def joint_servos(
-    document: MjcfDocument, kinds: Mapping[str, str]
-) -> Iterator[tuple[str, Servo | None, np.ndarray]]:
-    """Yield each joint that an actuator drives, by name, with its servo and what is added to it.
-
-    The servo is None if the force is not that of a servo. The joint gains armature [kg m² or kg]
-    and damping [N m s/rad or N s/m].
+def joint_servos(document: MjcfDocument, kinds: Mapping[str, str]) -> Iterator[DrivenJoint]:
+    """Yield each joint that an actuator drives.
 
     MuJoCo's force is f = gain u + b0 + b1 l + b2 dl/dt for the control u and the length l, which is
     gear times the position of the joint, on which gear times f acts. So with b1 the servo is one of
@@ -204,10 +215,12 @@ def joint_servos(
         elif integrates:
             text = "it takes a position in place of a velocity"
             document.remarks.add("assumed", document.path, f"actuator '{name}'", text)
-        own = [attribute_numbers(element, word, "0")[0] for word in ("armature", "damping")]
-        added = attribute_numbers(element, "gear", "1")[0] ** 2 * np.array(own)
+        square = attribute_numbers(element, "gear", "1")[0] ** 2
+        armature, damping = (
+            square * attribute_numbers(element, word, "0")[0] for word in ("armature", "damping")
+        )
         for each in joints:
-            yield each, servo, added
+            yield DrivenJoint(each, servo, armature, damping)
 
 
 def _has_other_force(element: Element) -> bool:

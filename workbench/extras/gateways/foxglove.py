@@ -6,7 +6,7 @@ It checks neither Origin nor Host and has no login, so anybody who can reach it 
 import importlib
 from collections.abc import Sequence
 from types import ModuleType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from workbench.common.errors import WorkbenchError
 from workbench.link.address import Address, is_loopback
@@ -59,7 +59,7 @@ class Foxglove:
                 f"cannot listen at {address}: {error}; name another address with --listen"
             ) from None
         self.address = Address(address.host, self._server.port)
-        self._ways: dict[int, tuple[Conversion, list[foxglove.Channel]]] = {}
+        self._ways: dict[int, _TopicConversion] = {}
 
     def announce(self, topics: Sequence[Topic]) -> None:
         """Offer topics before their first message."""
@@ -70,11 +70,11 @@ class Foxglove:
         """Send a sample to all viewers."""
         if sample.definition.id == CLOCK_SIGNAL.id:
             self._server.broadcast_time(sample.t_ns)
-        converted, channels = self._way(sample.definition)
-        if not any(channel.base.has_sinks() for channel in channels):
+        way = self._way(sample.definition)
+        if not any(channel.base.has_sinks() for channel in way.channels):
             return
-        made = converted.messages(sample.t_ns, sample.payload)
-        for channel, (kind, values) in zip(channels, made, strict=True):
+        made = way.conversion.messages(sample.t_ns, sample.payload)
+        for channel, (kind, values) in zip(way.channels, made, strict=True):
             channel.log(encode(kind.type, values), log_time=sample.t_ns)
 
     def close(self) -> None:
@@ -83,20 +83,20 @@ class Foxglove:
             self._withdraw(number)
         self._server.stop()
 
-    def _way(self, topic: Topic) -> "tuple[Conversion, list[foxglove.Channel]]":
+    def _way(self, topic: Topic) -> "_TopicConversion":
         """Return conversion and channels of a topic; a restarted server may have other topics."""
         way = self._ways.get(topic.id)
-        if way is None or way[0].topic is not topic:
+        if way is None or way.conversion.topic is not topic:
             self._withdraw(topic.id)
             made = conversion(topic)
-            way = made, [self._channel(topic, each) for each in made.channels]
+            way = _TopicConversion(made, [self._channel(topic, each) for each in made.channels])
             self._ways[topic.id] = way
         return way
 
     def _withdraw(self, number: int) -> None:
         """Offer a topic no longer."""
-        _, channels = self._ways.pop(number, (None, []))
-        for channel in channels:
+        way = self._ways.pop(number, None)
+        for channel in way.channels if way else ():
             channel.close()
 
     def _channel(self, topic: Topic, channel: RosChannel) -> "foxglove.Channel":
@@ -110,6 +110,13 @@ class Foxglove:
             context=self._context,
             metadata={"link_topic": topic.name},
         )
+
+
+class _TopicConversion(NamedTuple):
+    """The conversion of a topic, and its channels."""
+
+    conversion: Conversion
+    channels: list["foxglove.Channel"]
 
 
 def check_reach(address: Address, anybody: bool) -> None:

@@ -186,7 +186,7 @@ def test_a_push_acts_in_the_axes_that_it_is_stated_in(vehicle):
 
     def ended(push):
         course = flown.FlightCourses(np.zeros((1, 1, 8)), np.ones((1, 1)), push[None, None])
-        states = flown.compiled_driven(pd)[0](craft, start, course, known.Observer())
+        states = flown.compiled_driven(pd).fly(craft, start, course, known.Observer())
         return states[0, 1, 7:13]
 
     still, push = ended(np.zeros(driven.PUSH_SIZE)), np.array([3.0, -2.0, 1.0])
@@ -234,7 +234,9 @@ def predictor(vehicle, monkeypatch):
     def fly(craft, start, course, observer, keep):
         return np.tile(start.states[:, None], (1, course.references.shape[1] // keep + 1, 1))
 
-    monkeypatch.setattr(prediction, "compiled_driven", lambda controller: (fly, numbered))
+    monkeypatch.setattr(
+        prediction, "compiled_driven", lambda controller: flown.DrivenFunctions(fly, numbered)
+    )
     pd = load_controller("pd")
     return Predictor(vehicle, pd, dict(flight_gains(vehicle, controller=pd)), 1 / 128)
 

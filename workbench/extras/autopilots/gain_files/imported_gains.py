@@ -324,10 +324,10 @@ def other_meanings(
     own = f"{values[VERSION_ROW]:g}" if VERSION_ROW in values else firmware.flown_by(law)
     flown = firmware.table.release(own)[0]
     other = [
-        f"{firmware.file_name(own)} {values[own]:g} ({note})"
-        for own, since, note in firmware.table.meanings
-        if (flown.numbers < since) != (release.numbers < since)
-        if values.get(own)
+        f"{firmware.file_name(each.law)} {values[each.law]:g} ({each.note})"
+        for each in firmware.table.meanings
+        if (flown.numbers < each.since) != (release.numbers < each.since)
+        if values.get(each.law)
     ]
     if other:
         chosen = any(row.name == VERSION_ROW for row in law.parameters)

@@ -129,6 +129,15 @@ class Setting:
 
 
 @dataclass(frozen=True)
+class ParameterMeaning:
+    """A parameter of the law that has another effect since a version; `note` says which."""
+
+    law: str
+    since: tuple[int, ...]
+    note: str
+
+
+@dataclass(frozen=True)
 class FirmwareTable:
     """All versions of a firmware, oldest first, and its parameters.
 
@@ -136,14 +145,14 @@ class FirmwareTable:
         releases: the versions.
         settings: parameters of flight control.
         others: names of all other parameters.
-        meanings: parameters of the law that have another effect since a version, that, and which.
+        meanings: parameters of the law that have another effect since a version.
         foreign: firmwares and vehicles by the beginnings of names that only they have.
     """
 
     releases: tuple[Release, ...]
     settings: tuple[Setting, ...]
     others: tuple[Setting, ...] = ()
-    meanings: tuple[tuple[str, tuple[int, ...], str], ...] = ()
+    meanings: tuple[ParameterMeaning, ...] = ()
     foreign: Mapping[str, str] = field(default_factory=dict)
 
     def release(self, version: str) -> tuple[Release, str]:
@@ -232,7 +241,7 @@ def load_table(firmware: str) -> FirmwareTable:
         tuple(_setting(row) for row in _table_rows(folder / "parameters.csv")),
         tuple(_setting(row) for row in _table_rows(folder / "others.csv")),
         tuple(
-            (row["law"], numbers_of(row["since"]), row["note"])
+            ParameterMeaning(row["law"], numbers_of(row["since"]), row["note"])
             for row in _table_rows(folder / "meanings.csv")
         ),
         {row["prefix"]: row["of"] for row in _table_rows(folder / "foreign.csv")},

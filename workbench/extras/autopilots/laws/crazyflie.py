@@ -424,16 +424,15 @@ def rule(vehicle: Vehicle) -> dict[str, float]:
     motors = larger_motors(vehicle)
     if motors is None:
         return {}
-    thrust_max, turned = motors
     pd = pd_rule(vehicle)
     values = {
-        "thrust_max": thrust_max,
+        "thrust_max": motors.thrust_max,
         "posCtlPid_thrustMin": 0.3 * FULL_MOTOR_SIGNAL,
         "spin_up_feedforward": pd["spin_up_feedforward"],
         "max_climb_rate": pd["max_climb_rate"],
     }
     for axis, kp in (("roll", "kd_roll"), ("pitch", "kd_pitch"), ("yaw", "kp_yaw_rate")):
-        rate = pd[kp] / RADIAN_DEG / turned[axis]
+        rate = pd[kp] / RADIAN_DEG / getattr(motors, axis)
         values[f"pid_rate_{axis}_kp"] = rate
         values[f"pid_rate_{axis}_ki"] = (0.14 if axis == "yaw" else 2.0) * rate
         values[f"pid_rate_{axis}_kd"] = (0.0 if axis == "yaw" else 0.01) * rate
@@ -444,7 +443,7 @@ def rule(vehicle: Vehicle) -> dict[str, float]:
         values[f"velCtlPid_v{axis}Kp"] = RADIAN_DEG * pd[f"kp_velocity_{axis}"] / GRAVITY
         values[f"velCtlPid_v{axis}Ki"] = 0.04 * values[f"velCtlPid_v{axis}Kp"]
         values[f"posCtlPid_{axis}Kp"] = pd["kp_position_xy"]
-    climb = vehicle.mass * FULL_MOTOR_SIGNAL / (1000.0 * len(vehicle.rotors) * thrust_max)
+    climb = vehicle.mass * FULL_MOTOR_SIGNAL / (1000.0 * len(vehicle.rotors) * motors.thrust_max)
     values["velCtlPid_vzKp"] = pd["kp_velocity_z"] * climb
     values["velCtlPid_vzKi"] = 0.6 * values["velCtlPid_vzKp"]
     values["posCtlPid_zKp"] = pd["kp_position_z"]

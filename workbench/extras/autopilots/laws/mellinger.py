@@ -216,16 +216,15 @@ def rule(vehicle: Vehicle) -> dict[str, float]:
     motors = larger_motors(vehicle)
     if motors is None:
         return {}
-    thrust_max, turned = motors
     pd = pd_rule(vehicle)
     level, climb = pd["kp_velocity_x"], pd["kp_velocity_z"]
-    tilt = min(pd["kp_roll"] / turned["roll"], pd["kp_pitch"] / turned["pitch"])
-    damped = min(pd["kd_roll"] / turned["roll"], pd["kd_pitch"] / turned["pitch"])
-    yaw = pd["kp_yaw_rate"] / turned["yaw"]
+    tilt = min(pd["kp_roll"] / motors.roll, pd["kp_pitch"] / motors.pitch)
+    damped = min(pd["kd_roll"] / motors.roll, pd["kd_pitch"] / motors.pitch)
+    yaw = pd["kp_yaw_rate"] / motors.yaw
     values = {
-        "thrust_max": thrust_max,
+        "thrust_max": motors.thrust_max,
         "mass": vehicle.mass,
-        "massThrust": FULL_MOTOR_SIGNAL / (len(vehicle.rotors) * thrust_max),
+        "massThrust": FULL_MOTOR_SIGNAL / (len(vehicle.rotors) * motors.thrust_max),
         "kp_xy": vehicle.mass * level * pd["kp_position_xy"],
         "kd_xy": vehicle.mass * level,
         "ki_xy": 0.1 * vehicle.mass * level * pd["kp_position_xy"],

@@ -195,7 +195,7 @@ def make_run_law(controller: Controller) -> Callable[..., Any]:
         Args:
             flights: the record of one that begins (1).
             clock: see `PeriodClock`.
-            measured: see `flown.compiled_driven`, and so the next four.
+            measured: see `flown.DrivenFunctions`, and so the next four.
             references: (K, 8).
             voltages: (K).
             told: (K, r).

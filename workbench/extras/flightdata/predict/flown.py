@@ -160,23 +160,27 @@ class FlightCourses(NamedTuple):
         return FlightCourses(*(each if len(each) == 1 else each[some] for each in self))
 
 
-@lru_cache(maxsize=16)
-def compiled_driven(
-    controller: Controller,
-) -> tuple[Callable[..., np.ndarray], Callable[..., np.ndarray]]:
-    """Return two functions of a controller, compiled at their first call.
+class DrivenFunctions(NamedTuple):
+    """Flights with a controller.
 
-    Returns:
-        The first one returns each `keep`-th state (N, K/keep + 1, 13) of flights, of
-        `CompiledModel`, `FlightStarts`, `FlightCourses`, `Observer`, `keep`, and trials of each
-        control period, see `make_fly_driven`.
-
-        The second one returns what the law remembers after each of K updates on logged states
-        (K, k), of these (K, 13); references (K, 8); voltages (K); what the log says of the memory
-        (K, r), NaN where it says nothing; places of each of these (r, 4): the number in the memory,
-        the integral behind it, -1 for none, its gain, and the share of the difference that the
-        integral takes; the memory to begin with (k); and `CompiledModel`.
+    Attributes:
+        fly: returns each `keep`-th state (N, K/keep + 1, 13) of flights, of `CompiledModel`,
+            `FlightStarts`, `FlightCourses`, `Observer`, `keep`, and trials of each control period,
+            see `make_fly_driven`.
+        listen: returns what the law remembers after each of K updates on logged states (K, k), of
+            these (K, 13); references (K, 8); voltages (K); what the log says of the memory (K, r),
+            NaN where it says nothing; places of each of these (r, 4): the number in the memory, the
+            integral behind it, -1 for none, its gain, and the share of the difference that the
+            integral takes; the memory to begin with (k); and `CompiledModel`.
     """
+
+    fly: Callable[..., np.ndarray]
+    listen: Callable[..., np.ndarray]
+
+
+@lru_cache(maxsize=16)
+def compiled_driven(controller: Controller) -> DrivenFunctions:
+    """Return the functions of a controller, compiled at their first call."""
     whose = "" if controller.shipped else f" with {controller.name}"
     compiled_fly, compiled_listen = (
         compile_cached(
@@ -251,7 +255,7 @@ def compiled_driven(
         compiled_listen(flights, craft.clock, measured, references, voltages, told, places, found)
         return found
 
-    return fly, listen
+    return DrivenFunctions(fly, listen)
 
 
 def start_records(craft: CompiledModel, start: FlightStarts) -> np.ndarray:

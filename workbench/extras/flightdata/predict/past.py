@@ -193,7 +193,7 @@ class Past:
         controller: the law.
         gains: of all its parameters, by name.
         craft: of these.
-        listen: the second function of `flown.compiled_driven`.
+        listen: see `flown.DrivenFunctions`.
     """
 
     def __init__(

@@ -159,7 +159,7 @@ class Predictor:
         self.vehicle, self.controller, self.gains = vehicle, controller, gains
         self.observer, self.effects = observer or Observer(), effects
         self.craft: CompiledModel = make_compiled_model(vehicle, controller, gains, period)
-        self._flown, self._listen = compiled_driven(controller)
+        self._functions = compiled_driven(controller)
 
     def predict(
         self, motion: LoggedMotion, horizon: float = ERROR_HORIZON_S, every: float = START_SPACING_S
@@ -196,12 +196,13 @@ class Predictor:
         )
 
     def _past(self, motion: LoggedMotion) -> Past:
-        return Past(motion, self.vehicle, self.controller, self.gains, self.craft, self._listen)
+        listen = self._functions.listen
+        return Past(motion, self.vehicle, self.controller, self.gains, self.craft, listen)
 
     def _fly(self, past: Past, samples: np.ndarray, duration: float, keep: float) -> np.ndarray:
         """Return states (N, h, 13) of closed loops from samples on, at most `keep` [s] apart."""
         start, craft = past.start(samples, self.effects), self.craft
-        return self._flown(
+        return self._functions.fly(
             craft,
             start,
             FlightCourses(

@@ -299,8 +299,7 @@ class Explained:
         vehicles, winds = zip(*self._drawn[some], strict=True)
         law = begun.law
         craft = make_compiled_model(self.vehicle, law.controller, law.gains, law.period, vehicles)
-        fly, _ = compiled_driven(law.controller)
-        return fly(
+        return compiled_driven(law.controller).fly(
             craft._replace(drag_areas=[drag_area(each.mass) for each in vehicles], winds=winds),
             begun.start,
             FlightCourses(
@@ -357,7 +356,7 @@ def _law_start(motion: LoggedMotion, vehicle: Vehicle, law: Law) -> _LawStart:
     errors = np.zeros((updates, ESTIMATE_ERROR_SIZE))
     errors[:, 0:3], errors[:, 3:6] = (at(motion.p_known) - p)[:-1], (at(motion.v_known) - v)[:-1]
     errors[:, 8:11] = (rotation_matrices(q).inv() * rotation_matrices(q_known)).as_rotvec()[:-1]
-    _, listen = compiled_driven(law.controller)
+    listen = compiled_driven(law.controller).listen
     craft = make_compiled_model(vehicle, law.controller, law.gains, law.period)
     past = Past(motion, vehicle, law.controller, law.gains, craft, listen)
     start = past.start(np.array([first]))

@@ -4,6 +4,7 @@ import sqlite3
 from collections.abc import Iterator
 from contextlib import closing
 from pathlib import Path
+from typing import NamedTuple
 
 from mcap.exceptions import McapError
 from mcap.reader import make_reader
@@ -18,9 +19,22 @@ _RECORD_HEAD_BYTES = 9
 """Opcode and length of the first record of an MCAP file, which has profile and library."""
 
 
-BagMessage = tuple[str, str, str, int, bytes]
-"""A message of a bag: topic, its type, the definition of that or "" if it is not known, time of the
-bag [ns], and data in CDR."""
+class BagMessage(NamedTuple):
+    """A message of a bag.
+
+    Attributes:
+        topic: its name.
+        kind: type of the messages of the topic.
+        definition: of the type; "" if it is not known.
+        t_ns: time of the bag [ns].
+        data: in CDR.
+    """
+
+    topic: str
+    kind: str
+    definition: str
+    t_ns: int
+    data: bytes
 
 
 def is_rosbag(head: bytes) -> bool:
@@ -59,7 +73,7 @@ def _mcap_messages(path: Path) -> Iterator[BagMessage]:
             known = schema is not None and schema.encoding == SchemaEncoding.ROS2
             if known and channel.message_encoding == MessageEncoding.CDR:
                 text = schema.data.decode("utf-8", "replace")
-                yield channel.topic, schema.name, text, message.log_time, message.data
+                yield BagMessage(channel.topic, schema.name, text, message.log_time, message.data)
 
 
 def _sqlite_messages(path: Path) -> Iterator[BagMessage]:
@@ -87,4 +101,4 @@ def _sqlite_messages(path: Path) -> Iterator[BagMessage]:
         ):
             if number in topics and isinstance(t_ns, int) and isinstance(data, bytes):
                 name, kind = topics[number]
-                yield name, kind, str(definitions.get(kind, "")), t_ns, data
+                yield BagMessage(name, kind, str(definitions.get(kind, "")), t_ns, data)

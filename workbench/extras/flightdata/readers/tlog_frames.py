@@ -60,6 +60,14 @@ class Frames(NamedTuple):
     payloads: list[bytes]
 
 
+class _Frame(NamedTuple):
+    """A whole frame: what it is of, its payload, and where it ends."""
+
+    key: FrameKey
+    payload: bytes
+    end: int
+
+
 def begins_with_frame(data: bytes) -> bool:
     """Return whether a file may begin with a plausible stamp and a frame."""
     low, high = PLAUSIBLE_STAMPS_US
@@ -96,14 +104,13 @@ def read_tlog_frames(
             damaged += at - begin
             first = begin if first < 0 else first
             continue
-        key, payload, end = frame
-        if key.message in messages:
-            kept = found[key]
+        if frame.key.message in messages:
+            kept = found[frame.key]
             kept.stamps.append(int.from_bytes(data[at : at + TLOG_STAMP_BYTES]))
             kept.places.append(at)
-            kept.payloads.append(payload)
+            kept.payloads.append(frame.payload)
             count += 1
-        at = end
+        at = frame.end
     if not damaged:
         return dict(found), ""
     text = f"the file is damaged: {damaged} bytes are no messages, the first one is byte {first}"
@@ -116,7 +123,7 @@ def _next_frame(
     """Return where the stamp of the next known message begins, else the end of the file."""
     for mark in _MARK_PATTERN.finditer(data, begin + TLOG_STAMP_BYTES):
         frame = _frame_at(data, mark.start(), messages, checksum)
-        if frame is not None and frame[0].message in messages:
+        if frame is not None and frame.key.message in messages:
             return mark.start() - TLOG_STAMP_BYTES
     return len(data)
 
@@ -132,10 +139,8 @@ def _frame_end(data: bytes, at: int) -> int:
 
 def _frame_at(
     data: bytes, at: int, messages: Mapping[int, Any], checksum: Callable[[bytes], Any]
-) -> tuple[FrameKey, bytes, int] | None:
-    """Return what the frame with its mark at a place is of, its payload, and where it ends.
-
-    It is None if there is none, or its checksum is wrong.
+) -> _Frame | None:
+    """Return the frame with its mark at a place, None if there is none, or its checksum is wrong.
 
     The checksum of an unknown message cannot be checked.
     """
@@ -156,7 +161,7 @@ def _frame_at(
         seeded = data[at + 1 : check] + bytes([messages[key.message].crc_extra])
         if checksum(seeded).crc != int.from_bytes(data[check : check + CHECKSUM_BYTES], "little"):
             return None
-    return key, payload, end
+    return _Frame(key, payload, end)
 
 
 def read_payloads(frames: Frames, message: Any) -> dict[str, np.ndarray]:
