@@ -2,7 +2,6 @@
 
 import argparse
 from dataclasses import asdict
-from itertools import chain, count
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -191,6 +190,7 @@ def run_export(args: argparse.Namespace) -> int:
     from workbench.design.sweep.table import check_table_path
     from workbench.logs.flight_reader import log_topics
     from workbench.logs.table_file import topic_tables, write_columns
+    from workbench.plant.sensors import free_name
 
     folder = args.output or Path("out") / args.log.stem
     suffix = f".{args.format}"
@@ -207,10 +207,10 @@ def run_export(args: argparse.Namespace) -> int:
         taken: set[str] = set()
         for number, topic in enumerate(topics, start=1):
             for name, columns in topic_tables(topic).items():
-                names = chain((name,), (f"{name}_{place}" for place in count(2)))
-                stem = next(each for each in names if each.casefold() not in taken)
-                taken.add(stem.casefold())  # file systems of Windows and macOS ignore case
-                file = folder / f"{stem}{suffix}"
+                folded = name.casefold()  # file systems of Windows and macOS ignore case
+                free = free_name(taken, folded)
+                taken.add(free)
+                file = folder / f"{name}{free.removeprefix(folded)}{suffix}"
                 write_columns(columns, outputs.add(file))
                 found.append({"topic": topic.name, "file": file, "rows": len(columns["t"].values)})
             progress(number / len(topics))
