@@ -113,16 +113,16 @@ def fly_attitude_step(
     row.check_tilt(size, duration, most)
     flight = replace(scenario_before_step(duration, setup.scenario), script=[])
     session = Flier(setup.with_scenario(flight), fly_on=DIAGRAM).session
-    tell = progress or (lambda share: None)
+    show = progress or (lambda share: None)
     longest = STEP_EDGE_S + MAX_HOVER_S + duration
-    hover, rests = _hover_before(session, row, abs(size), lambda: tell(session.time / longest))
+    hover, rests = _hover_before(session, row, abs(size), lambda: show(session.time / longest))
     edge = session.time
     row.check_tilt(size, duration, most, hover)
     session.do(row.action(size + hover))
     slices = math.ceil(duration / HOVER_LOOK_S)
     for index in range(slices):
         session.tick(duration / slices)
-        tell((edge + (longest - edge) * (index + 1) / slices) / longest)
+        show((edge + (longest - edge) * (index + 1) / slices) / longest)
     recording = session.recording()
     after = recording.between(edge, np.inf)
     loss, use = find_loss(recording), float(after.rotor_use.max())
@@ -190,7 +190,7 @@ def usual_duration(row: AttitudeAxis, amplitude: float, max_tilt: float) -> floa
 
 
 def _hover_before(
-    session: "Session", row: AttitudeAxis, size: float, tell: Callable[[], None]
+    session: "Session", row: AttitudeAxis, size: float, progress: Callable[[], None]
 ) -> tuple[float, bool]:
     """Hover to the edge of a step: for `STEP_EDGE_S`, or until a drone that tilts is at rest.
 
@@ -198,7 +198,7 @@ def _hover_before(
         session: at its start.
         row: axis of the step.
         size: of the step [rad] or [rad/s], positive.
-        tell: called as it flies for longer.
+        progress: called as it flies for longer.
 
     Returns:
         The setpoint of the hover [rad], and whether the drone is at rest; it may be lost, else.
@@ -216,7 +216,7 @@ def _hover_before(
     moves = True
     while moves and session.time < STEP_EDGE_S + MAX_HOVER_S:
         session.tick(HOVER_LOOK_S)
-        tell()
+        progress()
         if find_loss(session.recording()):
             return 0.0, False
         moves = attitude_unrest(session, size) >= 1.0

@@ -218,7 +218,7 @@ class Exciter:
             return False
         self._moved.clear()
         self._first = self._now
-        if self.exciting.excitation.rests or self.exciting.returning:
+        if excitation.rests or self.exciting.returning:
             self._drive.begin_round()
             try:
                 self._drive.check_tilt()
