@@ -130,7 +130,7 @@ def with_sensors(scenario: "Scenario", args: argparse.Namespace) -> "Scenario":
     if args.no_noise:
         scenario.sensors.noise = False
     logged = getattr(args, "log", None) is not None
-    if logged and scenario.estimator != TRUTH and not {"imu", "all"} & {*scenario.sensors.use}:
+    if logged and scenario.is_estimated and not {"imu", "all"} & {*scenario.sensors.use}:
         scenario.sensors.use = [*scenario.sensors.use, "imu"]
     return scenario
 

@@ -241,13 +241,11 @@ def _fly(
 
 def _without_effect(scenario: "Scenario") -> list[str]:
     """Return the parts of a scenario without effect on a flight under a table of commands."""
-    from workbench.estimation.settings import TRUTH
-
     parts = {
         "a script": scenario.script,
         "a figure of eight": scenario.figure_eight,
         "sensors": scenario.sensors.use,
-        f"the estimator {scenario.estimator}": scenario.estimator != TRUTH,
+        f"the estimator {scenario.estimator}": scenario.is_estimated,
     }
     return [name for name, there in parts.items() if there]
 

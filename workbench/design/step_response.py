@@ -21,7 +21,6 @@ from workbench.design.step_metrics import (
     step_duration,
     step_metrics,
 )
-from workbench.estimation.settings import TRUTH
 from workbench.scenario.axes import AXIS_NAMES, find_axis
 from workbench.scenario.scenario import Action, Scenario, ScenarioStart
 
@@ -185,7 +184,7 @@ def _moves(setup: "Setup", flown: "FlierFlight", axis: str, amplitude: float) ->
     from workbench.session.hover_attitude import AT_REST_SPEED
 
     speed = axis_velocity(flown.recording.between(STEP_EDGE_S, np.inf), axis)[0]
-    trembles = AT_REST_SPEED if setup.scenario.estimator != TRUTH else 0.0
+    trembles = AT_REST_SPEED if setup.scenario.is_estimated else 0.0
     moves = abs(speed) > max(SETTLING_BAND * abs(amplitude), trembles)
     return bool(moves) and not flown.exchange and find_loss(flown.recording) is None
 

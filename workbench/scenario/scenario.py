@@ -203,3 +203,8 @@ class Scenario:
     duration: float = 10.0
     script: list[Action] = field(default_factory=list)
     figure_eight: FigureEight | None = None
+
+    @property
+    def is_estimated(self) -> bool:
+        """Whether the controller gets an estimate of the motion, not the truth."""
+        return self.estimator != TRUTH

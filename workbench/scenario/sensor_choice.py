@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from workbench.common.errors import WorkbenchError, unknown_name
-from workbench.estimation.settings import AIDING_SENSORS, TRUTH
+from workbench.estimation.settings import AIDING_SENSORS
 from workbench.plant.sensors import NO_NOISE, DepthCamera, Lidar, Sensor, sensor_kinds
 from workbench.plant.vehicle import Vehicle
 from workbench.scenario.scenario import Scenario
@@ -56,7 +56,7 @@ def choose_sensors(vehicle: Vehicle, scenario: Scenario) -> tuple[SensorChoice, 
                 continue  # all sensors, also if there are none
             _check_name(vehicle, name, f"sensors.{key}")
     step = scenario.rates.physics_step
-    used = {*config.use, *(AIDING_SENSORS if scenario.estimator != TRUTH else ())}
+    used = {*config.use, *(AIDING_SENSORS if scenario.is_estimated else ())}
     return tuple(
         _choice(sensor, config, step)
         for sensor in vehicle.sensors

@@ -3,7 +3,6 @@
 import math
 from dataclasses import dataclass
 
-from workbench.estimation.settings import TRUTH
 from workbench.plant.gravity import GRAVITY
 from workbench.scenario.attitude_axes import AttitudeAxis
 from workbench.session.session import Session
@@ -80,4 +79,4 @@ def hover_attitude(session: Session, axis: AttitudeAxis, size: float) -> HoverAt
 
 
 def _tremble(session: Session) -> float:
-    return 0.0 if session.scenario.estimator == TRUTH else TREMBLE_RAD
+    return TREMBLE_RAD if session.scenario.is_estimated else 0.0

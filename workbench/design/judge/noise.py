@@ -12,7 +12,6 @@ from workbench.design.linear.operating_point import HOLDING_POINT, OperatingPoin
 from workbench.design.linear.study import LinearStudy
 from workbench.diagram.mounting import find_imu
 from workbench.estimation.imu import imu_noise
-from workbench.estimation.settings import TRUTH
 from workbench.plant.magnetic_field import earth_magnetic_field
 from workbench.plant.sensors import Barometer, Gps, Magnetometer, Noise, RangeFinder, Sensor
 from workbench.systems.sensors.barometer import pressure_at
@@ -123,7 +122,7 @@ def input_deviations(study: LinearStudy, model: LinearModel) -> dict[str, float]
     for sample in range(samples):
         for place, (kind, axis) in enumerate((k, a) for k in ("gyro", "accel") for a in "xyz"):
             found[f"{kind}_noise_{axis}_{sample + 1}"] = imu.deviation[place] / math.sqrt(every)
-    if study.scenario.estimator == TRUTH:
+    if not study.scenario.is_estimated:
         return found
     for choice in reversed(study.setup.sensors):
         deviations = _measured_deviations(choice.sensor, study)

@@ -66,7 +66,7 @@ class PhaseStudy:
     def __init__(self, study: "LinearStudy") -> None:
         self._study = study
         self._on_truth = study
-        if study.scenario.estimator != TRUTH:
+        if study.scenario.is_estimated:
             scenario = dataclasses.replace(study.scenario, estimator=TRUTH)
             self._on_truth = study.like(scenario)
 

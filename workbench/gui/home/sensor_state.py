@@ -8,7 +8,6 @@ from workbench.gui.instruments.instrument import Sign
 from workbench.gui.units import age_text
 from workbench.live.view import LiveView
 from workbench.plant.faults import Fault
-from workbench.scenario.scenario import Scenario
 from workbench.session.snapshot import SensorStatus, Snapshot
 
 MAX_AGE_PERIODS = 3.0
@@ -110,12 +109,11 @@ def silent_state(view: LiveView, kind: str) -> SensorState:
             "none",
             f"{view.vehicle.name} has no {kind_word(kind)} in its description.",
         )
-    truth = Scenario.estimator  # the default: no estimator flies
-    if kind == "imu" and view.scenario is not None and view.scenario.estimator != truth:
+    if kind == "imu" and view.scenario is not None and view.scenario.is_estimated:
         return SensorState(
             SensorHealth.IN_USE,
             "read by the estimator",
-            "The estimator reads the IMU. Switch it on here or in Settings to see its readings.",
+            "The estimator reads the IMU. Fly with it here or from Settings to see its readings.",
         )
     return SensorState(
         SensorHealth.OFF,
