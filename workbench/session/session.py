@@ -374,7 +374,7 @@ class Session(ObservedFlight, PilotOrders[None]):
         log_setup(setup)
         bench = self._build(setup)
         with drake_error_sentences(f"the controller {law.name} cannot take over"):
-            live = LiveContext(bench, self.checkpoint())
+            live = LiveContext(bench, self.checkpoint(), before=self._live)
         live.clear_ended()
         self._earlier = self._flown()
         self._injecting = None
