@@ -198,7 +198,7 @@ class Session(ObservedFlight, PilotOrders[None]):
     def fly_controller(self, name_or_path: str | Path) -> None:
         """Let another controller take over in flight, as `begin_from` does; a reset keeps it.
 
-        The recording continues; sensors start again. No simulated time passes. `scenario` stays
+        Recording and sensors continue. No simulated time passes. `scenario` stays
         that of the present flight until a reset.
 
         Args:
