@@ -26,7 +26,7 @@ from workbench.design.linear.linearize import linearize
 from workbench.design.linear.operating_point import HOLDING_POINT, HOVER_POINT
 from workbench.design.linear.study import LinearStudy
 from workbench.plant.variation import Variation
-from workbench.scenario.scenario import Rates, Scenario, VehicleConfig
+from workbench.scenario.scenario import Action, Rates, Scenario, VehicleConfig
 from workbench.setup import make_setup
 
 GAINS = {"kp_roll": 180.0, "kd_roll": 24.0, "kp_velocity_z": 6.0, "kp_position_xy": 1.4}
@@ -320,3 +320,10 @@ def test_a_measurement_is_planned_by_the_model_of_its_flight(subject, answer, lo
     assert held is (point is HOLDING_POINT)
     own = loop_injection(study.sampled(point), row, study.vehicle, "actuator")
     assert planned.highest != pytest.approx(own.highest, rel=1e-3)  # with the gains asked for
+
+
+def test_a_law_is_judged_after_orders_of_the_script_to_the_one_that_flew_before():
+    script = [Action(at=1.0, set={"kp_pitch": 300.0}), Action(at=2.0, controller="lqi")]
+    about = AnalysedVehicle(Scenario(controller="lqi", script=script), {})
+    assert about.setup.controller.name == about.flown_setup.controller.name == "lqi"
+    assert about.vehicle_settings == {}

@@ -193,3 +193,19 @@ def stepping_with_a_later_set(path: Path) -> Session:
 def published(flight: Session) -> list[int]:
     """Return the times of what was published since the last call."""
     return [sampled.published.t_ns for sampled in flight.drain()]
+
+
+def test_a_sensor_that_failed_stays_failed_under_another_controller():
+    flight = Session(Scenario(sensors=SensorsConfig(use=["gps", "barometer"])))
+    flight.tick(0.125)
+    flight.do(Action(set={"gps_fault": 1.0}))  # frozen
+    flight.tick(0.125)
+    frozen = flight.snapshot().gps
+    flight.do(Action(velocity=[2.0, 0.0, 0.0]))
+    flight.fly_controller("lqi")
+    assert flight.get("gps_fault") == 1.0
+    flight.tick(0.25)
+    gps = flight.snapshot().gps
+    assert (gps.latitude, gps.longitude) == (frozen.latitude, frozen.longitude)
+    flight.reset()
+    assert flight.get("gps_fault") == 0.0

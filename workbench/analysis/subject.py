@@ -37,7 +37,8 @@ class AnalysedVehicle:
     """A scenario's vehicle; each part of it is made on first use.
 
     Args:
-        scenario: source of vehicle, variation and rates; flights use all of it.
+        scenario: source of vehicle, variation and rates; only forks use its script, as that may be
+            for a controller from which another has taken over.
         settings: values of the live parameters, over those of the scenario's gains.
 
     Scheduled gains are evaluated set by set: a question about them uses the names of one set, and
@@ -55,14 +56,15 @@ class AnalysedVehicle:
     """
 
     def __init__(self, scenario: Scenario, settings: Mapping[str, float]) -> None:
-        self.scenario = self.judged = scenario
+        self._scripted = scenario
+        self.scenario = self.judged = scenario = replace(scenario, script=[])
         self.flown = flown_controller(scenario)
         self.settings = dict(settings)
         if self.flown.schedule is not None:
             # the settings include its gain file
             vehicle = replace(scenario.vehicle, gains="")
             controller, _ = split_label(scenario.controller)
-            self.judged = replace(scenario, controller=controller, vehicle=vehicle, script=[])
+            self.judged = replace(scenario, controller=controller, vehicle=vehicle)
         self.controller = flown_controller(self.judged)
         self.table = self.controller.table
         self.law = tuple(row.name for row in self.controller.parameters)
@@ -173,7 +175,7 @@ class AnalysedVehicle:
         """
         from workbench.design.fork import Forker
 
-        return Forker(self.scenario)
+        return Forker(self._scripted)
 
     def other(self, controller: str) -> "AnalysedVehicle":
         """Return the same vehicle with another controller and that controller's own gains.
@@ -187,7 +189,6 @@ class AnalysedVehicle:
                 self.scenario,
                 controller=controller,
                 vehicle=replace(self.scenario.vehicle, gains=""),
-                script=[],
             )
             present = self.setup.controller.table  # also of servos
             around = {

@@ -53,6 +53,7 @@ class LiveContext:
         bench: Workbench,
         checkpoint: Checkpoint | None = None,
         first: Mapping[str, float] | None = None,
+        before: "LiveContext | None" = None,
     ) -> None:
         """Begin a flight.
 
@@ -62,6 +63,8 @@ class LiveContext:
             checkpoint: state to continue from; without one the flight begins at its start.
             first: values that the script sets at time 0, so that the first sample is recorded with
                 them; one that is refused is refused when the script acts.
+            before: the same flight until the checkpoint, with another controller: its sensors
+                continue, with their faults.
 
         Raises:
             WorkbenchError: if Drake cannot begin, a fault names an absent system, the checkpoint
@@ -101,6 +104,8 @@ class LiveContext:
         begin = InitializeParams()
         if checkpoint:
             write_system_states(bench, root, self._taken_over(checkpoint))
+            if before:
+                self._continue_sensors(before)
             airframe.set_payload(root, self.payload)
             if airframe.ball_frames:
                 airframe.ball_frames.place(root)
@@ -271,6 +276,14 @@ class LiveContext:
             index = 0 if row.name in self._places else self._table.of(row.system).index(row)
             self._found[row.name] = [(system, n, at + index) for system, n, at in first]
         return self._found[row.name]
+
+    def _continue_sensors(self, before: "LiveContext") -> None:
+        """Write the states and parameters of the sensors, and of their noise, of this flight."""
+        mounted = (self._bench.sensing.mounted, before._bench.sensing.mounted)
+        for here, there in zip(*mounted, strict=True):
+            for system, other in ((here.system, there.system), (here.noise, there.noise)):
+                if system is not None and other is not None:
+                    self._of(system).SetStateAndParametersFrom(before._of(other))
 
     def _taken_over(self, checkpoint: Checkpoint) -> Mapping[str, SystemState]:
         """Return the systems' states; by name for the controller, if it is another one."""

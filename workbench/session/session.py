@@ -198,7 +198,7 @@ class Session(ObservedFlight, PilotOrders[None]):
     def fly_controller(self, name_or_path: str | Path) -> None:
         """Let another controller take over in flight, as `begin_from` does; a reset keeps it.
 
-        The recording continues; sensors start again. No simulated time passes. `scenario` stays
+        Recording and sensors continue. No simulated time passes. `scenario` stays
         that of the present flight until a reset.
 
         Args:
@@ -374,7 +374,7 @@ class Session(ObservedFlight, PilotOrders[None]):
         log_setup(setup)
         bench = self._build(setup)
         with drake_error_sentences(f"the controller {law.name} cannot take over"):
-            live = LiveContext(bench, self.checkpoint())
+            live = LiveContext(bench, self.checkpoint(), before=self._live)
         live.clear_ended()
         self._earlier = self._flown()
         self._injecting = None

@@ -14,6 +14,7 @@ from workbench.link import drone_topics
 from workbench.link.backplane import Published
 from workbench.live.messages import Pace, Phase
 from workbench.live.view import LiveView
+from workbench.plant.faults import Fault
 from workbench.session.snapshot import NearestClearance
 
 MINUS = "\N{MINUS SIGN}"
@@ -358,3 +359,13 @@ def test_the_wall_clock_runs_without_a_flight(home, qtbot):
     qtbot.waitUntil(lambda: len(home.cards["clock"].wall) == 8, timeout=5000)
     first = home.cards["clock"].wall
     qtbot.waitUntil(lambda: home.cards["clock"].wall != first, timeout=5000)
+
+
+def test_a_card_of_two_sensors_names_the_one_that_failed(flown, canned, clock):
+    view = canned.views[-1]
+    sensors = tuple(
+        replace(each, fault=Fault.SILENT, age=1.25) if each.kind == "range_finder" else each
+        for each in view.snapshot.sensors
+    )
+    shown(flown, view, clock, sensors=sensors)
+    assert flown.cards["height"].note == "range finder silent, 1.2\N{NO-BREAK SPACE}s old"

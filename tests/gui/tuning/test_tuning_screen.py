@@ -9,6 +9,7 @@ from PyQt6.QtWidgets import QAbstractButton, QAbstractSpinBox, QComboBox, QLineE
 from workbench.analysis.queries import FindRanges, Judge, Predict, RequestedStep, Tune
 from workbench.control.loop import loop_label
 from workbench.gui.gains.gain_file_diff_view import GainFileDiffView
+from workbench.gui.tuning.excitation_card import FAULT_TAB
 from workbench.gui.tuning.excitation_form import loop_excitation
 from workbench.gui.tuning.number_row import RowState
 from workbench.gui.tuning.response_card import (
@@ -515,3 +516,13 @@ def test_a_button_that_chooses_no_step_says_why(screen, canned, judge, make_loop
         analysis.tell(asked, dataclasses.replace(judged, loops=loops))
         screen.judgement.follow(screen.trial.judged, screen.trial.judged_flown)
         assert f"the weakest loop, {loop_label(loop)}: choose another one" in said()
+
+
+def test_the_fault_card_shows_what_a_script_or_a_client_made_fail(screen, publish):
+    screen.excitation.tabs.setCurrentIndex(FAULT_TAB)
+    assert screen.excitation.said.text() == "Nothing has failed."
+    publish(("rotor_2", 0.9))
+    assert screen.excitation.said.text() == "Failed: rotor 2 at 90 %."
+    form = screen.excitation.fault
+    form.part.setCurrentText("rotor 2")
+    assert form.repair.isEnabled()

@@ -6,8 +6,7 @@ from typing import Any
 
 from workbench.common.quantity import DisplayUnit
 from workbench.gui.home.home_card import HomeCard
-from workbench.gui.home.imu_card import state_severity
-from workbench.gui.home.sensor_state import SensorHealth, sensor_state
+from workbench.gui.home.sensor_state import SensorHealth, sensor_state, worst_state
 from workbench.gui.home.shown_units import ShownUnits
 from workbench.gui.instruments.readout import Hint, ReadoutLine
 from workbench.gui.layout import fill
@@ -60,7 +59,7 @@ class HeightCard(HomeCard):
         silent = now.barometer is None and now.height is None
         self.table.setVisible(not silent)
         self.hint.setVisible(silent)
-        self.set_state(max(air, way, key=state_severity))
+        self.set_state(worst_state(view, now, self.sensors))
         if silent:
             off = [each.advice for each in (air, way) if each.health is SensorHealth.OFF]
             self.hint.say(air.note, HEIGHT_SENSORS_OFF_TEXT if len(off) > 1 else "".join(off))

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from workbench.gui.home.home_card import HomeCard
-from workbench.gui.home.sensor_state import SensorHealth, SensorState, sensor_state
+from workbench.gui.home.sensor_state import SensorHealth, SensorState, sensor_state, worst_state
 from workbench.gui.home.shown_units import ShownUnits
 from workbench.gui.instruments.readout import UNKNOWN_VALUE_TEXT, Hint, ReadoutLine
 from workbench.gui.labels import set_tip
@@ -48,7 +48,7 @@ class ImuCard(HomeCard):
         silent = now.imu is None and now.magnetometer is None
         self.table.setVisible(not silent)
         self.hint.setVisible(silent)
-        self.set_state(max(state, compass, key=state_severity))
+        self.set_state(worst_state(view, now, self.sensors))
         set_tip(self.table, state.advice)
         if silent:
             self.hint.say(state.note, state.advice)
@@ -69,8 +69,3 @@ def _unmeasured(state: SensorState) -> tuple[str, ...]:
     """Return the text instead of x, y, z for a sensor without a reading."""
     waits = state.health is SensorHealth.WAITING
     return ("", "", UNKNOWN_VALUE_TEXT if waits else state.health.word)
-
-
-def state_severity(state: SensorState) -> int:
-    """Return the severity of a state."""
-    return list(SensorHealth).index(state.health) if state.measures else 0

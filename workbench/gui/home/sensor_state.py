@@ -1,7 +1,8 @@
 """State of a sensor, in words; no Qt."""
 
 import math
-from dataclasses import dataclass
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
 from enum import Enum
 
 from workbench.gui.instruments.instrument import Sign
@@ -83,6 +84,18 @@ def sensor_state(view: LiveView, snapshot: Snapshot, kind: str) -> SensorState:
     if found.age > _usual_age(view, found):
         return SensorState(SensorHealth.OLD, f"old: {age_text(found.age)}")
     return SensorState(SensorHealth.GOOD, f"under {age_text(_round_age(found.age))} old")
+
+
+def worst_state(view: LiveView, snapshot: Snapshot, kinds: Iterable[str]) -> SensorState:
+    """Return the worst state among sensors; that of an old or failed one has its kind's name."""
+    states = {kind: sensor_state(view, snapshot, kind) for kind in kinds}
+    order = list(SensorHealth)
+    kind, worst = max(
+        states.items(), key=lambda each: order.index(each[1].health) if each[1].measures else 0
+    )
+    if worst.health not in (SensorHealth.OLD, SensorHealth.FAULTY):
+        return worst
+    return replace(worst, note=f"{kind_word(kind)} {worst.note}")
 
 
 def _round_age(age: float) -> float:

@@ -67,16 +67,25 @@ class FaultForm(QWidget):
             values: its initial parameter values, by name.
         """
         parts = tuple(part for part in failing_parts() if part.parameter in values)
-        self.faults = {
-            part.parameter: values[part.parameter]
-            for part in parts
-            if values[part.parameter] != part.whole
-        }
+        self.faults.clear()
         if parts != self._parts:
             self._parts = parts
             with QSignalBlocker(self.part):
                 self.part.clear()
                 self.part.addItems([part.name for part in parts])
+        self.follow(values)
+
+    def follow(self, values: Mapping[str, float]) -> None:
+        """Show what has failed or was repaired, whoever ordered it.
+
+        Args:
+            values: new parameter values in the flight, by name.
+        """
+        for part in self._parts:
+            value = values.get(part.parameter, self.faults.get(part.parameter, part.whole))
+            self.faults[part.parameter] = value
+            if value == part.whole:
+                del self.faults[part.parameter]
         self._show()
 
     def fail(self) -> None:
@@ -104,13 +113,8 @@ class FaultForm(QWidget):
             self._set(part, part.whole)
 
     def _set(self, part: FailingPart, value: float) -> None:
-        def done(_: object) -> None:
-            self.faults.pop(part.parameter, None)
-            if value != part.whole:
-                self.faults[part.parameter] = value
-            self._show()
-
-        self._flight.do(Action(set={part.parameter: value}), done)
+        values = {part.parameter: value}
+        self._flight.do(Action(set=values), lambda _: self.follow(values))
 
     def _show(self) -> None:
         part = self._part

@@ -134,8 +134,7 @@ class TuningScreen(Screen):
             gains, scrolled(response), self.margins, self.tabs, [*bar.actions_by_name.values()]
         )
         hbox(self.arrangement, of=self, margins=NO_MARGINS)
-        everywhere = [self.excitation.excite, self.panel.search_action]
-        self.addActions(everywhere)  # also while another tab is shown
+        self.addActions([self.excitation.excite, self.panel.search_action])  # on each tab
         self.panel.search_action.triggered.connect(lambda: self._show_gains(gains))
         # Linked gains, or a whole gain file, change one by one: ask once.
         self._soon = single_shot(self._ask, self)
@@ -270,6 +269,7 @@ class TuningScreen(Screen):
     def _connect(self) -> None:
         self.gains.set_changed.connect(self._judge_set)
         self.gains.flown_changed.connect(self._follow_vehicle)
+        self.gains.flown_changed.connect(self.excitation.fault.follow)
         self.trial.changed.connect(self._soon.start)
         self.excitation.chosen.connect(self._plan)
         self._predictor.answered.connect(self._show_predicted)
