@@ -170,15 +170,9 @@ class LiveContext:
         self.command = with_mode_request(self.command, what, height, FlightMode(int(mode)), seen)
 
     def probed(self, place: int, value: float) -> float:
-        """Inject a value at a loop point, and return the present signal there.
-
-        Args:
-            place: index among the controller's points.
-            value: value added from the next update on, which is due now.
-        """
+        """Inject a value at a loop point, see `FlightComputer.probed`."""
         computer = self._bench.computer
-        computer.inject(self._of(computer), place, value)
-        return float(self.loop_signals()[place])
+        return computer.probed(self._of(computer), place, value)
 
     def set_attitude(self, setpoint: AttitudeSetpoint) -> None:
         """Give the attitude and rate loops their setpoints from the next update on.
@@ -199,10 +193,6 @@ class LiveContext:
         computer = self._bench.computer
         probes = self._of(computer).get_numeric_parameter(computer.probes_index)
         return any(probes[place] == 0.0 for place in attitude_places(computer.controller))
-
-    def loop_signals(self, *, whole: bool = False) -> np.ndarray:
-        """Return the signals that the next update reads at the loop points (P)."""
-        return self._bench.computer.signals(self._of(self._bench.computer), whole=whole)
 
     def close_loops(self) -> None:
         """Stop the injection from the next update on."""

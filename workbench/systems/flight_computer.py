@@ -207,23 +207,25 @@ class FlightComputer(DiscreteSystem):
         """
         self._update(context, self._old(context))
 
-    def signals(self, context: Context, *, whole: bool = False) -> np.ndarray:
-        """Return the signals of the next update at the loop points (P), in their order.
+    def loop_signals(self, context: Context) -> np.ndarray:
+        """Return the signals at the loop points (P) if every part of the law ran now, in order."""
+        arguments = self._arguments(context, context.get_discrete_state())
+        return self._signals(arguments._replace(count=ALL_PARTS))
+
+    def probed(self, context: Context, place: int, value: float) -> float:
+        """Inject a value at a loop point, and return the signal there in the next update.
 
         Args:
             context: of this system.
-            whole: whether all parts of the law run for it, as `DIVIDERS` of it or not.
-        """
-        arguments = self._arguments(context, context.get_discrete_state())
-        if whole:
-            arguments = arguments._replace(count=ALL_PARTS)
-        flight_law(self.controller).update(*arguments)
-        return np.array(arguments.loops[2 * len(self.controller.points) :])
+            place: index among the controller's points.
+            value: value added from the next update on, which is due now.
 
-    def inject(self, context: Context, place: int, value: float) -> None:
-        """Add a value to the signal of the loop point at a place, from the next update on."""
+        Returns:
+            The signal before the injection; 0 if the part of the law with the point does not run.
+        """
         probes = context.get_mutable_numeric_parameter(self.probes_index)
         probes.SetAtIndex(len(self.controller.points) + place, value)
+        return float(self._signals(self._arguments(context, context.get_discrete_state()))[place])
 
     def set_point(self, context: Context, place: int, gate: float, value: float) -> None:
         """Set gate and injection of the loop point at a place, see `loop_points`."""
@@ -294,6 +296,11 @@ class FlightComputer(DiscreteSystem):
     def _has_ended(self, context: Context) -> bool:
         index = self._ended_index
         return index is not None and bool(context.get_discrete_state(index)[0])
+
+    def _signals(self, arguments: UpdateInputs) -> np.ndarray:
+        """Return the signals of an update at the loop points (P)."""
+        flight_law(self.controller).update(*arguments)
+        return np.array(arguments.loops[2 * len(self.controller.points) :])
 
     def _old(self, context: Context) -> DiscreteValues:
         """Return a copy of the state before an update."""
