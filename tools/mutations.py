@@ -501,8 +501,8 @@ MUTATIONS = (
     Mutation(
         "injection: its loops stay as they are at its end",
         "workbench/session/session.py",
-        "            self._live.close_loops()\n        self._injecting = None",
-        "            pass\n        self._injecting = None",
+        "self._bench.computer.close_loops(self._live.context_of(self._bench.computer))",
+        "pass",
         ("tests/session/test_injection.py",),
     ),
     # design

@@ -78,7 +78,7 @@ class ObservedFlight:
         All parts of the law are evaluated, also those that run only in every n-th update.
         """
         computer = self._bench.computer
-        return computer.loop_signals(computer.GetMyContextFromRoot(self._live.root))
+        return computer.loop_signals(self._live.context_of(computer))
 
     def get(self, name: str) -> float:
         """Return the present value of a live parameter."""

@@ -63,6 +63,12 @@ def test_a_heading_goes_on_beyond_half_a_turn(vehicle, yaw_rate):
         assert heading != before
 
 
+def present_signal(session, place):
+    """Return the signal of the next update of a flight at a loop point."""
+    computer = session._bench.computer
+    return computer.probed(session._live.context_of(computer), place, 0.0)
+
+
 def test_loop_signals_are_known_between_two_updates_of_the_velocity():
     """The velocity runs in every fifth update of the law: only there an update has its error."""
     session = Session(Scenario(controller="px4"))
@@ -72,7 +78,7 @@ def test_loop_signals_are_known_between_two_updates_of_the_velocity():
     for _ in range(5):
         session.tick(session.scenario.rates.control_period)
         known.append(session.loop_signals()[place])
-        read.append(session._live.probed(place, 0.0))
+        read.append(present_signal(session, place))
     assert read.count(0.0) == 4
     assert abs(sum(read)) > 1e-3
     assert known == pytest.approx([sum(read)] * 5, rel=0.2)
@@ -88,7 +94,7 @@ def test_the_setpoint_of_a_hover_is_known_between_two_updates_of_the_attitude():
     for _ in range(5):
         session.tick(session.scenario.rates.control_period)
         found.append(hover_attitude(session, row, 0.1))
-        read.append(session._live.probed(place, 0.0))
+        read.append(present_signal(session, place))
     assert read.count(0.0) == 4
     assert min(read) < -0.05
     for each in found:
