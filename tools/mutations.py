@@ -578,9 +578,9 @@ MUTATIONS = (
     ),
     Mutation(
         "session: a gain that a law cannot design with stays",
-        "workbench/session/live_context.py",
-        "                    changed[number].SetFromVector(values)\n",
-        "                    pass\n",
+        f"{SYSTEMS}/flight_computer.py",
+        "get_mutable_numeric_parameter(number).SetFromVector(values)",
+        "get_mutable_numeric_parameter(number)",
         ("tests/session/test_failing_laws.py",),
     ),
     # sensors and battery
@@ -657,8 +657,8 @@ MUTATIONS = (
     Mutation(
         "payload: the law is not designed anew when it becomes known",
         f"{SYSTEMS}/flight_computer.py",
-        "SetFromVector(list(payload))\n        self.design(context)",
-        "SetFromVector(list(payload))",
+        "{self.gains_index, self.payload_index, self.hooks_index}",
+        "{self.gains_index, self.hooks_index}",
         ("tests/systems/test_flight_computer.py",),
     ),
     Mutation(

@@ -197,33 +197,14 @@ class LiveContext:
         airframe, computer = self._bench.airframe, self._bench.computer
         if good.get(HOOKS, 1.0) == 0.0 and self.get(self._table.find(HOOKS)) != 0.0:
             airframe.refuse_closing_hooks(self.root)
-        carried = {name: good.pop(name) for name in Payload._fields if name in good}
-        if carried:
-            payload = self.payload._replace(**carried)
-            computer.set_payload(self.context_of(computer), payload)
-            airframe.set_payload(self.simulator.get_mutable_context(), payload)
-        chosen = [(place, value) for name, value in good.items() for place in places[name]]
-        own = [
-            (place[1:], value)
-            for place, value in chosen
-            if place[0] is computer and place[1] in computer.designing
-        ]
-        if own:
-            context = self.context_of(computer)
-            changed = {
-                number: context.get_mutable_numeric_parameter(number) for (number, _), _ in own
-            }
-            before = {number: values.CopyToVector() for number, values in changed.items()}
-            for (number, index), value in own:
-                changed[number].SetAtIndex(index, value)
-            try:
-                computer.design(context)
-            except WorkbenchError:
-                for number, values in before.items():
-                    changed[number].SetFromVector(values)
-                raise
-        for (system, number, index), value in chosen:
-            if system is not computer or number not in computer.designing:
+        numbers = [(*place, value) for name, value in good.items() for place in places[name]]
+        computer.set_parameters(
+            self.context_of(computer), [row[1:] for row in numbers if row[0] is computer]
+        )
+        if not good.keys().isdisjoint(Payload._fields):
+            airframe.set_payload(self.simulator.get_mutable_context(), self.payload)
+        for system, number, index, value in numbers:
+            if system is not computer:
                 parameter = self.context_of(system).get_mutable_numeric_parameter(number)
                 parameter.SetAtIndex(index, value)
 
