@@ -232,8 +232,8 @@ MUTATIONS = (
     Mutation(
         "cable: it pulls at one end alone",
         f"{SYSTEMS}/cables.py",
-        "((first, arms[0], 1.0), (second, arms[1], -1.0))",
-        "((second, arms[1], -1.0),)",
+        "((first, arm_A_W, 1.0), (second, arm_B_W, -1.0))",
+        "((second, arm_B_W, -1.0),)",
         (CABLES,),
     ),
     Mutation(
@@ -267,15 +267,15 @@ MUTATIONS = (
     Mutation(
         "ball joint: half the angle in its spring",
         f"{SYSTEMS}/ball_forces.py",
-        "angle = 2.0 * atan2(size, q[0])",
-        "angle = atan2(size, q[0])",
+        "angle = 2.0 * atan2(size, q_PC[0])",
+        "angle = atan2(size, q_PC[0])",
         (BALL_FORCES,),
     ),
     Mutation(
         "ball joint: friction about the axes of the parent",
         f"{SYSTEMS}/ball_forces.py",
-        "for x in into_body(R, w)]",
-        "for x in into_world(R, w)]",
+        "for x in into_body(R_PC, w_PC_P)",
+        "for x in into_world(R_PC, w_PC_P)",
         (BALL_FORCES,),
     ),
     Mutation(
@@ -1011,7 +1011,7 @@ MUTATIONS = (
     Mutation(
         "cable: the arm of its other end",
         "workbench/systems/cables.py",
-        "((first, arms[0], 1.0), (second, arms[1], -1.0))",
+        "((first, arm_A_W, 1.0), (second, arm_B_W, -1.0))",
         "((first, arms[1], 1.0), (second, arms[1], -1.0))",
         ("tests/systems/test_cables.py",),
     ),
