@@ -650,8 +650,8 @@ MUTATIONS = (
     Mutation(
         "estimate: the gate of the GPS not squared",
         f"{SYSTEMS}/navigation.py",
-        "self._gate(context) ** 2 * told[:, 1]",
-        "self._gate(context) * told[:, 1]",
+        "self._gate(context) ** 2 * innovations[:, 1]",
+        "self._gate(context) * innovations[:, 1]",
         ("tests/systems/test_navigation.py",),
     ),
     Mutation(

@@ -169,7 +169,7 @@ class Session(ObservedFlight, PilotOrders[None]):
         check_loops_free(action, self.injecting, live.attitude_is_set)
         if values := action.set | disturbance_settings(action, live.next_update):
             live.set(values)
-            self._tell_limits()
+            self._update_limits()
         if action.request is not None:
             if action.request not in REQUESTS:
                 raise unknown_name("request", action.request, REQUESTS)
@@ -351,7 +351,7 @@ class Session(ObservedFlight, PilotOrders[None]):
         self._steps, self._due = (checkpoint.steps, checkpoint.due) if checkpoint else (0, 0.0)
         acted, ended = (checkpoint.acted, checkpoint.script_ended) if checkpoint else (0, False)
         self._script.rewind(acted, ended=ended)
-        self._tell_limits()
+        self._update_limits()
 
     def _take_over(self, name_or_path: str) -> None:
         """Switch to another controller from now on."""
@@ -377,13 +377,13 @@ class Session(ObservedFlight, PilotOrders[None]):
         self._use(bench)
         self._live = live
         self._begin_telemetry()
-        self._tell_limits()
+        self._update_limits()
 
     def _begin_telemetry(self) -> None:
         if self._bridge and self._bench.telemetry:
             self._bench.telemetry.begin(start_position(self.scenario.start, self.vehicle))
 
-    def _tell_limits(self) -> None:
+    def _update_limits(self) -> None:
         if self._bridge:
             self._bridge.parameters_changed(self.get)
 
