@@ -298,9 +298,9 @@ class Explained:
         """
         vehicles, winds = zip(*self._drawn[some], strict=True)
         law = begun.law
-        craft = make_compiled_model(self.vehicle, law.controller, law.gains, law.period, vehicles)
+        model = make_compiled_model(self.vehicle, law.controller, law.gains, law.period, vehicles)
         return compiled_driven(law.controller).fly(
-            craft._replace(drag_areas=[drag_area(each.mass) for each in vehicles], winds=winds),
+            model._replace(drag_areas=[drag_area(each.mass) for each in vehicles], winds=winds),
             begun.start,
             FlightCourses(
                 begun.references[None],
@@ -357,8 +357,8 @@ def _law_start(motion: LoggedMotion, vehicle: Vehicle, law: Law) -> _LawStart:
     errors[:, 0:3], errors[:, 3:6] = (at(motion.p_known) - p)[:-1], (at(motion.v_known) - v)[:-1]
     errors[:, 8:11] = (rotation_matrices(q).inv() * rotation_matrices(q_known)).as_rotvec()[:-1]
     listen = compiled_driven(law.controller).listen
-    craft = make_compiled_model(vehicle, law.controller, law.gains, law.period)
-    past = Past(motion, vehicle, law.controller, law.gains, craft, listen)
+    model = make_compiled_model(vehicle, law.controller, law.gains, law.period)
+    past = Past(motion, vehicle, law.controller, law.gains, model, listen)
     start = past.start(np.array([first]))
     references = past.references(np.array([first]), law.period * updates)[0]
     times = begin + law.period * np.arange(len(references))
