@@ -16,7 +16,7 @@ from workbench.control.controller_file import load_controller
 from workbench.control.installed_laws import DEFAULT_CONTROLLER, installed_laws
 from workbench.design.rollout.candidates import start_state
 from workbench.design.rollout.engine import RolloutEngine
-from workbench.design.rollout.senses import make_sensor_set
+from workbench.design.rollout.sensor_set import make_sensor_set
 from workbench.estimation.settings import COMPLEMENTARY, EKF, TRUTH
 from workbench.gains.gain_choice import flight_gains
 from workbench.plant.loading import load_vehicle

@@ -13,7 +13,7 @@ from tests.jointed import ARM, crossings, drone, joint, link
 from tests.jointed import SPHERE as LINK_MOMENT
 from workbench.common.errors import WorkbenchError
 from workbench.design.rollout.engine import RolloutEngine
-from workbench.design.rollout.senses import why_not_compiled
+from workbench.design.rollout.sensor_set import why_not_compiled
 from workbench.diagram.core import make_open_loop
 from workbench.diagram.joint_modes import joint_modes, joint_study
 from workbench.diagram.mounting import find_imu

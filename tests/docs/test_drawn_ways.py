@@ -25,9 +25,9 @@ from workbench.link.wire import FrameKind, WireFrame
 from workbench.live.flying import FlightLoop
 from workbench.live.messages import CLOSE_MESSAGE
 from workbench.scenario.scenario import Action
-from workbench.session.live_context import LiveContext
 from workbench.session.session import Session
 from workbench.systems.bridge import Bridge
+from workbench.systems.flight_computer import FlightComputer
 from workbench.systems.pilot import PilotSystem
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -108,9 +108,9 @@ def test_a_gain_goes_the_drawn_way_in_the_flight_process(monkeypatch):
     """No function comes between the drawn ones. The window's part: tests/gui/gains."""
     bridge = Bridge()
     session = Session(bridge=bridge)
-    ways, put = [], LiveContext.set
+    ways, put = [], FlightComputer.set_parameters
     monkeypatch.setattr(
-        LiveContext, "set", lambda live, values: ways.append(present_way()) or put(live, values)
+        FlightComputer, "set_parameters", lambda *a: ways.append(present_way()) or put(*a)
     )
     window, flight = Pipe()
     window.send(WorkerRequest(1, Action(set={"kp_roll": 77.0})))

@@ -64,25 +64,19 @@ class MadeFlight:
             time=self.time,
         )
 
-    def loop_signals(self, *, whole=False):
-        """Errors of the loops: the command, half of what moves, less what moves.
-
-        Only an update in which a part of the law runs has its signals, unless it is `whole`.
-        """
+    def loop_signals(self):
+        """Errors of the loops: the command, half of what moves, less what moves."""
         law, (roll, pitch) = self.controller, self.angles
-        update = round(self.time / self.scenario.rates.control_period)
         signals = np.zeros(len(law.point_names))
         for name, value in (("roll", roll), ("pitch", pitch), ("velocity_x", self.v_x)):
-            error = law.loop(name).error
-            if whole or update % law.point_dividers[error] == 0:
-                signals[law.point_names.index(error)] = -0.5 * value
+            signals[law.point_names.index(law.loop(name).error)] = -0.5 * value
         return signals
 
-    def told(self, seconds, begins=0.0, period=PERIOD_S):
+    def told(self, seconds):
         told = []
         watch = Alarms(self, told.append)
-        for number in range(round(seconds / period)):
-            self.time = begins + number * period
+        for number in range(round(seconds / PERIOD_S)):
+            self.time = number * PERIOD_S
             watch.look(excited=False)
         return told
 
@@ -93,11 +87,8 @@ def test_a_swing_is_told_by_the_axis_of_the_body_in_hertz_and_radians_a_second(s
     assert f"oscillates in the loop {loop}, at 3.0 Hz (19 rad/s)" in said  # 2 pi 3 = 18.8
 
 
-def test_a_swing_is_told_by_its_loop_whichever_updates_of_a_law_in_parts_are_looked_at():
-    """At 1.25 times real time each look can be just after the outer part of PX4's law has run."""
-    flight = MadeFlight(frequency=0.5, speed=1.0, law="px4")
-    update = flight.scenario.rates.control_period
-    (said,) = flight.told(9.0, begins=update, period=5 * update)
+def test_a_swing_along_x_is_told_by_its_loop_of_a_law_in_parts():
+    (said,) = MadeFlight(frequency=0.5, speed=1.0, law="px4").told(9.0)
     assert "oscillates in the loop velocity x, at 0.50 Hz" in said
 
 

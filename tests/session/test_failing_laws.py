@@ -95,3 +95,24 @@ def test_a_gain_that_a_law_cannot_design_with_leaves_the_one_before(tmp_path):
     assert session.get("k_place") == 0.9
     assert session.get("k_speed") == 2.5
     session.tick(0.1)
+
+
+def test_a_payload_and_gains_that_a_law_cannot_design_with_together_leave_those_before(tmp_path):
+    path = tmp_path / "designing.py"
+    path.write_text(
+        f"{TEXT}\nDESIGNED = ['mass']\n\n\ndef design(vehicle, g, dt):\n"
+        "    if vehicle.payload > 0.05 and g.k_place > 0.5:\n"
+        "        raise ValueError('too heavy')\n"
+        "    return [vehicle.mass]\n"
+    )
+    session = Session(Scenario(controller=str(path)))
+    session.set("k_place", 0.9)
+    before = session.parameters()
+    for refused in ({"known_payload_mass": 0.1}, {"known_payload_mass": 0.1, "k_place": 0.6}):
+        with pytest.raises(WorkbenchError, match="too heavy"):
+            session.do(Action(set={"payload_mass": 0.1, **refused}))
+        assert session.parameters() == before
+    known = session._bench.computer._known(session._live.context_of(session._bench.computer))
+    assert known.payload == 0.0
+    session.do(Action(set={"payload_mass": 0.1, "known_payload_mass": 0.1, "k_place": 0.4}))
+    assert session.get("known_payload_mass") == 0.1

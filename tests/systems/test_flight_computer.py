@@ -155,7 +155,8 @@ def test_a_payload_that_becomes_known_is_designed_for(vehicle, tmp_path):
     context = computer.CreateDefaultContext()
     gains = context.get_numeric_parameter(0)
     assert gains.CopyToVector()[-1] == vehicle.mass
-    computer.set_payload(context, Payload(0.4, 0.05, 0.02, -0.1, known_payload_mass=0.4))
+    payload = enumerate(Payload(0.4, 0.05, 0.02, -0.1, known_payload_mass=0.4))
+    computer.set_parameters(context, [(computer.payload_index, *row) for row in payload])
     assert gains.CopyToVector()[-1] == pytest.approx(vehicle.mass + 0.4)
 
 

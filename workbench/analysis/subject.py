@@ -254,7 +254,7 @@ class AnalysedVehicle:
         """Make the engine, and fly once to load the compiled code."""
         try:
             from workbench.design.rollout.engine import RolloutEngine
-            from workbench.design.rollout.senses import why_not_compiled
+            from workbench.design.rollout.sensor_set import why_not_compiled
 
             setup = replace(self.setup, values=self.own)
             # an estimate that cannot be compiled is replaced by the truth

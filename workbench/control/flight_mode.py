@@ -259,8 +259,8 @@ def with_walls(
         below = mode is FlightMode.LANDING and n_W[2] <= -MIN_DOWNWARD_COMPONENT
         if math.isfinite(clearance) and not below:
             along = sum(n * p for n, p in zip(n_W, p_WB, strict=True))
-            place = along + clearance - settings.stop_distance
-            numbers[1 + 4 * wall : 5 + 4 * wall] = [*n_W, place]
+            offset = along + clearance - settings.stop_distance
+            numbers[1 + 4 * wall : 5 + 4 * wall] = [*n_W, offset]
     return Guidance(*guide[:BRAKE_FIELD], *numbers)
 
 

@@ -40,8 +40,9 @@ class Guidance(NamedTuple):
     `climb` is the mode's own vertical velocity [m/s]; `hold_xy` and `hold_z` hold the point p [m]
     while the reference is zero.
 
-    `brake` [1/s] and the three walls limit the speed towards obstacles, see `obstacle_brake`; a
-    brake of 0 sets no limit.
+    `brake` [1/s] and three walls limit the speed towards obstacles, see `obstacle_brake`; 0 sets no
+    limit. A wall is the unit vector n towards it in W, and the offset n · p [m] of the point p at
+    which to stop, all 0 without one.
     """
 
     motors: float
@@ -54,18 +55,18 @@ class Guidance(NamedTuple):
     p_y: float
     p_z: float
     brake: float = 0.0
-    first_x: float = 0.0
-    first_y: float = 0.0
-    first_z: float = 0.0
-    first_place: float = 0.0
-    second_x: float = 0.0
-    second_y: float = 0.0
-    second_z: float = 0.0
-    second_place: float = 0.0
-    third_x: float = 0.0
-    third_y: float = 0.0
-    third_z: float = 0.0
-    third_place: float = 0.0
+    wall_1_x: float = 0.0
+    wall_1_y: float = 0.0
+    wall_1_z: float = 0.0
+    wall_1_offset: float = 0.0
+    wall_2_x: float = 0.0
+    wall_2_y: float = 0.0
+    wall_2_z: float = 0.0
+    wall_2_offset: float = 0.0
+    wall_3_x: float = 0.0
+    wall_3_y: float = 0.0
+    wall_3_z: float = 0.0
+    wall_3_offset: float = 0.0
 
 
 class MeasuredMotion(NamedTuple):

@@ -35,22 +35,22 @@ def braked(
         v_z: see `v_x`.
         p_WB: position [m].
         brake: allowed speed per distance left, not 0 [1/s].
-        walls: (4 `MAX_WALLS`) for each, nearest first, the unit vector n in W towards it, and n · p
-            of the stopping point p [m]; all zero for none.
+        walls: (4 `MAX_WALLS`) for each, nearest first, the unit vector n in W towards it, and its
+            offset n · p with the stopping point p [m]; all zero for none.
         slowing: largest deceleration [m/s²].
     """
     x, y, z = p_WB
     turn = slowing / brake
     for wall in range(MAX_WALLS - 1, -1, -1):  # the nearest last, so that its limit always holds
         at = 4 * wall
-        n_x, n_y, n_z, place = walls[at], walls[at + 1], walls[at + 2], walls[at + 3]
-        way = place - n_x * x - n_y * y - n_z * z
-        most = brake * way
-        if most > turn:
-            most = (2.0 * slowing * way - turn * turn) ** 0.5
-        if most < -MAX_BACK_OFF_SPEED:
-            most = -MAX_BACK_OFF_SPEED
-        excess = n_x * v_x + n_y * v_y + n_z * v_z - most
+        n_x, n_y, n_z, offset = walls[at], walls[at + 1], walls[at + 2], walls[at + 3]
+        left = offset - n_x * x - n_y * y - n_z * z
+        limit = brake * left
+        if limit > turn:
+            limit = (2.0 * slowing * left - turn * turn) ** 0.5
+        if limit < -MAX_BACK_OFF_SPEED:
+            limit = -MAX_BACK_OFF_SPEED
+        excess = n_x * v_x + n_y * v_y + n_z * v_z - limit
         if excess > 0.0:
             v_x = v_x - excess * n_x
             v_y = v_y - excess * n_y

@@ -82,10 +82,10 @@ class SystemLaw:
 
     def __init__(self, file: Path, make: SystemFactory, system: System, dt: float) -> None:
         self._file, self._make = file, make
-        self._held = lru_cache(maxsize=8)(self._held_for)
-        held = _SystemRunner(file, system, dt)
-        self.memory: list[float] = held.initial
-        self.converts = held.converts
+        self._runner_for = lru_cache(maxsize=8)(self._make_runner)
+        runner = _SystemRunner(file, system, dt)
+        self.memory: list[float] = runner.initial
+        self.converts = runner.converts
 
     def update(
         self,
@@ -109,7 +109,7 @@ class SystemLaw:
                 "them, as `workbench sweep`"
             )
         body = tuple(map(_hashable, vehicle))
-        held = self._held(body, type(g), tuple(float(value) for value in g), dt)
+        runner = self._runner_for(body, type(g), tuple(float(value) for value in g), dt)
         v_x, v_y, v_z, yaw_rate = velocity_setpoint((0.0, 0.0, 0.0), measured, setpoint, g)
         values = {
             "attitude": measured.q_WT,
@@ -121,12 +121,12 @@ class SystemLaw:
             "yaw_rate_setpoint": (yaw_rate,),
             "path_acceleration": setpoint.a_WBcm,
         }
-        inputs = [value for name in held.ports for value in values[name]]
-        wrench, after = held.run(inputs, list(memory), float(measured.time))
+        inputs = [value for name in runner.ports for value in values[name]]
+        wrench, after = runner.run(inputs, list(memory), float(measured.time))
         force, m_x, m_y, m_z = (probe(part, place, loops) for place, part in enumerate(wrench))
         return (force, m_x, m_y, m_z), after
 
-    def _held_for(
+    def _make_runner(
         self,
         body: tuple[Any, ...],
         record: Callable[..., Gains],

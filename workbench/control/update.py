@@ -95,14 +95,14 @@ def check_update(controller: Controller, arguments: UpdateInputs) -> None:
     if not np.isfinite(given).all():
         return
     file = controller.file
-    said = f"{file}: update returns a number that is not finite: check its divisions and roots"
+    message = f"{file}: update returns a number that is not finite: check its divisions and roots"
     if controller.program is None:
         try:
             with user_code_errors(file, "update"), locate_non_finite(file, "update"):
                 make_control_update(controller)(arguments)
         except WorkbenchError as error:
-            said = str(error)
-    raise FlightBrokenError(said)
+            message = str(error)
+    raise FlightBrokenError(message)
 
 
 def plain_constants(constants: LawConstants) -> LawConstants:

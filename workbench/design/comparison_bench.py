@@ -18,7 +18,7 @@ from workbench.design.linear.study import LinearStudy
 from workbench.design.linear_step import DecayTimes
 from workbench.design.lost import find_loss
 from workbench.design.rollout.engine import RolloutEngine
-from workbench.design.rollout.senses import moving_joints
+from workbench.design.rollout.sensor_set import moving_joints
 from workbench.design.step_metrics import step_duration, step_metrics
 from workbench.design.step_response import STEP_START_HEIGHT_M, fly_step
 from workbench.design.tune.noise_amplification import noise_amplification

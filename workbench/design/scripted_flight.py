@@ -12,7 +12,7 @@ from workbench.design.rollout.flights import FlightSchedule, make_delay_rings
 from workbench.design.rollout.lane_times import make_lane_times
 from workbench.design.rollout.lanes import make_lane_workspace
 from workbench.design.rollout.recorded import compiled_recorded, sample_dtype
-from workbench.design.rollout.senses import why_not_compiled
+from workbench.design.rollout.sensor_set import why_not_compiled
 from workbench.diagram.airframe import MAX_ACCELERATION
 from workbench.dynamics.air.settings import AirSettings
 from workbench.dynamics.air.update import steady_wind
@@ -128,13 +128,13 @@ class ScriptedFlight:
         references = self._references(script, updates)
         samples = np.zeros(updates + 1, self._kind)
         flights = planned.flights.copy()
-        crafts = planned.crafts.chosen(planned.which)
+        vehicles = planned.vehicles.chosen(planned.which)
         room, rings, times = (
             make_lane_workspace(len(self._setup.vehicle.rotors)),
-            make_delay_rings(crafts),
+            make_delay_rings(vehicles),
             make_lane_times(),
         )
-        crafts.furnish(room)
+        vehicles.furnish(room)
         sensors = planned.senses.inputs if planned.senses else None
         file = self._estimator.file if self._estimator else None
         count = max(1, round(SCRIPT_SLICE_S / period))

@@ -213,8 +213,8 @@ def add_computer(
     if setup.controller.servos:
         joints = measured_joints(builder, airframe, setup.controller)
         builder.Connect(joints, computer.GetInputPort("joints"))
-    told = voltage or airframe.rotors.GetOutputPort("voltage")
-    builder.Connect(told, computer.GetInputPort("voltage"))
+    voltage = voltage or airframe.rotors.GetOutputPort("voltage")
+    builder.Connect(voltage, computer.GetInputPort("voltage"))
     return computer
 
 

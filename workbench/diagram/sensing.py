@@ -179,7 +179,6 @@ def add_sensor_systems(
         builder=builder,
         airframe=airframe,
         description=description,
-        base=airframe.body,
         home=home,
         seed=seed,
         aiding=aiding,
@@ -196,7 +195,6 @@ class _SensorBuilder:
     builder: DiagramBuilder
     airframe: Airframe
     description: Description
-    base: RigidBody
     home: Home
     seed: int
     aiding: Collection[str]
@@ -206,7 +204,7 @@ class _SensorBuilder:
         """Add a sensor and connect it."""
         timing = {"period": choice.period, "latency": choice.latency}
         body, X_BL = carried_pose(self.airframe.plant, self.description, choice.sensor.link)
-        if body.index() != self.base.index():
+        if body.index() != self.airframe.body.index():
             choice = replace(choice, sensor=_on_body(choice.sensor, X_BL))
         sensor = choice.sensor
         # names of systems are unique, but sensors `a::b` and `a/b` would share one
@@ -270,7 +268,7 @@ class _SensorBuilder:
             "wind": self.airframe.wind.get_output_port(),
             "geometry_query": self.airframe.scene_graph.get_query_output_port(),
         }
-        if body.index() != self.base.index():
+        if body.index() != self.airframe.body.index():
             state, acceleration = self.airframe.motion_of(self.builder, body)
             outputs |= {"state": state, "acceleration": acceleration}
         noise: RandomSource | CountedNoise | None = None

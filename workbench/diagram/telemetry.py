@@ -10,9 +10,9 @@ from workbench.link.drone_topics import drone_signals, drone_topics
 from workbench.link.picture import PictureLayout, picture_stride
 from workbench.link.signal import TopicOptions
 from workbench.link.topics import Topic
-from workbench.plant.home import Home
 from workbench.plant.sensors import DepthCamera, Lidar
 from workbench.plant.vehicle import Vehicle
+from workbench.setup import Setup
 from workbench.systems.bridge import Bridge
 from workbench.systems.frame_poses import FramePoses
 from workbench.systems.recorder import SignalRecorder
@@ -33,36 +33,34 @@ thinned out."""
 
 def add_telemetry(
     builder: DiagramBuilder,
+    setup: Setup,
     bridge: Bridge,
-    vehicle: Vehicle,
     recorder: SignalRecorder,
     frames: FramePoses,
     sensing: Sensing,
-    limits: tuple[float, float, float],
-    control_period: float,
     terminals: OutputPort | None,
-    home: Home,
 ) -> tuple[Telemetry, tuple[Topic, ...]]:
     """Add the system that publishes, and return it with its topics.
 
+    Samples come at some of the control updates, as any other time would end a step of the
+    integrator, and what is published must not change the flight.
+
     Args:
         builder: of the diagram.
+        setup: what flies.
         bridge: keeps the samples.
-        vehicle: the flying vehicle.
         recorder: its stacked signals are published.
         frames: the tree of frames.
         sensing: the active sensors.
-        limits: initial maximum horizontal speed, climb rate [m/s] and yaw rate [rad/s].
-        control_period: between control updates [s]; samples come at some of them, as any other time
-            would end a step of the integrator, and what is published must not change the flight.
         terminals: voltage [V] and current [A] of the battery, None if it has no model.
-        home: place of the world's origin on the earth.
     """
+    vehicle, values, home = setup.vehicle, setup.values, setup.home
+    control_period = setup.rates.control_period
     period = control_period * max(1, round(1.0 / (MAX_STATE_RATE_HZ * control_period)))
     kinds = dict.fromkeys(row.rate for row in drone_signals())
     sensors = {kind: found[0] for kind in kinds if (found := sensing.of_kind(kind))}
     rates = {kind: 1.0 / mounted.choice.period for kind, mounted in sensors.items()}
-    pattern, sent, scan = None, np.zeros(0, dtype=int), {}
+    pattern, sent, scan = None, (), {}
     if "lidar" in sensors:
         lidar = sensors["lidar"].choice.sensor
         assert isinstance(lidar, Lidar)
@@ -84,7 +82,7 @@ def add_telemetry(
             rays=len(sent),
             scan=scan,
             frames=frames.pairs,
-            limits=limits,
+            limits=(values["max_speed"], values["max_climb_rate"], values["max_yaw_rate"]),
             mounts={kind: mounted.choice.sensor.frame for kind, mounted in sensors.items()},
             deviations={
                 kind: [noise.stddev for noise in mounted.system.instrument.noises]
@@ -107,7 +105,7 @@ def add_telemetry(
         "telemetry",
         Telemetry(
             bridge,
-            TopicValues(vehicle, topics),
+            TopicValues(vehicle, topics, pattern, sent),
             recorder.places,
             period=period,
             quick={
@@ -116,8 +114,6 @@ def add_telemetry(
                 if each.choice.period < period and kind != DepthCamera.kind
             },
             sizes={kind: port.size() for kind, port in measured.items()},
-            pattern=pattern,
-            sent=sent,
             picture_period=1.0 / rates[DepthCamera.kind] if layout else None,
         ),
     )

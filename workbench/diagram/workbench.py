@@ -196,18 +196,14 @@ def make_workbench(
         from workbench.diagram.telemetry import add_telemetry  # slow to load, as all of the network
 
         builder.Connect(modes.GetOutputPort("mode"), pilot.GetInputPort("mode"))
-        limits = (values["max_speed"], values["max_climb_rate"], values["max_yaw_rate"])
         telemetry, topics = add_telemetry(
             builder,
+            setup,
             bridge,
-            vehicle,
             recorder,
             frames,
             sensing,
-            limits,
-            rates.control_period,
             battery.GetOutputPort("terminals") if vehicle.battery else None,
-            setup.home,
         )
     diagram = builder.Build()
     diagram.set_name("workbench")

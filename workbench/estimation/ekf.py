@@ -105,19 +105,20 @@ def update(
         mounting: see `samples.Mounting.packed`.
         dt: since the previous update [s]; 0 at the first, which only measures.
     """
-    x, P, told = nominal_of(memory), covariance_of(memory), innovations_of(memory)
+    x, P, innovations = nominal_of(memory), covariance_of(memory), innovations_of(memory)
     if dt > 0.0:
         F = transition(x, mean_imu(z), dt)
         x = propagated(x, mean_imu(z), dt)
         spread = F @ P @ F.T + process_noise(settings, dt)
         P[:, :] = 0.5 * (spread + spread.T)  # rounding errors would make it less symmetric
-    told[:, :] = math.nan
+    innovations[:, :] = math.nan
     if z[GPS] + z[BAROMETER] + z[MAGNETOMETER] + z[RANGE_FINDER] > 0.0:
         dx = np.zeros(ERRORS)
         H, gaps = measurement_rows(x, z, mounting, settings)
         for i in range(MEASUREMENT_CHANNELS):
-            if not math.isnan(gaps[i, 0]):
-                told[i] = _fuse_measurement(P, dx, H[i], gaps[i, 0], gaps[i, 1], settings[10])
+            gap, variance = gaps[i, 0], gaps[i, 1]
+            if not math.isnan(gap):
+                innovations[i] = _fuse_measurement(P, dx, H[i], gap, variance, settings[10])
         x = corrected(x, dx)
     memory[:NOMINAL] = x
 

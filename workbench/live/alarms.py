@@ -268,7 +268,7 @@ class Alarms:
             x, y, z = now.v_WB
             roll, pitch, _ = now.roll_pitch_yaw
             moves = {"roll": roll, "pitch": pitch, "x": x, "y": y, "height": z}
-            signals = self._session.loop_signals(whole=True)
+            signals = self._session.loop_signals()
             suspect.look(time, moves[suspect.axis], signals)
         if suspect.is_known(time):
             loop, frequency = suspect.loop, suspect.frequency

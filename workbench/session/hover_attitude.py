@@ -74,7 +74,7 @@ def hover_attitude(session: Session, axis: AttitudeAxis, size: float) -> HoverAt
     if axis.is_rate or abs(angle) <= level:
         return HoverAttitude()
     place = session.controller.point_names.index(axis.point)
-    setpoint = axis.from_point(float(session.loop_signals(whole=True)[place]), session.controller)
+    setpoint = axis.from_point(float(session.loop_signals()[place]), session.controller)
     return HoverAttitude(angle, setpoint if abs(setpoint) > level else 0.0)
 
 

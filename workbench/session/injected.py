@@ -3,16 +3,14 @@
 import math
 from array import array
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
 import numpy as np
+from pydrake.systems.framework import Context
 
 from workbench.control.controller import Controller
 from workbench.scenario.multisine import Multisine, multisine
 from workbench.scenario.scenario import Injection, Rates
-
-if TYPE_CHECKING:
-    from workbench.session.live_context import LiveContext
+from workbench.systems.flight_computer import FlightComputer
 
 
 @dataclass(frozen=True)
@@ -103,14 +101,20 @@ class ActiveInjection:
         came = np.frombuffer(self.came)[count : (1 + whole) * count] if whole else np.empty(0)
         return InjectedSignal(self.injection, self.multisine, came.reshape(whole, count).copy())
 
-    def act(self, step: int, live: "LiveContext") -> None:
-        """Add the value of an update that is due at a step, or end the injection after the last."""
+    def act(self, step: int, computer: FlightComputer, context: Context) -> None:
+        """Add the value of an update that is due at a step, or end the injection after the last.
+
+        Args:
+            step: of the physics.
+            computer: with the loop point.
+            context: of the computer.
+        """
         if step < self.next_step:
             return
         if len(self.came) == self.length:
-            live.close_loops()
+            computer.close_loops(context)
             self.is_over = True
             return
         values = self.multisine.values
         value = self.injection.size * values[len(self.came) % len(values)]
-        self.came.append(live.probed(self.place, float(value)))
+        self.came.append(computer.probed(context, self.place, float(value)))

@@ -81,14 +81,14 @@ class LiveContext:
         root = self.simulator.get_mutable_context()
         airframe = bench.airframe
         for noisy in (airframe.wind, airframe.imu):
-            noisy.set_seed(self._of(noisy), scenario.sensors.seed)
+            noisy.set_seed(self.context_of(noisy), scenario.sensors.seed)
         bench.sensing.seed(root, scenario.sensors.seed)
         if bench.navigation:
             state = airframe.body_state(root)
             seed = None
             if scenario.sensors.noise:
                 seed = noise_seed(scenario.sensors.seed, START_ERRORS_SOURCE)
-            bench.navigation.begin(self._of(bench.navigation), state, seed)
+            bench.navigation.begin(self.context_of(bench.navigation), state, seed)
         if bench.gauge:
             seed_noise(bench.gauge.noise, root, scenario.sensors.seed)
         rows = [
@@ -100,7 +100,7 @@ class LiveContext:
         self.set({n: v for n, v in setup.values.items() if n in faults and v != faults[n]})
         with suppress(WorkbenchError):
             self.set(first or {})
-        airframe.wind.begin(self._of(airframe.wind))
+        airframe.wind.begin(self.context_of(airframe.wind))
         begin = InitializeParams()
         if checkpoint:
             write_system_states(bench, root, self._taken_over(checkpoint))
@@ -109,12 +109,12 @@ class LiveContext:
             airframe.set_payload(root, self.payload)
             if airframe.ball_frames:
                 airframe.ball_frames.place(root)
-            bench.computer.close_loops(self._of(bench.computer))
-            bench.computer.design(self._of(bench.computer))
+            bench.computer.close_loops(self.context_of(bench.computer))
+            bench.computer.design(self.context_of(bench.computer))
             root.SetTime(checkpoint.time)
-            bench.computer.continue_ended(self._of(bench.computer))
+            bench.computer.continue_ended(self.context_of(bench.computer))
             if checkpoint.source != setup.controller.digest:  # before anything is published
-                bench.computer.try_update(self._of(bench.computer))
+                bench.computer.try_update(self.context_of(bench.computer))
             # events of the start are done; those due at the present time are still to come
             begin.suppress_initialization_events = True
         with drake_error_sentences("the flight could not begin"):
@@ -125,25 +125,21 @@ class LiveContext:
         """The whole diagram's Context, for reading."""
         return self.simulator.get_context()
 
+    def context_of(self, system: System) -> Context:
+        """Return a subsystem's Context."""
+        return system.GetMyMutableContextFromRoot(self.simulator.get_mutable_context())
+
     @property
     def payload(self) -> Payload:
         """What the vehicle carries."""
         computer = self._bench.computer
-        values = self._of(computer).get_numeric_parameter(computer.payload_index).CopyToVector()
-        return Payload(*values.tolist())
+        values = self.context_of(computer).get_numeric_parameter(computer.payload_index)
+        return Payload(*values.CopyToVector().tolist())
 
     def recorded(self) -> tuple[np.ndarray, dict[str, np.ndarray]]:
         """Return the recorded times (N) [s], and the signals (N, size) each."""
         recorder = self._bench.recorder
         return recorder.times(self.root), recorder.signals(self.root)
-
-    def start_program(self) -> None:
-        """Start the program that runs the law, see `FlightComputer.start_program`."""
-        self._bench.computer.start_program(self._of(self._bench.computer))
-
-    def clear_ended(self) -> None:
-        """Let a law whose program has ended run again, see `FlightComputer.clear_ended`."""
-        self._bench.computer.clear_ended(self._of(self._bench.computer))
 
     def states(self) -> dict[str, SystemState]:
         """Return the states that determine the rest of the flight, by path of the system."""
@@ -162,28 +158,17 @@ class LiveContext:
     def command(self) -> PilotCommand:
         """The pilot's command."""
         pilot = self._bench.pilot
-        return pilot.command(self._of(pilot))
+        return pilot.command(self.context_of(pilot))
 
     @command.setter
     def command(self, command: PilotCommand) -> None:
         pilot = self._bench.pilot
-        pilot.set_command(self._of(pilot), command)
+        pilot.set_command(self.context_of(pilot), command)
 
     def request(self, what: ModeRequest, height: float) -> None:
         """Request something of the flight mode; the height is that of a take-off [m]."""
         mode, seen, *_ = self._bench.recorder.now(self.root)["mode"]
         self.command = with_mode_request(self.command, what, height, FlightMode(int(mode)), seen)
-
-    def probed(self, place: int, value: float) -> float:
-        """Inject a value at a loop point, and return the present signal there.
-
-        Args:
-            place: index among the controller's points.
-            value: value added from the next update on, which is due now.
-        """
-        computer = self._bench.computer
-        computer.inject(self._of(computer), place, value)
-        return float(self.loop_signals()[place])
 
     def set_attitude(self, setpoint: AttitudeSetpoint) -> None:
         """Give the attitude and rate loops their setpoints from the next update on.
@@ -196,22 +181,14 @@ class LiveContext:
         for place in attitude_places(computer.controller):
             value = values.get(computer.controller.point_names[place])
             gate = 1.0 if value is None else 0.0
-            computer.set_point(self._of(computer), place, gate, value or 0.0)
+            computer.set_point(self.context_of(computer), place, gate, value or 0.0)
 
     @property
     def attitude_is_set(self) -> bool:
         """Whether a setpoint replaces that of the loops outside."""
         computer = self._bench.computer
-        probes = self._of(computer).get_numeric_parameter(computer.probes_index)
+        probes = self.context_of(computer).get_numeric_parameter(computer.probes_index)
         return any(probes[place] == 0.0 for place in attitude_places(computer.controller))
-
-    def loop_signals(self, *, whole: bool = False) -> np.ndarray:
-        """Return the signals that the next update reads at the loop points (P)."""
-        return self._bench.computer.signals(self._of(self._bench.computer), whole=whole)
-
-    def close_loops(self) -> None:
-        """Stop the injection from the next update on."""
-        self._bench.computer.close_loops(self._of(self._bench.computer))
 
     def set(self, values: Mapping[str, float]) -> None:
         """Set live parameters by name; if one is refused, none is set.
@@ -225,34 +202,16 @@ class LiveContext:
         airframe, computer = self._bench.airframe, self._bench.computer
         if good.get(HOOKS, 1.0) == 0.0 and self.get(self._table.find(HOOKS)) != 0.0:
             airframe.refuse_closing_hooks(self.root)
-        carried = {name: good.pop(name) for name in Payload._fields if name in good}
-        if carried:
-            payload = self.payload._replace(**carried)
-            computer.set_payload(self._of(computer), payload)
-            airframe.set_payload(self.simulator.get_mutable_context(), payload)
-        chosen = [(place, value) for name, value in good.items() for place in places[name]]
-        own = [
-            (place[1:], value)
-            for place, value in chosen
-            if place[0] is computer and place[1] in computer.designing
-        ]
-        if own:
-            context = self._of(computer)
-            changed = {
-                number: context.get_mutable_numeric_parameter(number) for (number, _), _ in own
-            }
-            before = {number: values.CopyToVector() for number, values in changed.items()}
-            for (number, index), value in own:
-                changed[number].SetAtIndex(index, value)
-            try:
-                computer.design(context)
-            except WorkbenchError:
-                for number, values in before.items():
-                    changed[number].SetFromVector(values)
-                raise
-        for (system, number, index), value in chosen:
-            if system is not computer or number not in computer.designing:
-                self._of(system).get_mutable_numeric_parameter(number).SetAtIndex(index, value)
+        numbers = [(*place, value) for name, value in good.items() for place in places[name]]
+        computer.set_parameters(
+            self.context_of(computer), [row[1:] for row in numbers if row[0] is computer]
+        )
+        if not good.keys().isdisjoint(Payload._fields):
+            airframe.set_payload(self.simulator.get_mutable_context(), self.payload)
+        for system, number, index, value in numbers:
+            if system is not computer:
+                parameter = self.context_of(system).get_mutable_numeric_parameter(number)
+                parameter.SetAtIndex(index, value)
 
     def get(self, row: Parameter) -> float:
         """Return a live parameter's value; raises as `set` does."""
@@ -358,27 +317,23 @@ class LiveContext:
         root = self.simulator.get_mutable_context()
         bench.airframe.place(root, state, speeds)
         bench.airframe.set_payload(root, self.payload)
-        bench.computer.begin(self._of(bench.computer), speeds, np.array(start.velocity))
+        bench.computer.begin(self.context_of(bench.computer), speeds, np.array(start.velocity))
         self._fill_delay()
         mode = FlightMode.HOVERING if flying else FlightMode.OFF
-        bench.modes.set_mode(self._of(bench.modes), initial_state(mode, p_WB), p_WB)
+        bench.modes.set_mode(self.context_of(bench.modes), initial_state(mode, p_WB), p_WB)
 
     def _fill_delay(self) -> None:
         """Fill delays with the initial values."""
         bench = self._bench
         state = bench.airframe.body_state(self.root)
-        commands = bench.computer.GetOutputPort("commands").Eval(self._of(bench.computer))
+        commands = bench.computer.GetOutputPort("commands").Eval(self.context_of(bench.computer))
         held = {STATE_HOLD: state, STATE_DELAY: state}
         held |= {COMMAND_DELAY: commands, COMMAND_HOLD: commands}
         for name, values in held.items():
             if bench.diagram.HasSubsystemNamed(name):
-                context = self._of(bench.diagram.GetSubsystemByName(name))
+                context = self.context_of(bench.diagram.GetSubsystemByName(name))
                 many = context.get_discrete_state_vector().size() // values.size
                 context.SetDiscreteState(np.tile(values, many))
-
-    def _of(self, system: System) -> Context:
-        """Return a subsystem's Context."""
-        return system.GetMyMutableContextFromRoot(self.simulator.get_mutable_context())
 
 
 def start_position(start: ScenarioStart, vehicle: Vehicle) -> list[float]:

@@ -72,14 +72,13 @@ class ObservedFlight:
         seen = self._bench.recorder.now(self._live.root)["mode"][1]
         return ModeRequest(int(command.request)) if seen < command.serial else ModeRequest.NONE
 
-    def loop_signals(self, *, whole: bool = False) -> np.ndarray:
-        """Return the signals of the law's next update at its loop points (P), in their order.
+    def loop_signals(self) -> np.ndarray:
+        """Return the present signals at the law's loop points (P), in their order.
 
-        Args:
-            whole: whether those parts of the law run for it that do not run with each update; else
-                theirs are 0 then.
+        All parts of the law are evaluated, also those that run only in every n-th update.
         """
-        return self._live.loop_signals(whole=whole)
+        computer = self._bench.computer
+        return computer.loop_signals(self._live.context_of(computer))
 
     def get(self, name: str) -> float:
         """Return the present value of a live parameter."""

@@ -45,10 +45,10 @@ def parameter_places(bench: Workbench) -> dict[str, list[ParameterPlace]]:
 def missing_system_remedy(system: str) -> str:
     """Return how to get a missing system into a flight."""
     if system in sensor_kinds():
-        said = f"switch the {system.replace('_', ' ')} on, as `--sensors {system}`"
+        remedy = f"switch the {system.replace('_', ' ')} on, as `--sensors {system}`"
         if system in AIDING_SENSORS:
-            said += ", or fly with an estimator, which reads it, as `--estimator ekf`"
-        return said
+            remedy += ", or fly with an estimator, which reads it, as `--estimator ekf`"
+        return remedy
     if system in ESTIMATORS:
         return f"fly with that estimator, as `--estimator {system}`"
     if system == "cables":

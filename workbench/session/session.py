@@ -169,7 +169,7 @@ class Session(ObservedFlight, PilotOrders[None]):
         check_loops_free(action, self.injecting, live.attitude_is_set)
         if values := action.set | disturbance_settings(action, live.next_update):
             live.set(values)
-            self._tell_limits()
+            self._update_limits()
         if action.request is not None:
             if action.request not in REQUESTS:
                 raise unknown_name("request", action.request, REQUESTS)
@@ -292,7 +292,7 @@ class Session(ObservedFlight, PilotOrders[None]):
         if not isinstance(duration, Real) or not 0.0 <= duration < math.inf:
             raise WorkbenchError(f"cannot fly on for {duration!r:.60} s: give it a positive time")
         if self._runs_programs:
-            self._live.start_program()
+            self._bench.computer.start_program(self._live.context_of(self._bench.computer))
         rates = self.scenario.rates
         self._due += duration
         target = rates.control_steps * math.floor(self._due / rates.control_period + 1e-6)
@@ -324,7 +324,7 @@ class Session(ObservedFlight, PilotOrders[None]):
     def _begin_injection(self, injection: Injection) -> None:
         check_injection(injection, self.controller, self.scenario.rates)
         if self._injecting and not self._injecting.is_over:
-            self._live.close_loops()
+            self._bench.computer.close_loops(self._live.context_of(self._bench.computer))
         self._injecting = None
         if injection.point:
             self._injecting = ActiveInjection.starting(
@@ -351,7 +351,7 @@ class Session(ObservedFlight, PilotOrders[None]):
         self._steps, self._due = (checkpoint.steps, checkpoint.due) if checkpoint else (0, 0.0)
         acted, ended = (checkpoint.acted, checkpoint.script_ended) if checkpoint else (0, False)
         self._script.rewind(acted, ended=ended)
-        self._tell_limits()
+        self._update_limits()
 
     def _take_over(self, name_or_path: str) -> None:
         """Switch to another controller from now on."""
@@ -365,29 +365,25 @@ class Session(ObservedFlight, PilotOrders[None]):
             first.scenario, controller=name_or_path, script=[], vehicle=vehicle
         )
         setup = make_setup(
-            scenario,
-            settings,
-            description=first.description,
-            vehicle=first.vehicle,
-            controller=law,
+            scenario, settings, description=first.description, vehicle=first.vehicle, controller=law
         )
         log_setup(setup)
         bench = self._build(setup)
         with drake_error_sentences(f"the controller {law.name} cannot take over"):
             live = LiveContext(bench, self.checkpoint(), before=self._live)
-        live.clear_ended()
+        bench.computer.clear_ended(live.context_of(bench.computer))
         self._earlier = self._flown()
         self._injecting = None
         self._use(bench)
         self._live = live
         self._begin_telemetry()
-        self._tell_limits()
+        self._update_limits()
 
     def _begin_telemetry(self) -> None:
         if self._bridge and self._bench.telemetry:
             self._bench.telemetry.begin(start_position(self.scenario.start, self.vehicle))
 
-    def _tell_limits(self) -> None:
+    def _update_limits(self) -> None:
         if self._bridge:
             self._bridge.parameters_changed(self.get)
 
@@ -396,5 +392,6 @@ class Session(ObservedFlight, PilotOrders[None]):
         injecting = self._injecting
         if injecting is None or injecting.is_over:
             return math.inf
-        injecting.act(self._steps, self._live)
+        computer = self._bench.computer
+        injecting.act(self._steps, computer, self._live.context_of(computer))
         return injecting.next_step

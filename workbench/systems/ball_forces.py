@@ -99,27 +99,27 @@ def ball_rows(plant: MultibodyPlant, model: Model) -> tuple[BallRow, ...]:
     return tuple(rows)
 
 
-def ball_torque(row: BallRow, q: Sequence[Any], w: Sequence[Any]) -> list[Any]:
+def ball_torque(row: BallRow, q_PC: Sequence[Any], w_PC_P: Sequence[Any]) -> list[Any]:
     """Return the torque on the child of a ball joint in the parent (3) [N m].
 
     Args:
         row: the joint.
-        q: rotation of the child in the parent, a quaternion w, x, y, z with w of 0 or more (4).
-        w: angular velocity of the child relative to the parent, in the parent (3) [rad/s].
+        q_PC: rotation of the child in the parent, a quaternion w, x, y, z with w of 0 or more (4).
+        w_PC_P: angular velocity of the child in the parent (3) [rad/s].
     """
-    torque = [0.0 * w[0]] * 3
-    half = q[1] * q[1] + q[2] * q[2] + q[3] * q[3]
-    turned = [2.0 * x for x in q[1:]]  # the angle times n
+    torque = [0.0 * w_PC_P[0]] * 3
+    half = q_PC[1] * q_PC[1] + q_PC[2] * q_PC[2] + q_PC[3] * q_PC[3]
+    turned = [2.0 * x for x in q_PC[1:]]  # the angle times n
     if half > _NO_TURN:
         size = sqrt(half)
-        angle = 2.0 * atan2(size, q[0])
-        n = [x / size for x in q[1:]]
+        angle = 2.0 * atan2(size, q_PC[0])
+        n = [x / size for x in q_PC[1:]]
         turned = [angle * x for x in n]
         if angle > row.max_angle:
             inertia = 1.0 / sum(
                 row.mobility[i, j] * n[i] * n[j] for i in range(3) for j in range(3)
             )
-            rate = sum(a * b for a, b in zip(n, w, strict=True))
+            rate = sum(a * b for a, b in zip(n, w_PC_P, strict=True))
             stop = (
                 inertia
                 * STOP_RATE_RAD_S
@@ -130,9 +130,11 @@ def ball_torque(row: BallRow, q: Sequence[Any], w: Sequence[Any]) -> list[Any]:
     if row.stiffness:
         torque = [a - row.stiffness * b for a, b in zip(torque, turned, strict=True)]
     if row.friction:
-        R = rotation(q)
-        rubbed = [-row.friction * x / sqrt(x * x + FRICTION_SPEED**2) for x in into_body(R, w)]
-        torque = [a + b for a, b in zip(torque, into_world(R, rubbed), strict=True)]
+        R_PC = rotation(q_PC)
+        rubbed = [
+            -row.friction * x / sqrt(x * x + FRICTION_SPEED**2) for x in into_body(R_PC, w_PC_P)
+        ]
+        torque = [a + b for a, b in zip(torque, into_world(R_PC, rubbed), strict=True)]
     return torque
 
 

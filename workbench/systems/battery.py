@@ -249,6 +249,6 @@ def next_charge(
         pack: the known properties of the battery.
         dt: to the next update [s].
     """
-    told = charge_by_voltage(voltage, current, pack, charge)
-    charge += (1.0 - math.exp(-dt / CHARGE_SETTLING_TIME_S)) * (told - charge)
+    measured = charge_by_voltage(voltage, current, pack, charge)
+    charge += (1.0 - math.exp(-dt / CHARGE_SETTLING_TIME_S)) * (measured - charge)
     return min(max(charge - current * dt / pack.capacity, 0.0), 1.0)

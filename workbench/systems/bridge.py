@@ -116,9 +116,9 @@ class Bridge:
             self.commands.pop()
         self.commands.append(command)
 
-    def refuse(self, command: VelocityCommand, code: str, said: str) -> None:
+    def refuse(self, command: VelocityCommand, code: str, reason: str) -> None:
         """Tell the client that a command is refused, or reduced."""
-        self._refused.append(CommandRefusal(command.peer, command.seq, code, said))
+        self._refused.append(CommandRefusal(command.peer, command.seq, code, reason))
 
     def publish(self, sampled: Sampled) -> None:
         """Pass a sample on at once, and keep it until `drain`.

@@ -99,10 +99,10 @@ def Cables_(T: type) -> type[LeafSystem]:
     """The cables of a vehicle.
 
     Input port:
-        state (13 k): of each body: q_WB (w, x, y, z), p_WB [m], w_WB_W [rad/s], v_WB_W [m/s].
+        state (13 k): of each body L: q_WL (w, x, y, z), p_WL [m], w_WL_W [rad/s], v_WL_W [m/s].
     Output ports:
         spatial_forces: on each body (k), at its origin, for the plant.
-        tensions: of the cables (c) [N].
+        tensions (c): of the cables [N].
         ends (6 c): places of the ends A and B of each cable in W [m].
     Numeric parameter 0: 1 if the hooks are open, and no load hangs on its cable; initially 0.
 
@@ -139,22 +139,23 @@ def Cables_(T: type) -> type[LeafSystem]:
             tensions, loads = [], [[0.0 * state[0]] * 6 for _ in self.bodies]
             motions = _motions(state)
             for row, (first, second) in zip(self.rows, self._ends, strict=True):
-                arms, apart, rate = _apart(row, motions[first], motions[second])
-                distance = sum(x * x for x in apart) ** 0.5
+                arm_A_W, p_WA, v_WA = _end_motion(motions[first], row.places[0])
+                arm_B_W, p_WB, v_WB = _end_motion(motions[second], row.places[1])
+                p_AB_W = [b - a for a, b in zip(p_WA, p_WB, strict=True)]
+                v_AB_W = [b - a for a, b in zip(v_WA, v_WB, strict=True)]
+                distance = sum(x * x for x in p_AB_W) ** 0.5
                 stretch = distance - row.length
                 tension = 0.0 * state[0]
                 if not (opened and row.hooked) and stretch > -TAUT_TOLERANCE_M:
-                    n = [x / distance for x in apart]
-                    speed = sum(a * b for a, b in zip(n, rate, strict=True))
+                    n_W = [x / distance for x in p_AB_W]
+                    speed = sum(n * v for n, v in zip(n_W, v_AB_W, strict=True))
                     pull = row.stiffness * stretch + row.damping * speed
                     # at rest at its length a cable is taut, so that it has a linear model there
                     tension = pull if pull > -row.stiffness * TAUT_TOLERANCE_M else tension
-                    f_W = [tension * x for x in n]
-                    for body, arm, sign in ((first, arms[0], 1.0), (second, arms[1], -1.0)):
-                        whole = [*cross(arm, f_W), *f_W]
-                        loads[body] = [
-                            a + sign * b for a, b in zip(loads[body], whole, strict=True)
-                        ]
+                    f_W = [tension * x for x in n_W]
+                    for body, arm_W, sign in ((first, arm_A_W, 1.0), (second, arm_B_W, -1.0)):
+                        F_W = [*cross(arm_W, f_W), *f_W]
+                        loads[body] = [a + sign * b for a, b in zip(loads[body], F_W, strict=True)]
                 tensions.append(tension)
             return tensions, loads
 
@@ -167,8 +168,8 @@ def Cables_(T: type) -> type[LeafSystem]:
                 [
                     x
                     for row, ends in zip(self.rows, self._ends, strict=True)
-                    for body, place in zip(ends, row.places, strict=True)
-                    for x in _end_motion(motions[body], place)[1]
+                    for body, p_LE in zip(ends, row.places, strict=True)
+                    for x in _end_motion(motions[body], p_LE)[1]
                 ]
             )
 
@@ -179,7 +180,7 @@ def Cables_(T: type) -> type[LeafSystem]:
 
 
 def _motions(state: Sequence[Any]) -> list[tuple[Any, ...]]:
-    """Return for each body R_WB row by row (9), p_WB, w_WB_W and v_WB_W."""
+    """Return for each body L R_WL row by row (9), p_WL, w_WL and v_WL in W."""
     return [
         (
             rotation(state[at : at + 4]),
@@ -191,25 +192,15 @@ def _motions(state: Sequence[Any]) -> list[tuple[Any, ...]]:
     ]
 
 
-def _apart(
-    row: CableRow, first: Sequence[Any], second: Sequence[Any]
-) -> tuple[tuple[Vector3, Vector3], Vector3, Vector3]:
-    """Return the arms of both ends in W (3), the vector from A to B, and its rate (3)."""
-    arm_A, (xA, yA, zA), (uA, vA, wA) = _end_motion(first, row.places[0])
-    arm_B, (xB, yB, zB), (uB, vB, wB) = _end_motion(second, row.places[1])
-    return (arm_A, arm_B), (xB - xA, yB - yA, zB - zA), (uB - uA, vB - vA, wB - wA)
-
-
-def _end_motion(motion: Sequence[Any], place: Vector3) -> tuple[Vector3, Vector3, Vector3]:
-    """Return the arm of an end in W, the end, and its velocity, for the motion of its body."""
-    R, (x, y, z), w, (u, v, s) = motion
-    arm = into_world(R, place)
-    turn = cross(w, arm)
-    return (
-        arm,
-        (x + arm[0], y + arm[1], z + arm[2]),
-        (u + turn[0], v + turn[1], s + turn[2]),
-    )
+def _end_motion(
+    motion: Sequence[Any], p_LE: Vector3
+) -> tuple[Vector3, Sequence[Any], Sequence[Any]]:
+    """Return p_LE_W, p_WE and v_WE of the end E of a cable, for the motion of its body L."""
+    R_WL, p_WL, w_WL, v_WL = motion
+    p_LE_W = into_world(R_WL, p_LE)
+    p_WE = [a + b for a, b in zip(p_WL, p_LE_W, strict=True)]
+    v_WE = [a + b for a, b in zip(v_WL, cross(w_WL, p_LE_W), strict=True)]
+    return p_LE_W, p_WE, v_WE
 
 
 Cables: TypeAlias = Any

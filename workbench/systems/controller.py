@@ -18,10 +18,11 @@ from workbench.control.guidance import LIFT_FIELD, MOTORS_FIELD, Guidance, LawSe
 from workbench.control.law_constants import law_constants
 from workbench.plant.payload import NO_PAYLOAD, Payload
 from workbench.plant.vehicle import Vehicle
+from workbench.systems.cached import cached
 from workbench.systems.convertible import convertible
 
 _ZERO_LEAD_RATE = 100.0
-"""[1/s]"""
+"""Rate at which the yaw moment follows the wanted one if the law assumes no lead [1/s]."""
 DERIVATIVE_STEP_S = 1e-6
 """Time of an update whose change of memory, over this time, is the memory's derivative [s]."""
 
@@ -74,23 +75,24 @@ def ContinuousController_(T: type) -> type[LeafSystem]:
             if initial:
                 self.DeclareContinuousState(BasicVector_[T]([T(value) for value in initial]))
             needs = {self.all_input_ports_ticket(), self.all_parameters_ticket(), self.xc_ticket()}
+            self._updated = cached(self._calc_update, "update of the law", needs)
             self.DeclareVectorOutputPort(
                 "commands", len(self._constants.allocation), self._calc_commands, needs
             )
 
         def loop_signals(self, context: Context) -> list[float]:
             """Return the signal before each loop point now."""
-            return self._run(context)[1]
+            return self._updated(context)[1]
 
         def wanted_yaw_moment(self, context: Context) -> float:
             """Return the wanted yaw moment now [N·m], which is the state in a steady flight."""
-            return self._run(context)[2]
+            return self._updated(context)[2]
 
         def DoCalcTimeDerivatives(self, context: Context, derivatives: ContinuousState) -> None:
             states = context.get_continuous_state_vector().CopyToVector().tolist()
             if not states:
                 return
-            _, _, wanted, after = self._run(context)
+            _, _, wanted, after = self._updated(context)
             slopes = []
             if self._moments:
                 lead = self._lead(context)
@@ -104,20 +106,21 @@ def ContinuousController_(T: type) -> type[LeafSystem]:
             derivatives.get_mutable_vector().SetFromVector(slopes)
 
         def _calc_commands(self, context: Context, output: BasicVector) -> None:
-            output.SetFromVector(self._run(context)[0])
+            output.SetFromVector(self._updated(context)[0])
 
         def _lead(self, context: Context) -> float:
             """Return the lead of spin-up torque over drag torque that the law assumes [s]."""
             gains = context.get_numeric_parameter(self.gains_index).CopyToVector().tolist()
             return self._law.gains(gains).spin_up_feedforward * self._constants.spin_up_time
 
-        def _run(self, context: Context) -> tuple[list[float], list[float], float, Sequence[float]]:
+        def _calc_update(
+            self, context: Context
+        ) -> tuple[list[float], list[float], float, Sequence[float]]:
             """Return commands, signals at the loop points, wanted yaw moment, and memory."""
             commands = [0.0] * len(self._constants.allocation)
             states = context.get_continuous_state_vector().CopyToVector().tolist()
-            kept, before = 0.0, 0.0
-            if self._lead(context) > 0.0:
-                kept, before = 1.0, states[0]
+            has_lead = self._lead(context) > 0.0
+            before = states[0] if has_lead else 0.0
             probes = context.get_numeric_parameter(self.probes_index).CopyToVector().tolist()
             loops = [*probes, *[0.0] * len(self.controller.points)]
             guidance = self._guidance.Eval(context).tolist()
@@ -139,7 +142,7 @@ def ContinuousController_(T: type) -> type[LeafSystem]:
                     loops,
                 )
             force, m_x, m_y, m_z = wanted
-            wrench = (force, m_x, m_y, m_z + kept * (before - m_z))
+            wrench = (force, m_x, m_y, before if has_lead else m_z)
             allocate(
                 wrench, guidance[LIFT_FIELD], guidance[MOTORS_FIELD], self._constants, commands
             )

@@ -2,7 +2,7 @@
 
 import math
 import weakref
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -13,7 +13,7 @@ from pydrake.systems.framework import (
     NumericParameterIndex,
 )
 
-from workbench.common.errors import FlightBrokenError
+from workbench.common.errors import FlightBrokenError, WorkbenchError
 from workbench.common.own_file import user_code_errors
 from workbench.control.controller import Controller
 from workbench.control.flight_law import (
@@ -70,7 +70,6 @@ class FlightComputer(DiscreteSystem):
     Attributes:
         controller: whose law runs.
         period: between updates [s].
-        designing: the numeric parameters after whose change `design` is due.
 
     Args:
         controller: whose law runs.
@@ -111,7 +110,6 @@ class FlightComputer(DiscreteSystem):
         self.hooks_index = None
         if vehicle.unloaded:
             self.hooks_index = int(self.DeclareNumericParameter(BasicVector([0.0])))
-        self.designing = {self.gains_index, self.hooks_index}
         self._state = self.DeclareVectorInputPort("state", 13)
         self._reference = self.DeclareVectorInputPort("reference", len(Reference._fields))
         self._guidance = self.DeclareVectorInputPort("guidance", len(Guidance._fields))
@@ -207,23 +205,25 @@ class FlightComputer(DiscreteSystem):
         """
         self._update(context, self._old(context))
 
-    def signals(self, context: Context, *, whole: bool = False) -> np.ndarray:
-        """Return the signals of the next update at the loop points (P), in their order.
+    def loop_signals(self, context: Context) -> np.ndarray:
+        """Return the signals at the loop points (P) if every part of the law ran now, in order."""
+        arguments = self._arguments(context, context.get_discrete_state())
+        return self._signals(arguments._replace(count=ALL_PARTS))
+
+    def probed(self, context: Context, place: int, value: float) -> float:
+        """Inject a value at a loop point, and return the signal there in the next update.
 
         Args:
             context: of this system.
-            whole: whether all parts of the law run for it, as `DIVIDERS` of it or not.
-        """
-        arguments = self._arguments(context, context.get_discrete_state())
-        if whole:
-            arguments = arguments._replace(count=ALL_PARTS)
-        flight_law(self.controller).update(*arguments)
-        return np.array(arguments.loops[2 * len(self.controller.points) :])
+            place: index among the controller's points.
+            value: value added from the next update on, which is due now.
 
-    def inject(self, context: Context, place: int, value: float) -> None:
-        """Add a value to the signal of the loop point at a place, from the next update on."""
+        Returns:
+            The signal before the injection; 0 if the part of the law with the point does not run.
+        """
         probes = context.get_mutable_numeric_parameter(self.probes_index)
         probes.SetAtIndex(len(self.controller.points) + place, value)
+        return float(self._signals(self._arguments(context, context.get_discrete_state()))[place])
 
     def set_point(self, context: Context, place: int, gate: float, value: float) -> None:
         """Set gate and injection of the loop point at a place, see `loop_points`."""
@@ -244,26 +244,41 @@ class FlightComputer(DiscreteSystem):
         context.SetDiscreteState(self._commands_state, [*speeds, *[0.0] * (count - self._rotors)])
         context.SetDiscreteState(self._filtered, steady_filters(velocity.tolist()))
 
-    def set_payload(self, context: Context, payload: Payload) -> None:
-        """Tell the law of a payload from now on.
+    def set_parameters(self, context: Context, numbers: Sequence[tuple[int, int, float]]) -> None:
+        """Set numbers of numeric parameters, and design with them.
+
+        Args:
+            context: of this system.
+            numbers: of each the index of its parameter, its place there, and its value.
 
         Raises:
-            WorkbenchError: if it cannot hover with that; nothing changes then.
+            WorkbenchError: if the law cannot hover with the payload, or cannot design; nothing
+                changes then.
         """
-        law_constants(self._flown(context), payload)
-        context.get_mutable_numeric_parameter(self.payload_index).SetFromVector(list(payload))
-        self.design(context)
+        changed = {number for number, _, _ in numbers}
+        before = {
+            number: context.get_numeric_parameter(number).CopyToVector() for number in changed
+        }
+        for number, place, value in numbers:
+            context.get_mutable_numeric_parameter(number).SetAtIndex(place, value)
+        try:
+            if changed & {self.gains_index, self.payload_index, self.hooks_index}:
+                self.design(context)
+        except WorkbenchError:
+            for number, values in before.items():
+                context.get_mutable_numeric_parameter(number).SetFromVector(values)
+            raise
 
     def design(self, context: Context) -> None:
         """Let the controller design the numbers that follow from its gains, payload and loads.
 
         Raises:
-            WorkbenchError: if it cannot design with them.
+            WorkbenchError: if it cannot hover or design with them.
         """
+        known = known_vehicle(self._known(context))
         if not self.controller.designed:
             return
         gains = context.get_mutable_numeric_parameter(self.gains_index)
-        known = known_vehicle(self._known(context))
         own = gains.CopyToVector()[: len(self.controller.parameters)].tolist()
         designed = self.controller.design_with(own, known, self.period)
         gains.SetFromVector([*own, *designed])
@@ -294,6 +309,11 @@ class FlightComputer(DiscreteSystem):
     def _has_ended(self, context: Context) -> bool:
         index = self._ended_index
         return index is not None and bool(context.get_discrete_state(index)[0])
+
+    def _signals(self, arguments: UpdateInputs) -> np.ndarray:
+        """Return the signals of an update at the loop points (P)."""
+        flight_law(self.controller).update(*arguments)
+        return np.array(arguments.loops[2 * len(self.controller.points) :])
 
     def _old(self, context: Context) -> DiscreteValues:
         """Return a copy of the state before an update."""
@@ -342,11 +362,7 @@ class FlightComputer(DiscreteSystem):
 
     def _calc_known(self, context: Context) -> LawConstants:
         payload = Payload(*context.get_numeric_parameter(self.payload_index).CopyToVector())
-        return plain_constants(law_constants(self._flown(context), payload))
-
-    def _flown(self, context: Context) -> Vehicle:
-        """Return the vehicle as the law knows it: without the loads if its hooks are open."""
-        if self.hooks_index is None:
-            return self._vehicle
-        opened = context.get_numeric_parameter(self.hooks_index)[0] > 0.5
-        return self._vehicle.with_hooks(opened)
+        vehicle = self._vehicle
+        if self.hooks_index is not None:
+            vehicle = vehicle.with_hooks(context.get_numeric_parameter(self.hooks_index)[0] > 0.5)
+        return plain_constants(law_constants(vehicle, payload))

@@ -146,10 +146,10 @@ def JointForces_(T: type) -> type[LeafSystem]:
         generalized_forces (nv) [N m or N].
         joint_state (nq + nv): of the plant, with roll, pitch and yaw of the children of ball joints
             in their parents, the pitch within 90°, in place of Drake's angles; if there are any.
+    Numeric parameters: for each ball joint the quaternion q_MC (4), see `ball_forces`.
 
     Attributes:
-        turn_indices: numeric parameters, one for each ball joint: the quaternion q_MC (4), see
-            `ball_forces`.
+        turn_indices: of those parameters.
 
     Args:
         T: the scalar type.
@@ -174,27 +174,20 @@ def JointForces_(T: type) -> type[LeafSystem]:
             self.balls = tuple(balls)
             names = [row.name for row in rows]
             self._places = [names.index(name) for name in commanded]
-            self._state = self.DeclareVectorInputPort("state", positions + velocities)
-            self._setpoints = None
-            if commanded:
-                self._setpoints = self.DeclareVectorInputPort("setpoints", len(commanded))
             self._starts = [row.servo.start if row.servo else 0.0 for row in rows]
-            self.DeclareVectorOutputPort(
-                "generalized_forces",
-                velocities,
-                self._calc_forces,
-                {self.all_input_ports_ticket(), self.all_parameters_ticket()},
-            )
             no_turn = [T(1.0), T(0.0), T(0.0), T(0.0)]
             self.turn_indices = [
                 int(self.DeclareNumericParameter(BasicVector_[T](no_turn))) for _ in self.balls
             ]
+            self._state = self.DeclareVectorInputPort("state", positions + velocities)
+            self._setpoints = None
+            if commanded:
+                self._setpoints = self.DeclareVectorInputPort("setpoints", len(commanded))
+            needs = {self.all_input_ports_ticket(), self.all_parameters_ticket()}
+            self.DeclareVectorOutputPort("generalized_forces", velocities, self._calc_forces, needs)
             if balls:
                 self.DeclareVectorOutputPort(
-                    "joint_state",
-                    positions + velocities,
-                    self._calc_joint_state,
-                    {self.all_input_ports_ticket(), self.all_parameters_ticket()},
+                    "joint_state", positions + velocities, self._calc_joint_state, needs
                 )
 
         def _calc_forces(self, context: Context, output: BasicVector) -> None:

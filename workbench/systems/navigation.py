@@ -216,8 +216,8 @@ class Navigation(DiscreteSystem):
         """Return whether a sensor has a new sample that the estimate uses, or is absent."""
         flag, channels = AIDING_USE_CHANNELS[kind]
         if z[flag] > 0.0:
-            told = self.estimator.innovations(memory).reshape(-1, 2)[channels]
-            return not (told[:, 0] ** 2 > self._gate(context) ** 2 * told[:, 1]).any()
+            innovations = self.estimator.innovations(memory).reshape(-1, 2)[channels]
+            return not (innovations[:, 0] ** 2 > self._gate(context) ** 2 * innovations[:, 1]).any()
         # without GPS the position is soon unknown
         return kind != "gps" and not self._ports[AIDING_SENSORS.index(kind)].HasValue(context)
 

@@ -43,16 +43,24 @@ class TopicValues:
     Args:
         vehicle: the flying vehicle.
         topics: its topics.
+        pattern: of the lidar's rays; None if none is published.
+        sent: indices of the published rays.
 
     Attributes:
         start: where the flight began, in W [m]; displacement is from there.
     """
 
-    def __init__(self, vehicle: Vehicle, topics: Sequence[Topic]) -> None:
+    def __init__(
+        self,
+        vehicle: Vehicle,
+        topics: Sequence[Topic],
+        pattern: ScanPattern | None = None,
+        sent: Sequence[int] | np.ndarray = (),
+    ) -> None:
         self._topics = {each.id: each for each in topics}
         self._measured = {row.rate: row.id for row in topic.drone_signals()}
         self._wrench = wrench_matrix(vehicle.rotors, vehicle.p_BoBcm_B)
-        self._rotors = len(vehicle.rotors)
+        self._pattern, self._sent = pattern, np.array(sent, dtype=int)
         joints, servos = vehicle.published_joints, vehicle.servos
         pairs = zip(*joints.values(), strict=True)
         self._joint_places = [place for pair in pairs for place in pair]
@@ -139,33 +147,29 @@ class TopicValues:
         voltage, current = terminals
         return self._pack(topic.BATTERY_SIGNAL.id, voltage, current, charge, self._capacity)
 
-    def measured(self, kind: str, measurement: SignalNumbers) -> list[TopicPayload]:
-        """Return the payload of a sensor's sample, stamp [s] and values, unchanged."""
-        stamp, *numbers = measurement
+    def measured(self, kind: str, measurement: np.ndarray) -> list[TopicPayload]:
+        """Return the payloads of a sensor's sample, stamp [s] and values."""
+        stamp, *numbers = measurement.tolist()
+        if self._pattern is not None and kind == Lidar.kind:
+            directions_S = self._pattern.directions_S
+            return self._scan(stamp, measurement[1 : 1 + len(directions_S)], directions_S)
         return [self._pack(self._measured[kind], _ns(stamp), *numbers)]
 
-    def lidar(
-        self, stamp: float, ranges: np.ndarray, directions: np.ndarray, sent: np.ndarray
+    def _scan(
+        self, stamp: float, ranges: np.ndarray, directions_S: np.ndarray
     ) -> list[TopicPayload]:
-        """Return the payloads of a scan.
-
-        Args:
-            stamp: of the scan [s].
-            ranges: all of them [m].
-            directions: their unit vectors in S.
-            sent: indices of the published rays.
-        """
+        """Return the payloads of a scan: ranges (R) [m], unit vectors of the rays in S (R, 3)."""
         seen = np.isfinite(ranges)
         nearest, direction = math.inf, [0.0, 0.0, 0.0]
         if seen.any():
             index = int(np.argmin(np.where(seen, ranges, np.inf)))
-            nearest, direction = float(ranges[index]), directions[index].tolist()
+            nearest, direction = float(ranges[index]), directions_S[index].tolist()
         cloud = self._topics[topic.LIDAR_CLOUD_SIGNAL.id].packer
         return [
             self._pack(
                 topic.LIDAR_SIGNAL.id, _ns(stamp), int(seen.sum()), len(ranges), nearest, *direction
             ),
-            (topic.LIDAR_CLOUD_SIGNAL.id, cloud.pack(_ns(stamp), *ranges[sent].tolist())),
+            (topic.LIDAR_CLOUD_SIGNAL.id, cloud.pack(_ns(stamp), *ranges[self._sent].tolist())),
         ]
 
     def pictures(self, image: DepthImage) -> list[TopicPayload]:
@@ -245,8 +249,6 @@ class Telemetry(DiscreteSystem):
         period: float,
         quick: Mapping[str, float] | None = None,
         sizes: dict[str, int],
-        pattern: ScanPattern | None = None,
-        sent: np.ndarray | None = None,
         picture_period: float | None = None,
     ) -> None:
         """Declare the event.
@@ -259,13 +261,10 @@ class Telemetry(DiscreteSystem):
             quick: periods of sensors that sample more often [s], by their kind; they are published
                 at their own updates, which end steps of the integrator.
             sizes: of the input ports of the sensors, by their kind.
-            pattern: of the lidar's rays.
-            sent: indices of the rays that are published.
             picture_period: between published pictures [s], None without a camera.
         """
         super().__init__()
         self._bridge, self._values, self._places = bridge, values, places
-        self._pattern, self._sent = pattern, sent
         self._period, self._quick = period, dict(quick or {})
         size = max(place.stop for place in places.values())
         self._signals = self.DeclareVectorInputPort("signals", size)
@@ -345,11 +344,7 @@ class Telemetry(DiscreteSystem):
         if math.isnan(stamp) or stamp == self._stamps[kind]:
             return []
         self._stamps[kind] = stamp
-        if kind != Lidar.kind:
-            return self._values.measured(kind, measurement.tolist())
-        assert self._pattern is not None and self._sent is not None
-        ranges = measurement[1 : 1 + len(self._pattern.directions_S)]
-        return self._values.lidar(stamp, ranges, self._pattern.directions_S, self._sent)
+        return self._values.measured(kind, measurement)
 
     def _pictures(self, context: Context) -> list[TopicPayload]:
         """Return the payloads of the camera's newest pictures, none before the next are due."""

@@ -163,15 +163,15 @@ class Batch(BatchArrays):
         )
         self._engine, self._payloads = engine, planned.candidates.payloads
         self._flights = planned.flights
-        self._crafts = planned.crafts.chosen(planned.which)
-        self._rings = make_delay_rings(self._crafts)
+        self._vehicles = planned.vehicles.chosen(planned.which)
+        self._rings = make_delay_rings(self._vehicles)
         rotors, blocks = len(self.vehicle.rotors), -(-count // LANES)
         self._bodies = aligned_zeros((blocks,), LANE_BODIES_DTYPE)
         self._rotors = aligned_zeros((blocks, rotors), LANE_ROTORS_DTYPE)
         for number in range(blocks):
             some = slice(number * LANES, (number + 1) * LANES)
             room = make_lane_workspace(rotors)
-            self._crafts.chosen(some).furnish(room)
+            self._vehicles.chosen(some).furnish(room)
             self._bodies[number], self._rotors[number] = room.bodies[0], room.rotors
         self._steps = compiled_steps(self.controller, actions)
         self._gains = self._flights["gains"]
@@ -274,7 +274,7 @@ class Batch(BatchArrays):
         some = self._flights[chosen]
         some["reference"] = 0.0
         memory = self.controller.initial_memory if self.controller else []
-        begin_flights(some, self.starts[chosen], self._crafts.speeds[chosen], memory)
+        begin_flights(some, self.starts[chosen], self._vehicles.speeds[chosen], memory)
         self._flights[chosen] = some
         self._rings.states[chosen] = some["state"][:, None]
         self._rings.commands[chosen] = some["commands"][:, None]

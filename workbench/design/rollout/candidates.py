@@ -10,7 +10,7 @@ from workbench.common.errors import WorkbenchError, unknown_name
 from workbench.control.controller import Controller
 from workbench.control.flight_law import ComputerSettings
 from workbench.control.guidance import Reference
-from workbench.design.rollout.senses import SensorSet
+from workbench.design.rollout.sensor_set import SensorSet
 from workbench.design.step_response import REST_VELOCITY_M_S, STEP_START_HEIGHT_M
 from workbench.dynamics.air.settings import AirSettings
 from workbench.estimation.gyro import GyroSettings

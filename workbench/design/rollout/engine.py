@@ -15,7 +15,6 @@ from workbench.control.guidance import KnownVehicle
 from workbench.control.law_constants import known_vehicle, law_constants
 from workbench.design.executor.executor import available_cores
 from workbench.design.rollout.candidates import Candidates, make_candidates, start_state
-from workbench.design.rollout.crafts import VehicleBatch, make_vehicle_batch
 from workbench.design.rollout.flights import (
     FlightSchedule,
     make_clock,
@@ -24,7 +23,8 @@ from workbench.design.rollout.flights import (
 from workbench.design.rollout.planned_flights import PlannedFlights, make_schedule
 from workbench.design.rollout.record import sizes_of
 from workbench.design.rollout.rollouts import Flights, MeasuredSteps, Rollouts
-from workbench.design.rollout.senses import SensorSet, make_sensor_set, refuse_joints
+from workbench.design.rollout.sensor_set import SensorSet, make_sensor_set, refuse_joints
+from workbench.design.rollout.vehicle_batch import VehicleBatch, make_vehicle_batch
 from workbench.design.step_metrics import STEP_NUMBERS, StepMetrics, step_metrics
 from workbench.design.step_response import (
     REST_VELOCITY_M_S,
@@ -311,18 +311,18 @@ class RolloutEngine:
         candidates = self._designed(candidates)
         count = len(candidates.gains)
         if variations is None and not candidates.payloads.any():
-            crafts, which = self._crafts, np.zeros(count, dtype=int)
+            vehicles, which = self._vehicles, np.zeros(count, dtype=int)
         else:
-            crafts, which = self._different_crafts(variations, candidates.payloads)
-        flights = self.begin(candidates, crafts.chosen(which), self.controller)
+            vehicles, which = self._different_vehicles(variations, candidates.payloads)
+        flights = self.begin(candidates, vehicles.chosen(which), self.controller)
         return PlannedFlights(
-            self.controller, candidates, flights, crafts, which, self.clock, schedule, self.senses
+            self.controller, candidates, flights, vehicles, which, self.clock, schedule, self.senses
         )
 
     def begin(
-        self, candidates: Candidates, crafts: VehicleBatch, controller: Controller | None
+        self, candidates: Candidates, vehicles: VehicleBatch, controller: Controller | None
     ) -> np.ndarray:
-        """Return the records of flights that begin (N), of candidates and the craft of each.
+        """Return the records of flights that begin (N), of candidates and the vehicle of each.
 
         Their law is that of a controller; None where none flies.
         """
@@ -330,7 +330,7 @@ class RolloutEngine:
             sizes_of(controller, len(self.vehicle.rotors)),
             self.senses,
             candidates,
-            crafts,
+            vehicles,
             self.rates,
             self.vehicle.ground_clearance,
             voltage_drop(self.vehicle, self.gains["battery_duration"]),
@@ -361,10 +361,10 @@ class RolloutEngine:
         designed = self.design(candidates.gains, candidates.payloads)
         return candidates._replace(gains=np.hstack([candidates.gains, designed]))
 
-    def _different_crafts(
+    def _different_vehicles(
         self, variations: Sequence[Variation] | None, payloads: np.ndarray
     ) -> tuple[VehicleBatch, np.ndarray]:
-        """Return the different crafts among those of N candidates, and which of them each has."""
+        """Return the different vehicles among those of N candidates, and which of them each has."""
         count = len(payloads)
         if variations is None:
             variations = [self.variation] * count
@@ -378,16 +378,16 @@ class RolloutEngine:
         varied = [Variation(*each) for each, _ in numbers]
         for variation in varied:
             variation.check()
-        crafts = self._crafts_of(varied, [Payload(*p) for _, p in numbers])
-        return crafts, np.array(which, dtype=int)
+        vehicles = self._vehicles_of(varied, [Payload(*p) for _, p in numbers])
+        return vehicles, np.array(which, dtype=int)
 
     def _vary(self, variation: Variation) -> None:
         """Let what flies differ; the law goes on believing in the vehicle."""
         variation.check()
         self.variation = dataclasses.replace(variation)
-        self._crafts = self._crafts_of([self.variation])
+        self._vehicles = self._vehicles_of([self.variation])
 
-    def _crafts_of(
+    def _vehicles_of(
         self, variations: Sequence[Variation], payloads: Sequence[Payload] | None = None
     ) -> VehicleBatch:
         """Return vehicles that differ."""

@@ -15,7 +15,7 @@ from workbench.design.rollout.fields import get_field, set_field
 from workbench.design.rollout.lane_times import PeriodClock, is_multiple, next_multiple
 from workbench.design.rollout.period import StateSource
 from workbench.design.rollout.record import FILTER_COEFFICIENTS, IMU_MOTION_SIZE
-from workbench.design.rollout.senses import (
+from workbench.design.rollout.sensor_set import (
     MAX_NOISE_CHANNELS,
     NOISE_CHANNELS,
     EstimatorInputs,

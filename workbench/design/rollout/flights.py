@@ -11,7 +11,6 @@ from workbench.control.controller import Controller
 from workbench.control.flight_mode import HOVERING
 from workbench.control.law_signals import steady_filters
 from workbench.design.rollout.candidates import Candidates
-from workbench.design.rollout.crafts import VehicleBatch
 from workbench.design.rollout.estimate import estimate_fields
 from workbench.design.rollout.fields import set_field
 from workbench.design.rollout.lane_motion import write_lane_air, write_lane_drive, write_lane_state
@@ -21,7 +20,8 @@ from workbench.design.rollout.law_update import make_law_update
 from workbench.design.rollout.motion import derive_lanes, lane_acceleration
 from workbench.design.rollout.period import StateSource, make_fly_period, note_peaks
 from workbench.design.rollout.record import Sizes, flight_dtype
-from workbench.design.rollout.senses import EstimatorInputs, SensorSet
+from workbench.design.rollout.sensor_set import EstimatorInputs, SensorSet
+from workbench.design.rollout.vehicle_batch import VehicleBatch
 from workbench.dynamics.air.settings import AirSettings
 from workbench.estimation.filters import filter_is_on, lowpass
 from workbench.estimation.gyro import GyroSettings, filters_gyro, gyro_filter, sample_steps
@@ -75,7 +75,7 @@ def make_flights(
     sizes: Sizes,
     senses: SensorSet | None,
     candidates: Candidates,
-    crafts: VehicleBatch,
+    vehicles: VehicleBatch,
     rates: Rates,
     clearance: float,
     drop: float,
@@ -88,7 +88,7 @@ def make_flights(
         sizes: see `Sizes`.
         senses: what tells their laws the motion; None on the truth.
         candidates: N of them.
-        crafts: one for each.
+        vehicles: one for each.
         rates: of physics and control.
         clearance: height of the body at which it stands on the ground [m].
         drop: of the battery's voltage, see `dynamics.rotors.loaded_voltage`.
@@ -100,7 +100,7 @@ def make_flights(
     flights["reference"], flights["following"] = candidates.before, candidates.commands
     if sizes.gains:
         flights["gains"] = candidates.gains
-    flights["computer"], flights["law"] = candidates.computers, crafts.law
+    flights["computer"], flights["law"] = candidates.computers, vehicles.law
     flights["shares"] = candidates.shares
     for name, column in zip(AirSettings._fields, candidates.air.T, strict=True):
         flights["air"][name] = column
@@ -108,14 +108,17 @@ def make_flights(
     flights["sag_compensation"] = sag_compensation
     flights["gyro"] = candidates.gyros
     _set_gyros(flights, candidates.gyros, rates)
-    set_steps(flights, crafts.lags, rates.control_period)
-    for name, (periods, steps) in (("sensing", crafts.seen.T), ("command", crafts.acting.T)):
+    set_steps(flights, vehicles.lags, rates.control_period)
+    for name, (periods, steps) in (
+        ("sensing", vehicles.sensing_delays.T),
+        ("command", vehicles.command_delays.T),
+    ):
         flights[f"{name}_delay"] = periods
         flights[f"{name}_offset"] = steps * rates.physics_step
     flights["clearance"] = clearance
     if senses:
         _begin_estimates(flights, senses, candidates, rates)
-    begin_flights(flights, candidates.starts, crafts.speeds, memory)
+    begin_flights(flights, candidates.starts, vehicles.speeds, memory)
     return flights
 
 
@@ -145,10 +148,13 @@ def begin_flights(
     flights["peak_use"], flights["lost_at"] = 0.0, -1.0
 
 
-def make_delay_rings(crafts: VehicleBatch) -> DelayRings:
-    """Return the rings of flights of N crafts, which have to be filled."""
-    count, rotors = crafts.speeds.shape
-    sensing, command = (1 + int(each[:, 0].max(initial=0)) for each in (crafts.seen, crafts.acting))
+def make_delay_rings(vehicles: VehicleBatch) -> DelayRings:
+    """Return the rings of flights of N vehicles, which have to be filled."""
+    count, rotors = vehicles.speeds.shape
+    sensing, command = (
+        1 + int(each[:, 0].max(initial=0))
+        for each in (vehicles.sensing_delays, vehicles.command_delays)
+    )
     return DelayRings(np.zeros((count, sensing, 13)), np.zeros((count, command, rotors)))
 
 

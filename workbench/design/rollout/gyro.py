@@ -10,7 +10,7 @@ from workbench.design.rollout.fields import get_field, set_field
 from workbench.design.rollout.lane_times import PeriodClock
 from workbench.design.rollout.period import StateSource
 from workbench.design.rollout.record import IMU_MOTION_SIZE
-from workbench.design.rollout.senses import EstimatorInputs
+from workbench.design.rollout.sensor_set import EstimatorInputs
 from workbench.dynamics.motion_between import body_rate, motion_between, point_motion
 from workbench.estimation.gyro import (
     filtered_rates,

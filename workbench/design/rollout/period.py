@@ -27,7 +27,7 @@ from workbench.design.rollout.lane_times import (
 )
 from workbench.design.rollout.lanes import LaneWorkspace
 from workbench.design.rollout.motion import advance_lanes
-from workbench.design.rollout.senses import EstimatorInputs
+from workbench.design.rollout.sensor_set import EstimatorInputs
 from workbench.design.tumbling import TUMBLING_RATE, TUMBLING_SPEED
 from workbench.dynamics.air.normals import NORMALS_PER_SAMPLE as NORMALS
 from workbench.dynamics.air.normals import draw_normals

@@ -14,11 +14,11 @@ from workbench.common.own_file import user_code_errors
 from workbench.control.controller import Controller
 from workbench.design.rollout.candidates import Candidates
 from workbench.design.rollout.compiled_flights import compiled_fly
-from workbench.design.rollout.crafts import VehicleBatch
 from workbench.design.rollout.flights import FlightSchedule, make_delay_rings
 from workbench.design.rollout.lane_times import PeriodClock, make_lane_times
 from workbench.design.rollout.lanes import LANES, make_lane_workspace
-from workbench.design.rollout.senses import SensorSet
+from workbench.design.rollout.sensor_set import SensorSet
+from workbench.design.rollout.vehicle_batch import VehicleBatch
 from workbench.design.step_response import check_duration
 from workbench.scenario.scenario import Rates
 
@@ -111,8 +111,8 @@ class PlannedFlights(NamedTuple):
         controller: whose law flies.
         candidates: N of them.
         flights: (N) their records, see `record.flight_dtype`.
-        crafts: what flies, K.
-        which: (N) the craft of each candidate.
+        vehicles: what flies, K.
+        which: (N) the vehicle of each candidate.
         clock: when things happen.
         schedule: of all.
         senses: what tells the laws the motion; None on the truth.
@@ -121,7 +121,7 @@ class PlannedFlights(NamedTuple):
     controller: Controller
     candidates: Candidates
     flights: np.ndarray
-    crafts: VehicleBatch
+    vehicles: VehicleBatch
     which: np.ndarray
     clock: PeriodClock
     schedule: FlightSchedule
@@ -163,20 +163,20 @@ class PlannedFlights(NamedTuple):
         fly = compiled_fly(self.controller, self.senses and self.senses.estimator)
         sensors = self.senses and self.senses.inputs
         file = self.senses and self.senses.estimator.file
-        shape, rotors = (len(self.time), len(kept), LANES), self.crafts.rotors.shape[1]
+        shape, rotors = (len(self.time), len(kept), LANES), self.vehicles.rotors.shape[1]
         peak_use, lost_at = np.zeros(self.size), np.full(self.size, -1.0)
 
         def work(first_block: int, last_block: int) -> None:
             samples, room, times = np.empty(shape), make_lane_workspace(rotors), make_lane_times()
             for first in range(first_block * LANES, last_block * LANES, LANES):
                 last = min(first + LANES, self.size)
-                crafts = self.crafts.chosen(self.which[first:last])
-                crafts.furnish(room)
+                vehicles = self.vehicles.chosen(self.which[first:last])
+                vehicles.furnish(room)
                 flights = self.flights[first:last].copy()  # they may be flown again
                 with user_code_errors(file, "update") if file else nullcontext():
                     fly(
                         flights,
-                        make_delay_rings(crafts),
+                        make_delay_rings(vehicles),
                         room,
                         times,
                         self.clock,

@@ -22,7 +22,7 @@ from workbench.design.rollout.lanes import LaneWorkspace
 from workbench.design.rollout.law_update import make_law_update
 from workbench.design.rollout.motion import derive_lanes, lane_acceleration, rotor_constants_of
 from workbench.design.rollout.period import StateSource, make_fly_period
-from workbench.design.rollout.senses import EstimatorInputs
+from workbench.design.rollout.sensor_set import EstimatorInputs
 from workbench.dynamics.rotors import hub_velocity, moving_thrust
 from workbench.estimation.estimators import Estimator
 

@@ -100,7 +100,7 @@ def fly_fastest(
         cluster: for shares of compiled flights, or for flights on the full diagram, see `fly_full`;
             None flies them on this machine.
     """
-    from workbench.design.rollout.senses import why_not_compiled  # `--full` needs no numba
+    from workbench.design.rollout.sensor_set import why_not_compiled  # `--full` needs no numba
 
     law = setup.controller
     # swept parameters are compiled, see `ranges`; common settings may not be

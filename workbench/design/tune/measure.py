@@ -20,7 +20,7 @@ from workbench.design.linear.study import LinearStudy
 from workbench.design.linear_step import linear_step
 from workbench.design.metrics import LOOP_KIND, ROTORS_KIND, STEP_KIND
 from workbench.design.rollout.engine import RolloutEngine
-from workbench.design.rollout.senses import why_not_compiled
+from workbench.design.rollout.sensor_set import why_not_compiled
 from workbench.design.step_response import REST_VELOCITY_M_S, STEP_START_HEIGHT_M, fly_step
 from workbench.design.tune.case import VehicleCase
 from workbench.design.tune.flight_numbers import SEARCHED_NUMBERS, flight_numbers

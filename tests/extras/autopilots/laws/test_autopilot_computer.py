@@ -19,5 +19,5 @@ def test_a_payload_that_becomes_known_is_designed_for(vehicle):
     wanted = law.gains(own, known, law.period)
     gains = context.get_numeric_parameter(0)
     assert gains.CopyToVector().tolist() != pytest.approx(wanted, rel=1e-3)
-    computer.set_payload(context, payload)
+    computer.set_parameters(context, [(computer.payload_index, *row) for row in enumerate(payload)])
     assert gains.CopyToVector().tolist() == pytest.approx(wanted, rel=1e-12)

@@ -12,7 +12,7 @@ from workbench.control.law_constants import known_body, known_vehicle, law_const
 from workbench.extras.autopilots.laws.px4 import constrained_velocity
 from workbench.gains.gain_choice import flight_gains
 from workbench.scenario.attitude_axes import find_attitude_axis
-from workbench.scenario.scenario import Scenario
+from workbench.scenario.scenario import Action, Scenario
 from workbench.session.hover_attitude import hover_attitude
 from workbench.session.session import Session
 
@@ -63,6 +63,27 @@ def test_a_heading_goes_on_beyond_half_a_turn(vehicle, yaw_rate):
         assert heading != before
 
 
+def present_signal(session, place):
+    """Return the signal of the next update of a flight at a loop point."""
+    computer = session._bench.computer
+    return computer.probed(session._live.context_of(computer), place, 0.0)
+
+
+def test_loop_signals_are_known_between_two_updates_of_the_velocity():
+    """The velocity runs in every fifth update of the law: only there an update has its error."""
+    session = Session(Scenario(controller="px4"))
+    session.do(Action(velocity=(1.0, 0.0, 0.0)))
+    session.tick(0.25)
+    place, known, read = session.controller.point_names.index("velocity_x_error"), [], []
+    for _ in range(5):
+        session.tick(session.scenario.rates.control_period)
+        known.append(session.loop_signals()[place])
+        read.append(present_signal(session, place))
+    assert read.count(0.0) == 4
+    assert abs(sum(read)) > 1e-3
+    assert known == pytest.approx([sum(read)] * 5, rel=0.2)
+
+
 @pytest.mark.slow
 def test_the_setpoint_of_a_hover_is_known_between_two_updates_of_the_attitude():
     """Which runs in every fifth one of the law: in wind it is not that of level between them."""
@@ -73,7 +94,7 @@ def test_the_setpoint_of_a_hover_is_known_between_two_updates_of_the_attitude():
     for _ in range(5):
         session.tick(session.scenario.rates.control_period)
         found.append(hover_attitude(session, row, 0.1))
-        read.append(session.loop_signals()[place])
+        read.append(present_signal(session, place))
     assert read.count(0.0) == 4
     assert min(read) < -0.05
     for each in found:

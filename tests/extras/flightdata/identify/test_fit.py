@@ -14,7 +14,7 @@ from scipy import signal
 from scipy.integrate import solve_ivp
 
 from workbench.common.series import held_on_grid
-from workbench.design.rollout.crafts import rotor_records
+from workbench.design.rollout.vehicle_batch import rotor_records
 from workbench.dynamics.rotor_response import split_error
 from workbench.extras.flightdata.identify.fit import FIT_CHANNELS, Fit, Fitter
 from workbench.extras.flightdata.identify.flight import IdentificationFlight, free_flight

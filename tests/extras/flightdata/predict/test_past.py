@@ -67,11 +67,11 @@ def past_of(vehicle, flight, listen) -> Past:
     """Return the past of a flight of PX4's law, which has a memory."""
     px4 = load_controller("px4")
     gains = dict(flight_gains(vehicle, controller=px4))
-    craft = flown.make_compiled_model(vehicle, px4, gains, px4.period)
-    return Past(flight, vehicle, px4, gains, craft, listen)
+    model = flown.make_compiled_model(vehicle, px4, gains, px4.period)
+    return Past(flight, vehicle, px4, gains, model, listen)
 
 
-def summed(measured, references, voltages, told, places, first, craft):
+def summed(measured, references, voltages, told, places, first, model):
     """Return as memory after each update the sum of all that was heard until then."""
     heard = np.cumsum(measured.sum(axis=1) + references.sum(axis=1) + voltages)
     return np.repeat(heard[:, None], len(first), axis=1)
@@ -146,8 +146,8 @@ def test_inner_integrals_hold_the_moment_of_the_air():
     gains = dict(flight_gains(drone, controller=law))
     level, v = np.tile([1.0, 0.0, 0.0, 0.0], (COUNT, 1)), np.array([1.5, -0.8, 0.0])
     flight = motion(q=level, v=np.tile(v, (COUNT, 1)))
-    craft = flown.make_compiled_model(drone, law, gains, law.period)
-    memory = Past(flight, drone, law, gains, craft, numbered).start(np.array([300])).memory[0]
+    model = flown.make_compiled_model(drone, law, gains, law.period)
+    memory = Past(flight, drone, law, gains, model, numbered).start(np.array([300])).memory[0]
     names = [state.name for state in law.memory]
     rotors, speeds = drone.rotors, drone.hover_speeds
     pull = [each.rotor_drag_coefficient * w for each, w in zip(rotors, speeds, strict=True)]
@@ -167,7 +167,7 @@ def test_inner_integrals_hold_the_moment_of_the_air():
 def test_a_push_acts_in_the_axes_that_it_is_stated_in(vehicle):
     """Of a drone on its side: forces in W and B that are the same, and a moment in B."""
     pd = load_controller("pd")
-    craft = flown.make_compiled_model(
+    model = flown.make_compiled_model(
         vehicle, pd, dict(flight_gains(vehicle, controller=pd)), 1 / 128
     )
     turn = Rotation.from_euler("ZYX", [0.7, -0.3, 1.2])
@@ -186,7 +186,7 @@ def test_a_push_acts_in_the_axes_that_it_is_stated_in(vehicle):
 
     def ended(push):
         course = flown.FlightCourses(np.zeros((1, 1, 8)), np.ones((1, 1)), push[None, None])
-        states = flown.compiled_driven(pd).fly(craft, start, course, known.Observer())
+        states = flown.compiled_driven(pd).fly(model, start, course, known.Observer())
         return states[0, 1, 7:13]
 
     still, push = ended(np.zeros(driven.PUSH_SIZE)), np.array([3.0, -2.0, 1.0])
@@ -206,8 +206,8 @@ def test_the_voltage_is_over_that_which_the_law_takes_for_full(vehicle):
     px4 = load_controller("px4")
     gains = {**flight_gains(vehicle, controller=px4), "vbat": 16.0}
     flight = motion()
-    craft = flown.make_compiled_model(vehicle, px4, dict(gains), px4.period)
-    past = Past(flight, vehicle, px4, gains, craft, numbered)
+    model = flown.make_compiled_model(vehicle, px4, dict(gains), px4.period)
+    past = Past(flight, vehicle, px4, gains, model, numbered)
     samples = np.array([10, 300])
     np.testing.assert_allclose(past.start(samples).voltages, flight.voltage[samples] / 16.0)
 
@@ -231,7 +231,7 @@ def test_an_estimate_takes_drag_for_tilt_as_its_equations_say():
 def predictor(vehicle, monkeypatch):
     """Return a predictor whose flights stay where they begin."""
 
-    def fly(craft, start, course, observer, keep):
+    def fly(model, start, course, observer, keep):
         return np.tile(start.states[:, None], (1, course.references.shape[1] // keep + 1, 1))
 
     monkeypatch.setattr(

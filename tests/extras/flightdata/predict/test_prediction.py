@@ -102,12 +102,12 @@ def test_integrals_of_another_firmware_are_those_of_the_log(simulate):
     flown = simulate(Scenario(controller="px4"), duration=1.0)
     px4 = load_controller("px4")
     gains = dict(flight_gains(flown.vehicle, controller=px4))
-    craft = make_compiled_model(flown.vehicle, px4, gains, px4.period)
+    model = make_compiled_model(flown.vehicle, px4, gains, px4.period)
 
     def listen(*arguments):
         return np.tile(np.arange(float(len(px4.memory))), (int(1.0 / px4.period), 1))
 
-    start = Past(flown.motion, flown.vehicle, px4, gains, craft, listen).start(np.array([100]))
+    start = Past(flown.motion, flown.vehicle, px4, gains, model, listen).start(np.array([100]))
     assert start.memory[0].tolist() == list(range(len(px4.memory)))
 
 

@@ -7,7 +7,7 @@ from scipy.signal import lfilter
 
 from workbench.common.compiled import compile_cached
 from workbench.design.rollout.compiled_flights import FLIGHT_COMPILE_OPTIONS
-from workbench.design.rollout.crafts import body_records, rotor_records
+from workbench.design.rollout.vehicle_batch import body_records, rotor_records
 from workbench.dynamics.air.drag import drag_force
 from workbench.dynamics.rigid_body import body_acceleration, cross
 from workbench.dynamics.rotors import rotor_load, speed_slope, static_thrust, within_speed_limits
@@ -41,7 +41,7 @@ def _follow_commands(
 
     Args:
         commands: (N, n) held from each sample to the next [rad/s].
-        rotors: (n) see `crafts.ROTOR_DTYPE`.
+        rotors: (n) see `vehicle_batch.ROTOR_DTYPE`.
         period: between samples [s].
         speeds: (N, n) places [rad/s]; the first row is where they begin.
         slopes: (N, n) places [rad/s²].
@@ -81,8 +81,8 @@ def _calc_responses(
         gyro: (N, 3) angular velocity in B [rad/s].
         velocity: (N, 3) in still air, in B [m/s].
         half_drag: see `drag_force`.
-        bodies: (1) see `crafts.BODY_DTYPE`.
-        rotors: (n) see `crafts.ROTOR_DTYPE`.
+        bodies: (1) see `vehicle_batch.BODY_DTYPE`.
+        rotors: (n) see `vehicle_batch.ROTOR_DTYPE`.
         p_BI: of the accelerometer, in B (3) [m].
         alpha: places.
         force: places.

@@ -15,12 +15,12 @@ from workbench.common.compiled import compile_cached
 from workbench.control.controller import Controller
 from workbench.control.law_constants import known_vehicle, law_constants
 from workbench.design.rollout import compiled_flights
-from workbench.design.rollout.crafts import VehicleBatch, undelayed_vehicles
 from workbench.design.rollout.flights import begin_flights, set_steps
 from workbench.design.rollout.lane_times import DelayRings, PeriodClock, make_lane_times
 from workbench.design.rollout.lanes import LANES, make_lane_workspace
 from workbench.design.rollout.record import flight_dtype, law_record, sizes_of
-from workbench.design.rollout.senses import refuse_joints
+from workbench.design.rollout.sensor_set import refuse_joints
+from workbench.design.rollout.vehicle_batch import VehicleBatch, undelayed_vehicles
 from workbench.extras.flightdata.predict.driven import (
     DRIVEN_FIELDS,
     PUSH_SIZE,
@@ -50,7 +50,7 @@ class CompiledModel(NamedTuple):
     Attributes:
         controller: the law.
         gains: of the controller, and what it designs.
-        crafts: one vehicle for all flights, or one for each.
+        vehicles: one vehicle for all flights, or one for each.
         period: between updates of the law [s].
         drag_areas: of the bodies: a number, or one of each flight [m²].
         winds: velocity of the air in W (3), or of each flight (N, 3) [m/s].
@@ -58,7 +58,7 @@ class CompiledModel(NamedTuple):
 
     controller: Controller
     gains: np.ndarray
-    crafts: VehicleBatch
+    vehicles: VehicleBatch
     period: float
     drag_areas: Any = 0.0
     winds: Any = (0.0, 0.0, 0.0)
@@ -103,7 +103,7 @@ def make_compiled_model(
     return CompiledModel(
         controller=controller,
         gains=np.array(controller.gains(gains, known_vehicle(constants), period)),
-        crafts=undelayed_vehicles(
+        vehicles=undelayed_vehicles(
             real, law_record(constants), np.array([vehicle.hover_speeds] * len(real))
         ),
         period=period,
@@ -199,14 +199,14 @@ def compiled_driven(controller: Controller) -> DrivenFunctions:
     )
 
     def fly(
-        craft: CompiledModel,
+        model: CompiledModel,
         start: FlightStarts,
         course: FlightCourses,
         observer: Observer,
         keep: int = 1,
         trials: int = 1,
     ) -> np.ndarray:
-        flights = start_records(craft, start)
+        flights = start_records(model, start)
         many, updates = len(flights), course.references.shape[1]
         states = np.empty((many, updates // keep + 1, 13))
         n = len(start.speeds[0])
@@ -214,14 +214,16 @@ def compiled_driven(controller: Controller) -> DrivenFunctions:
         undelayed = DelayRings(np.zeros((LANES, 1, 13)), np.zeros((LANES, 1, n)))
         for first in range(0, many, LANES):
             some = slice(first, first + LANES)
-            each = craft.crafts if len(craft.crafts.bodies) == 1 else craft.crafts.chosen(some)
+            each = (
+                model.vehicles if len(model.vehicles.bodies) == 1 else model.vehicles.chosen(some)
+            )
             each.furnish(room)
             compiled_fly(
                 flights[some],
                 undelayed,
                 room,
                 places,
-                craft.clock,
+                model.clock,
                 observer,
                 course.part(some),
                 trials,
@@ -237,9 +239,9 @@ def compiled_driven(controller: Controller) -> DrivenFunctions:
         told: np.ndarray,
         places: np.ndarray,
         first: np.ndarray,
-        craft: CompiledModel,
+        model: CompiledModel,
     ) -> np.ndarray:
-        n, found = len(craft.crafts.speeds[0]), np.empty((len(measured), len(first)))
+        n, found = len(model.vehicles.speeds[0]), np.empty((len(measured), len(first)))
         one = np.ones(1)
         rest = FlightStarts(
             states=np.eye(1, 13),
@@ -251,33 +253,33 @@ def compiled_driven(controller: Controller) -> DrivenFunctions:
             shares=np.ones((1, n)),
             pushes=np.zeros((1, 1, PUSH_SIZE)),
         )
-        flights = start_records(craft, rest)
-        compiled_listen(flights, craft.clock, measured, references, voltages, told, places, found)
+        flights = start_records(model, rest)
+        compiled_listen(flights, model.clock, measured, references, voltages, told, places, found)
         return found
 
     return DrivenFunctions(fly, listen)
 
 
-def start_records(craft: CompiledModel, start: FlightStarts) -> np.ndarray:
+def start_records(model: CompiledModel, start: FlightStarts) -> np.ndarray:
     """Return the records of flights that begin: `record.flight_dtype` with `DRIVEN_FIELDS`."""
-    crafts, n = craft.crafts, start.speeds.shape[1]
-    sizes = sizes_of(craft.controller, n)
-    many = max(len(start.states), len(crafts.bodies))
+    vehicles, n = model.vehicles, start.speeds.shape[1]
+    sizes = sizes_of(model.controller, n)
+    many = max(len(start.states), len(vehicles.bodies))
     flights = np.zeros(many, flight_dtype(sizes, DRIVEN_FIELDS))
     begin_flights(flights, start.states, start.speeds, [])
     if sizes.gains:
-        flights["gains"] = craft.gains
+        flights["gains"] = model.gains
     if sizes.memory:
         flights["memory"] = start.memory
-    flights["law"] = crafts.law
-    set_steps(flights, np.broadcast_to(crafts.lags, many), craft.period)
+    flights["law"] = vehicles.law
+    set_steps(flights, np.broadcast_to(vehicles.lags, many), model.period)
     flights["error"], flights["shares"], flights["count"] = start.errors, start.shares, start.counts
     # the law flies to where its reference is, all the time, however low
     flights["holding"], flights["clearance"] = 0.0, -math.inf
     for updates in ("mode_updates", "battery_updates"):  # the next one never comes
         flights[updates] = 1.0
     air = flights["air"]
-    air["wind_x"], air["wind_y"], air["wind_z"] = np.transpose(craft.winds)
-    air["air_density"], air["drag_area"] = AIR_DENSITY, craft.drag_areas
+    air["wind_x"], air["wind_y"], air["wind_z"] = np.transpose(model.winds)
+    air["air_density"], air["drag_area"] = AIR_DENSITY, model.drag_areas
     air["push_start"], air["push_duration"] = -ENDLESS_S, 2.0 * ENDLESS_S
     return flights

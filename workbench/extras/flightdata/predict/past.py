@@ -192,7 +192,7 @@ class Past:
         vehicle: as the law knows it, and as it flies.
         controller: the law.
         gains: of all its parameters, by name.
-        craft: of these.
+        model: of these.
         listen: see `flown.DrivenFunctions`.
     """
 
@@ -202,11 +202,11 @@ class Past:
         vehicle: Vehicle,
         controller: Controller,
         gains: dict[str, float],
-        craft: CompiledModel,
+        model: CompiledModel,
         listen: Callable[..., Any],
     ) -> None:
         self._motion, self._vehicle, self._controller = motion, vehicle, controller
-        self._gains, self._craft = gains, craft
+        self._gains, self._model = gains, model
         attitude = rotation_matrices(motion.q)
         self.force = attitude.inv().apply(
             np.gradient(motion.v, motion.period, axis=0) + [0.0, 0.0, GRAVITY]
@@ -231,7 +231,7 @@ class Past:
 
     def references(self, samples: np.ndarray, duration: float) -> np.ndarray:
         """Return the references from samples (N) on, (N, K, 8)."""
-        motion, period = self._motion, self._craft.period
+        motion, period = self._motion, self._model.period
         updates = round(duration / period)
         times = motion.period * samples[:, None] + period * np.arange(updates)
         return logged_references(motion, times.ravel()).reshape(len(samples), updates, 8)
@@ -258,7 +258,7 @@ class Past:
         pushes = np.zeros((many, 1, PUSH_SIZE))
         pushes[:, 0, 3:5] = level
         constants = np.array([rotor.motor_constant for rotor in vehicle.rotors])
-        counts = np.floor(motion.period * (samples - self._first) / self._craft.period)
+        counts = np.floor(motion.period * (samples - self._first) / self._model.period)
         voltage = motion.voltage[samples]
         return FlightStarts(
             states=np.column_stack(
@@ -328,7 +328,7 @@ class Past:
     @cached_property
     def _remembered(self) -> np.ndarray:
         """Return the memory of the law along the log, from the first turn of a rotor on."""
-        motion, period = self._motion, self._craft.period
+        motion, period = self._motion, self._model.period
         begin = motion.period * self._first
         time = np.arange(begin, motion.time[-1], period)
 
@@ -350,7 +350,7 @@ class Past:
                 told,
                 places,
                 first,
-                self._craft,
+                self._model,
             )
         )
 
@@ -361,7 +361,7 @@ class Past:
         log = at(np.column_stack([wanted, FULL_MOTOR_SIGNAL * motion.thrust_setpoint]))
         if not {row[0] for row in SETPOINT_INTEGRALS} <= {*names} or "i_rate_x" not in names:
             return log[:, :0], np.empty((0, 4))
-        share = self._craft.period / INTEGRAL_FOLLOW_S
+        share = self._model.period / INTEGRAL_FOLLOW_S
         places = []
         for asked, integral, gain, times in SETPOINT_INTEGRALS:
             factor = times * self._gains.get(gain, 0.0)

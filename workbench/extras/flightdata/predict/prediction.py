@@ -158,7 +158,7 @@ class Predictor:
     ) -> None:
         self.vehicle, self.controller, self.gains = vehicle, controller, gains
         self.observer, self.effects = observer or Observer(), effects
-        self.craft: CompiledModel = make_compiled_model(vehicle, controller, gains, period)
+        self.model: CompiledModel = make_compiled_model(vehicle, controller, gains, period)
         self._functions = compiled_driven(controller)
 
     def predict(
@@ -197,25 +197,25 @@ class Predictor:
 
     def _past(self, motion: LoggedMotion) -> Past:
         listen = self._functions.listen
-        return Past(motion, self.vehicle, self.controller, self.gains, self.craft, listen)
+        return Past(motion, self.vehicle, self.controller, self.gains, self.model, listen)
 
     def _fly(self, past: Past, samples: np.ndarray, duration: float, keep: float) -> np.ndarray:
         """Return states (N, h, 13) of closed loops from samples on, at most `keep` [s] apart."""
-        start, craft = past.start(samples, self.effects), self.craft
+        start, model = past.start(samples, self.effects), self.model
         return self._functions.fly(
-            craft,
+            model,
             start,
             FlightCourses(
                 past.references(samples, duration), start.voltages[:, None], start.pushes
             ),
             self.observer if self.effects.tilt and past.estimated else TRUE_OBSERVER,
-            max(1, math.floor(keep / craft.period + 1e-9)),
+            max(1, math.floor(keep / model.period + 1e-9)),
         )
 
     def _closed(
         self, motion: LoggedMotion, past: Past, samples: np.ndarray, ahead: int
     ) -> HorizonErrors:
-        duration, period = ahead * motion.period, self.craft.period
+        duration, period = ahead * motion.period, self.model.period
         states = self._fly(past, samples, duration + period, period)
         flown = period * np.arange(states.shape[1])
         times = motion.period * np.arange(ahead + 1)
@@ -228,8 +228,8 @@ class Predictor:
 
     def _whole(self, motion: LoggedMotion, past: Past, first: int, last: int) -> WholeFlight:
         start = np.array([first])
-        keep = max(1, math.floor(motion.period / self.craft.period + 1e-9))
-        step = keep * self.craft.period
+        keep = max(1, math.floor(motion.period / self.model.period + 1e-9))
+        step = keep * self.model.period
         states = self._fly(past, start, motion.period * (last - first), step)[0]
         time = motion.period * first + step * np.arange(len(states))
         real = resampled(motion.p, motion.period, time)

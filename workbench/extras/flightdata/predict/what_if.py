@@ -296,11 +296,10 @@ class Explained:
 
         Each flight adds the number of its periods in which a rotor is at its limit (N).
         """
-        vehicles, winds = zip(*self._drawn[some], strict=True)
-        law = begun.law
-        craft = make_compiled_model(self.vehicle, law.controller, law.gains, law.period, vehicles)
+        law, (vehicles, winds) = begun.law, zip(*self._drawn[some], strict=True)
+        model = make_compiled_model(self.vehicle, law.controller, law.gains, law.period, vehicles)
         return compiled_driven(law.controller).fly(
-            craft._replace(drag_areas=[drag_area(each.mass) for each in vehicles], winds=winds),
+            model._replace(drag_areas=[drag_area(each.mass) for each in vehicles], winds=winds),
             begun.start,
             FlightCourses(
                 begun.references[None],
@@ -356,9 +355,9 @@ def _law_start(motion: LoggedMotion, vehicle: Vehicle, law: Law) -> _LawStart:
     errors = np.zeros((updates, ESTIMATE_ERROR_SIZE))
     errors[:, 0:3], errors[:, 3:6] = (at(motion.p_known) - p)[:-1], (at(motion.v_known) - v)[:-1]
     errors[:, 8:11] = (rotation_matrices(q).inv() * rotation_matrices(q_known)).as_rotvec()[:-1]
+    model = make_compiled_model(vehicle, law.controller, law.gains, law.period)
     listen = compiled_driven(law.controller).listen
-    craft = make_compiled_model(vehicle, law.controller, law.gains, law.period)
-    past = Past(motion, vehicle, law.controller, law.gains, craft, listen)
+    past = Past(motion, vehicle, law.controller, law.gains, model, listen)
     start = past.start(np.array([first]))
     references = past.references(np.array([first]), law.period * updates)[0]
     times = begin + law.period * np.arange(len(references))
@@ -389,14 +388,13 @@ def samples_in_air(states: np.ndarray, logged: np.ndarray, floor: float) -> int:
     """Return the number of samples in which a flight is finite, near the log, above a floor [m]."""
     size = 5.0 + 5.0 * float(np.ptp(logged[:, 4:7], axis=0).max())
     off = np.abs(states[:, 4:7] - logged[:, 4:7]).max(axis=1)
-    stays = np.isfinite(states).all(axis=1) & (off < size) & (states[:, 6] >= floor)
-    lost = ~stays  # NaN is not below
+    lost = ~(np.isfinite(states).all(axis=1) & (off < size) & (states[:, 6] >= floor))
     return int(lost.argmax()) if lost.any() else len(states)
 
 
 def _flight_band(flights: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
     """Return the band of position and velocity (k, 6) of flights."""
-    all_of = np.array([states[:, [4, 5, 6, 10, 11, 12]] for states in flights])
+    all_of = np.array([states[:, POSITION_VELOCITY_ROWS] for states in flights])
     tail = 0.5 * (1.0 - BAND_SHARE)
     low, high = np.quantile(all_of, (tail, 1.0 - tail), axis=0)
     return low - MIN_BAND_HALF_WIDTH_M, high + MIN_BAND_HALF_WIDTH_M

@@ -5,7 +5,7 @@ Source: mavlink.io/en/guide/serialization.html.
 
 import re
 from collections import defaultdict
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -92,15 +92,13 @@ def read_tlog_frames(
         data: of the file.
         messages: classes of pymavlink by the number of the message.
     """
-    from pymavlink.generator.mavcrc import x25crc
-
     found: dict[FrameKey, Frames] = defaultdict(lambda: Frames([], [], []))
     at = damaged = count = 0
     first = -1
     while at < len(data) and count < MAX_TLOG_MESSAGES:
-        frame = _frame_at(data, at + TLOG_STAMP_BYTES, messages, x25crc)
+        frame = _frame_at(data, at + TLOG_STAMP_BYTES, messages)
         if frame is None:
-            begin, at = at, _next_frame(data, at + 1, messages, x25crc)
+            begin, at = at, _next_frame(data, at + 1, messages)
             damaged += at - begin
             first = begin if first < 0 else first
             continue
@@ -117,12 +115,10 @@ def read_tlog_frames(
     return dict(found), LogRemark(text, damaged, f"byte {first}")
 
 
-def _next_frame(
-    data: bytes, begin: int, messages: Mapping[int, Any], checksum: Callable[[bytes], Any]
-) -> int:
+def _next_frame(data: bytes, begin: int, messages: Mapping[int, Any]) -> int:
     """Return where the stamp of the next known message begins, else the end of the file."""
     for mark in _MARK_PATTERN.finditer(data, begin + TLOG_STAMP_BYTES):
-        frame = _frame_at(data, mark.start(), messages, checksum)
+        frame = _frame_at(data, mark.start(), messages)
         if frame is not None and frame.key.message in messages:
             return mark.start() - TLOG_STAMP_BYTES
     return len(data)
@@ -137,13 +133,13 @@ def _frame_end(data: bytes, at: int) -> int:
     return at + V2_HEADER_BYTES + head[1] + CHECKSUM_BYTES + signature
 
 
-def _frame_at(
-    data: bytes, at: int, messages: Mapping[int, Any], checksum: Callable[[bytes], Any]
-) -> _Frame | None:
+def _frame_at(data: bytes, at: int, messages: Mapping[int, Any]) -> _Frame | None:
     """Return the frame with its mark at a place, None if there is none, or its checksum is wrong.
 
     The checksum of an unknown message cannot be checked.
     """
+    from pymavlink.generator.mavcrc import x25crc
+
     if at >= len(data) or data[at] not in (V1_MARK, V2_MARK):
         return None
     end = _frame_end(data, at)
@@ -159,7 +155,7 @@ def _frame_at(
     if key.message in messages:
         check = begin + len(payload)
         seeded = data[at + 1 : check] + bytes([messages[key.message].crc_extra])
-        if checksum(seeded).crc != int.from_bytes(data[check : check + CHECKSUM_BYTES], "little"):
+        if x25crc(seeded).crc != int.from_bytes(data[check : check + CHECKSUM_BYTES], "little"):
             return None
     return _Frame(key, payload, end)
 

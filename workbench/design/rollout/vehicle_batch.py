@@ -34,8 +34,8 @@ class VehicleBatch(NamedTuple):
         bodies: (K) see `BODY_DTYPE`.
         rotors: (K, n) see `ROTOR_DTYPE`.
         speeds: (K, n) of the rotors at the start [rad/s].
-        seen: (K, 2) see `variation.Delays.sensing_delay`.
-        acting: (K, 2) see `variation.Delays.command_delay`.
+        sensing_delays: (K, 2) see `variation.Delays.sensing_delay`.
+        command_delays: (K, 2) see `variation.Delays.command_delay`.
         lags: (K) time constants of the quickest rotors [s].
     """
 
@@ -43,8 +43,8 @@ class VehicleBatch(NamedTuple):
     bodies: np.ndarray
     rotors: np.ndarray
     speeds: np.ndarray
-    seen: np.ndarray
-    acting: np.ndarray
+    sensing_delays: np.ndarray
+    command_delays: np.ndarray
     lags: np.ndarray
 
     def chosen(self, which: Any) -> "VehicleBatch":
@@ -92,8 +92,8 @@ def make_vehicle_batch(
         else np.zeros(0, law_dtype(len(vehicle.rotors))),
         np.array([vehicle.hover_speeds] * len(variations)),
     )._replace(
-        seen=np.array([each.sensing_delay for each in delays]),
-        acting=np.array([each.command_delay for each in delays]),
+        sensing_delays=np.array([each.sensing_delay for each in delays]),
+        command_delays=np.array([each.command_delay for each in delays]),
     )
 
 
@@ -112,8 +112,8 @@ def undelayed_vehicles(
         bodies=body_records(vehicles),
         rotors=np.array([rotor_records(each.rotors) for each in vehicles], dtype=ROTOR_DTYPE),
         speeds=speeds,
-        seen=np.zeros((len(vehicles), 2)),
-        acting=np.zeros((len(vehicles), 2)),
+        sensing_delays=np.zeros((len(vehicles), 2)),
+        command_delays=np.zeros((len(vehicles), 2)),
         lags=np.array([min(map(_quickest, each.rotors)) for each in vehicles]),
     )
 
