@@ -242,7 +242,7 @@ class LiveContext:
         for here, there in zip(*mounted, strict=True):
             for system, other in ((here.system, there.system), (here.noise, there.noise)):
                 if system is not None and other is not None:
-                    self._of(system).SetStateAndParametersFrom(before._of(other))
+                    self.context_of(system).SetStateAndParametersFrom(before.context_of(other))
 
     def _taken_over(self, checkpoint: Checkpoint) -> Mapping[str, SystemState]:
         """Return the systems' states; by name for the controller, if it is another one."""
