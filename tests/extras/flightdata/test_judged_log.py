@@ -12,6 +12,7 @@ from workbench.commands import progress
 from workbench.commands.cli import main
 from workbench.design.regress.running import regress
 from workbench.logs.judged_log import read_case
+from workbench.logs.readers.rotations import EULER_ANGLE_NAMES
 
 pytestmark = pytest.mark.usefixtures("unheld")
 
@@ -161,6 +162,26 @@ def test_a_gap_is_no_value_and_a_small_one_is_said(tmp_path):
         (result,) = regress([spec], read_log=read_case)
         expected = said or "and 80 % are needed: name a span without gaps"
         assert expected in result.failures[0]
+
+
+def test_the_array_that_is_known_least_decides(tmp_path):
+    """A force needs thrusts and attitude; the attitude is missing in 3 of 8 s."""
+    t = np.arange(0.0, 8.0, 0.02)
+    angle = ["" if 2.0 < each < 5.0 else "0.1" for each in t.tolist()]
+    rows = [f"{each:.9g},400,400,400,400,{a},{a},{a}" for each, a in zip(t, angle, strict=True)]
+    (tmp_path / "flight.csv").write_text("\n".join(["t,a,b,c,d,roll,pitch,yaw", *rows]))
+    names = {
+        **{name: {"signal": f"rotors.speed.{i}", "unit": "rad/s"} for i, name in enumerate("abcd")},
+        **{name: {"signal": f"estimate.{name}", "unit": "rad"} for name in EULER_ANGLE_NAMES},
+    }
+    mapping = {"time": {"column": "t", "unit": "s"}, "columns": names}
+    (tmp_path / "flight.mapping.yaml").write_text(yaml.safe_dump(mapping))
+    limits = {"mean of force_z": {"max": 1e3}, "peak_thrust": {"max": 1e3}}
+    spec = write_spec(tmp_path, {"name": "x", "log": "flight.csv", "limits": limits})
+    (result,) = regress([spec], read_log=read_case)
+    (sentence,) = result.failures
+    assert sentence.startswith("mean of force_z does not exist")
+    assert "the log has the attitude for 63 % of 0 .. 7.98 s" in sentence
 
 
 def test_wrong_cases_of_logs_are_sentences_with_their_line(case, run, tmp_path):
