@@ -586,15 +586,23 @@ def test_a_drone_that_does_not_fly_is_not_excited(mode):
 
 def test_what_is_out_of_the_limits_of_the_flight_is_refused():
     bench = Bench()
-    limits = {"x": "max_speed", "z": "max_climb_rate", "yaw": "max_yaw_rate"}
-    for axis, name in limits.items():
-        limit = bench.session.get(name)
-        most = Excitation(axis, Shape.STEP, limit, 1.0)
+    names = {"x": "max_speed", "z": "max_climb_rate", "yaw": "max_yaw_rate", "roll": "max_tilt"}
+    limits = {axis: bench.session.get(name) for axis, name in names.items()}
+    for axis, limit in limits.items():
+        most = Excitation(axis, Shape.STEP, limit, 0.5)
         assert isinstance(bench.excite(most), WorkerResult)
         said = bench.excite(dataclasses.replace(most, amplitude=-1.01 * limit)).said
         assert f"within ±{limit:g}" in said
     said = bench.excite(dataclasses.replace(most, amplitude=math.nan)).said
     assert "amplitude is nan" in said
+
+
+def test_a_rate_may_turn_by_the_largest_tilt_within_its_step():
+    bench = Bench(Scenario(controller="px4"))
+    most = Excitation("roll_rate", Shape.STEP, bench.session.get("max_tilt") / 0.25, 0.25)
+    assert isinstance(bench.excite(most), WorkerResult)
+    said = bench.excite(dataclasses.replace(most, amplitude=1.01 * most.amplitude)).said
+    assert f"within ±{most.amplitude:g}" in said
 
 
 def test_a_figure_of_eight_is_not_excited():

@@ -105,6 +105,18 @@ def test_a_log_of_a_later_flight_has_the_laws_of_that_flight(flight, tmp_path, w
     assert "first" in record.law and "second" in text
 
 
+def test_a_log_of_a_later_flight_has_the_values_of_its_own_law(flight, tmp_path):
+    """With those of another one it could not be flown again."""
+    flight.take_over(Path("pid"))
+    flight.session.reset()
+    flight.keeper.begin_anew()
+    values = flight.session.parameters()
+    path = flight.keeper.start(str(tmp_path / "flight.mcap"))
+    flight.fly(0.1)
+    flight.keeper.stop()
+    assert "ki_rate" in values and read_log(Path(path)).values == values
+
+
 def test_a_log_that_cannot_go_on_says_so_and_the_flight_does(flight, tmp_path):
     folder = tmp_path / "folder"
     folder.mkdir()
