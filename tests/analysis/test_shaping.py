@@ -122,5 +122,7 @@ def test_the_range_within_limits_is_the_connected_one_nearest_to_the_present():
     spans = {0.5: (0.0, 1.0), 2.0: (0.0, 1.0), 3.5: (4.0, 6.0), 8.9: (9.0, 9.0)}
     for present, span in spans.items():
         assert held_range(samples, present, lambda value: value in good) == span
+    # it is within a wide one, beside whose end another one is nearer than its middle
+    assert held_range(samples, 7.0, lambda value: value != 8) == (0.0, 7.0)
     assert held_range(samples, 1.0, lambda value: False) is None
     assert held_range((), 1.0, lambda value: True) is None
