@@ -27,7 +27,7 @@ from workbench.live.flight_clock import FLIGHT_SLICE_S
 from workbench.live.flying import FlightLoop
 from workbench.live.messages import FlightReport, Pace, Phase, ViewChange
 from workbench.live.orders import FlightOrder, FlyOn, KeepLog, MeasureLoop, NetworkOrder, SetSpeed
-from workbench.live.step_drive import StepDrive
+from workbench.live.step_drive import LOADED_YAW_RATE_RAD_S, StepDrive
 from workbench.logs.record import read_log
 from workbench.logs.replay import replay
 from workbench.scenario.attitude_axes import tilt_angles
@@ -603,6 +603,19 @@ def test_a_rate_may_turn_by_the_largest_tilt_within_its_step():
     assert isinstance(bench.excite(most), WorkerResult)
     said = bench.excite(dataclasses.replace(most, amplitude=1.01 * most.amplitude)).said
     assert f"within ±{most.amplitude:g}" in said
+
+
+def test_rounds_may_drift_by_half_a_metre_and_by_half_a_second_of_what_is_asked_for(case):
+    session = Bench().session
+    for axis, amplitude, stray, turn_rate in (
+        ("x", -4.0, 2.5, 4.0),
+        ("z", 0.5, 0.75, 0.5),
+        ("roll", 0.3, 0.5, LOADED_YAW_RATE_RAD_S),
+        ("force_x", 3.0, 0.5, LOADED_YAW_RATE_RAD_S),
+    ):
+        drive = StepDrive(session, Excitation(axis, Shape.STEP, amplitude, 1.0))
+        with case(axis):
+            assert (drive.stray, drive.turn_rate) == (stray, turn_rate)
 
 
 def test_a_figure_of_eight_is_not_excited():

@@ -159,8 +159,10 @@ def test_all_come_back_to_the_bit_and_in_their_order(history):
 def test_nothing_is_left_once_it_is_cleared(history):
     history.clear()
     assert list(history) == []
-    history.append(ACTIONS[5], "two")
-    assert list(history) == [(ACTIONS[5], "two")]
+    others = ACTIONS[5:] + ACTIONS[:5]  # a command where another kind was before
+    for action in others:
+        history.append(action, "two")
+    assert list(history) == [(action, "two") for action in others]
 
 
 def test_an_hour_of_steering_takes_a_few_megabytes():
