@@ -1478,6 +1478,27 @@ MUTATIONS = (
         "if state is not None:",
         ("tests/extras/gateways/test_mavlink_flight.py",),
     ),
+    Mutation(
+        "a camera's calibration: x and y of the principal point exchanged",
+        "workbench/link/ros_messages/picture_messages.py",
+        '"k": (fx, 0.0, cx, 0.0, fy, cy,',
+        '"k": (fx, 0.0, cy, 0.0, fy, cx,',
+        ("tests/link/ros_messages/test_conversion.py",),
+    ),
+    Mutation(
+        "the log of a later flight: with orders of the one before",
+        "workbench/live/log_keeper.py",
+        "        self._others.clear()\n",
+        "",
+        ("tests/live/test_log_keeper.py",),
+    ),
+    Mutation(
+        "speeds of a judged log: the order of motors counts from 0",
+        "workbench/logs/judged_log.py",
+        "places = [number - 1 for number in order]",
+        "places = [number % rotors for number in order]",
+        ("tests/extras/flightdata/test_judged_log.py",),
+    ),
 )
 
 
