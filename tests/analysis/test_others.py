@@ -40,6 +40,10 @@ def test_filters_that_fly_act_on_the_other_one_too(answer):
     )
     for name in ("roll_rate", "pitch_rate"):
         assert slow[name].phase_margin < plain[name].phase_margin - 0.2
+    # as settings of the flight, too; its gains are of another law
+    about = AnalysedVehicle(Scenario(), {"gyro_lowpass": 20.0, "kp_pitch": 300.0})
+    for loop in answer(OtherControllerQuery("pid", Judge({})), about).loops:
+        assert loop.phase_margin == pytest.approx(slow[loop.name].phase_margin, rel=1e-9)
 
 
 @pytest.mark.slow  # its machine code may have to be made

@@ -1,6 +1,7 @@
 """Gains of a loop for a bandwidth and a phase margin, as a screen asks for them."""
 
 import math
+import re
 
 import pytest
 
@@ -47,7 +48,14 @@ def test_what_takes_the_phase_is_named(answer):
     assert f"rotor lag {-math.degrees(turned['rotors']):.0f}°" in pitch.said
     assert "loop inside" not in pitch.said
     assert answer(ShapeLoop({}, "pitch")).said == ""  # while a slider moves, it is left out
-    assert "the pitch loop inside" in answer(ShapeLoop({}, "velocity_x", 10.0, rests=True)).said
+    shaped = answer(ShapeLoop({}, "velocity_x", 10.0, rests=True))
+    inside = int(re.search(r"the pitch loop inside (\d+)°", shaped.said)[1])
+    outer = of(answer(Judge(shaped.gains)), "velocity_x")
+    rest = sum(angle for part, angle in outer.turned if part != "law")
+    # an integrator turns by 90 degrees, and 180 less all that turns is the margin
+    assert 90.0 - inside + math.degrees(rest) == pytest.approx(
+        math.degrees(outer.phase_margin), abs=0.6
+    )
     wide = answer(ShapeLoop({}, "velocity_x", 60.0))
     assert not wide.reached
     assert "more kd_velocity_x than its largest value" in wide.said
@@ -114,5 +122,7 @@ def test_the_range_within_limits_is_the_connected_one_nearest_to_the_present():
     spans = {0.5: (0.0, 1.0), 2.0: (0.0, 1.0), 3.5: (4.0, 6.0), 8.9: (9.0, 9.0)}
     for present, span in spans.items():
         assert held_range(samples, present, lambda value: value in good) == span
+    # it is within a wide one, beside whose end another one is nearer than its middle
+    assert held_range(samples, 7.0, lambda value: value != 8) == (0.0, 7.0)
     assert held_range(samples, 1.0, lambda value: False) is None
     assert held_range((), 1.0, lambda value: True) is None

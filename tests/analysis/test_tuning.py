@@ -1,5 +1,6 @@
 """Searches: what is found holds in a flight of its own."""
 
+import dataclasses
 import shutil
 import threading
 from pathlib import Path
@@ -19,6 +20,10 @@ from workbench.design.pin import pin_step
 from workbench.design.regress.flight import Changes
 from workbench.design.regress.running import regress
 from workbench.design.step_response import fly_step
+from workbench.design.tune.case import NOMINAL_CASE
+from workbench.design.tune.requirement import Requirement
+from workbench.design.tune.tuning import Tuning, WishResult
+from workbench.design.tune.wish import GUARD_ORIGIN, parse_wish
 from workbench.gains.gains import load_gains
 from workbench.plant.variation import Variation
 from workbench.scenario.scenario import Rates, Scenario, VehicleConfig
@@ -152,6 +157,26 @@ def test_gains_are_searched_for_the_vehicle_as_it_flies(answer, monkeypatch):
     assert dropped.with_settings(dropped.values).flown_vehicle.mass == bare.flown_vehicle.mass
     assert heavy.values["payload_mass"] == 0.5
     assert {name: arm.values[name] for name in moved} == moved
+
+
+def test_a_margin_that_no_wish_is_about_is_told_where_it_falls(answer, monkeypatch):
+    def result(text, before, after):
+        (wish,) = parse_wish(text)
+        guard = dataclasses.replace(wish, origin=GUARD_ORIGIN)
+        return WishResult(Requirement(guard, NOMINAL_CASE, guard.bound), before, after)
+
+    falls = result("pitch.disk_margin>=0.5", 0.9, 0.8)
+    rises = result("roll.disk_margin>=0.5", 0.8, 0.9)
+
+    class Found(tuning.Tuner):
+        def run(self, _):
+            named = {each.name: () for each in dataclasses.fields(Tuning)}
+            given = {"results": (falls, rises), "responses": {}, "proof": None, "stopped": False}
+            return Tuning(**named | given)
+
+    monkeypatch.setattr(tuning, "Tuner", Found)
+    said = [each for each in answer(Tune({}, ())).said if "no wish" in each]
+    assert said == ["pitch.disk_margin, about which there is no wish, falls: 0.9 to 0.8"]
 
 
 def test_margins_are_pinned_with_the_payload(answer, tmp_path):

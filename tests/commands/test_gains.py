@@ -119,8 +119,10 @@ def test_history_of_a_file_by_hand(run, write):
 
 
 def test_restore_brings_a_state_back(run, gain_file):
+    before = load_gains(gain_file).gains["kp_velocity_z"]
     said = run("gains", "restore", gain_file, "0")
-    assert "kp_velocity_z" in said.out
+    (row,) = [line.split() for line in said.out.splitlines() if "kp_velocity_z" in line]
+    assert row[1:3] == [f"{before:g}", "4.4"]  # from what the file had to what it has
     file = load_gains(gain_file)
     assert file.gains["kp_velocity_z"] == 4.4
     assert len(file.history) == 4

@@ -4,6 +4,9 @@ import csv
 
 import pytest
 
+from workbench.commands import lidar_trial
+from workbench.commands.lidar_trial import trial_result
+
 PNG = b"\x89PNG"
 SHORT = """\
 title: a short trial
@@ -87,13 +90,22 @@ def test_a_seed_changes_the_noise_and_nothing_else(run, scenario, said, out):
     assert {path.name for path in out.iterdir()} == {"lidar-trial.csv"}
 
 
-def test_the_table_names_what_is_not_as_demanded_and_returns_1(run, scenario, write, out):
+def test_the_table_names_what_is_not_as_demanded_and_returns_1(
+    run, scenario, write, out, monkeypatch
+):
     """A frozen lidar says where things were."""
+    results = []
+    monkeypatch.setattr(
+        lidar_trial,
+        "trial_result",
+        lambda *args: results.append(trial_result(*args)) or results[-1],
+    )
     text = scenario.read_text().replace("set: {", "set: {lidar_fault: 1, ")
     options = ("--output", out, "--no-plots")
     said = run("lidar-trial", "--scenario", write("frozen.yaml", text), *options)
     assert said.code == 1, said.err
     assert "requirements not met: " in said.err
+    assert results[0]["met"] is False  # of --json
     assert "accuracy: error without noise is " in said.err
     assert "mm (at most 1.000 mm)" in said.err
     lines = {line.partition("  ")[0]: line for line in said.out.splitlines()}

@@ -219,6 +219,27 @@ def test_a_velocity_that_was_refused_raises_once_and_stops(server, fakes):
         assert server.commands[-1][1][2] == 0.0
 
 
+def test_refusals_of_what_was_told_already_are_not_told_again(server, fakes):
+    """Repetitions are on their way while the first refusal comes back."""
+    seqs = []
+
+    def note(peer, frame):
+        if isinstance(frame, WireFrame) and server.commands[-1][1][2] == 99.0:
+            seqs.append(frame.seq)
+
+    server.answer = note
+    with Client(server.address) as client, client.control() as c:
+        c.velocity(99.0, 0.0, 0.0)
+        fakes.wait_until(lambda: len(seqs) > 2)
+        server.say(Nack("too_fast", "99 m/s", seq=seqs[0]))
+        client.ping()  # it has been heard
+        with pytest.raises(WorkbenchError, match="99 m/s"):
+            c.velocity(1.0, 0.0, 0.0)
+        server.say(Nack("too_fast", "99 m/s", seq=seqs[1]))
+        client.ping()
+        c.velocity(1.0, 0.0, 0.0)
+
+
 def test_a_velocity_that_was_reduced_says_so(server, fakes):
     server.answer = lambda peer, frame: (
         Nack("scaled", "the limit is 8 m/s", seq=frame.seq)

@@ -135,6 +135,7 @@ def test_pictures_fit_a_frame_in_as_many_pixels_as_there_is_room(case):
         with case(width, height):
             assert picture_stride(width, height) == stride
             pinhole = Pinhole(width, height, 1.0, 1.0, 0.0, 0.0).thinned(stride)
+            assert pinhole[:2] == (len(range(0, width, stride)), len(range(0, height, stride)))
             layout = PictureLayout(pinhole, "optical", True)
             options = TopicOptions(4, 200, 8, rates={"depth_camera": 5.0}, picture=layout)
             assert max(each.packer.size for each in drone_topics(options)) <= MAX_PAYLOAD_BYTES

@@ -72,6 +72,18 @@ def test_a_battery_warns_when_it_is_low_when_it_lands_the_drone_and_when_it_is_e
     assert warned == [], "landings that a pilot asks for warn of nothing"
 
 
+def test_a_flight_that_begins_anew_is_told_as_the_first_one(announcer):
+    flights = []
+    for _ in range(2):
+        assert announcer.lasting == ()
+        flights.append(said_of(announcer, (1, 0.29), (3, 0.28))[0])
+        flights[-1] += announcer.reasons(Reason.DEAD_RECKONING)
+        assert len(announcer.lasting) == 2
+        announcer.begin()
+    first, second = flights
+    assert first == second and len(first) == 3
+
+
 def test_a_low_battery_lasts_until_it_is_charged_again(announcer):
     for charge, lasts in ((0.9, False), (0.29, True), (0.28, True), (0.5, False), (0.25, True)):
         said_of(announcer, (3, charge))

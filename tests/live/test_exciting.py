@@ -27,7 +27,7 @@ from workbench.live.flight_clock import FLIGHT_SLICE_S
 from workbench.live.flying import FlightLoop
 from workbench.live.messages import FlightReport, Pace, Phase, ViewChange
 from workbench.live.orders import FlightOrder, FlyOn, KeepLog, MeasureLoop, NetworkOrder, SetSpeed
-from workbench.live.step_drive import StepDrive
+from workbench.live.step_drive import LOADED_YAW_RATE_RAD_S, StepDrive
 from workbench.logs.record import read_log
 from workbench.logs.replay import replay
 from workbench.scenario.attitude_axes import tilt_angles
@@ -586,15 +586,36 @@ def test_a_drone_that_does_not_fly_is_not_excited(mode):
 
 def test_what_is_out_of_the_limits_of_the_flight_is_refused():
     bench = Bench()
-    limits = {"x": "max_speed", "z": "max_climb_rate", "yaw": "max_yaw_rate"}
-    for axis, name in limits.items():
-        limit = bench.session.get(name)
-        most = Excitation(axis, Shape.STEP, limit, 1.0)
+    names = {"x": "max_speed", "z": "max_climb_rate", "yaw": "max_yaw_rate", "roll": "max_tilt"}
+    limits = {axis: bench.session.get(name) for axis, name in names.items()}
+    for axis, limit in limits.items():
+        most = Excitation(axis, Shape.STEP, limit, 0.5)
         assert isinstance(bench.excite(most), WorkerResult)
         said = bench.excite(dataclasses.replace(most, amplitude=-1.01 * limit)).said
         assert f"within ±{limit:g}" in said
     said = bench.excite(dataclasses.replace(most, amplitude=math.nan)).said
     assert "amplitude is nan" in said
+
+
+def test_a_rate_may_turn_by_the_largest_tilt_within_its_step():
+    bench = Bench(Scenario(controller="px4"))
+    most = Excitation("roll_rate", Shape.STEP, bench.session.get("max_tilt") / 0.25, 0.25)
+    assert isinstance(bench.excite(most), WorkerResult)
+    said = bench.excite(dataclasses.replace(most, amplitude=1.01 * most.amplitude)).said
+    assert f"within ±{most.amplitude:g}" in said
+
+
+def test_rounds_may_drift_by_half_a_metre_and_by_half_a_second_of_what_is_asked_for(case):
+    session = Bench().session
+    for axis, amplitude, stray, turn_rate in (
+        ("x", -4.0, 2.5, 4.0),
+        ("z", 0.5, 0.75, 0.5),
+        ("roll", 0.3, 0.5, LOADED_YAW_RATE_RAD_S),
+        ("force_x", 3.0, 0.5, LOADED_YAW_RATE_RAD_S),
+    ):
+        drive = StepDrive(session, Excitation(axis, Shape.STEP, amplitude, 1.0))
+        with case(axis):
+            assert (drive.stray, drive.turn_rate) == (stray, turn_rate)
 
 
 def test_a_figure_of_eight_is_not_excited():

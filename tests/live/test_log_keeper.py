@@ -105,6 +105,18 @@ def test_a_log_of_a_later_flight_has_the_laws_of_that_flight(flight, tmp_path, w
     assert "first" in record.law and "second" in text
 
 
+def test_a_log_of_a_later_flight_has_the_values_of_its_own_law(flight, tmp_path):
+    """With those of another one it could not be flown again."""
+    flight.take_over(Path("pid"))
+    flight.session.reset()
+    flight.keeper.begin_anew()
+    values = flight.session.parameters()
+    path = flight.keeper.start(str(tmp_path / "flight.mcap"))
+    flight.fly(0.1)
+    flight.keeper.stop()
+    assert "ki_rate" in values and read_log(Path(path)).values == values
+
+
 def test_a_log_that_cannot_go_on_says_so_and_the_flight_does(flight, tmp_path):
     folder = tmp_path / "folder"
     folder.mkdir()
@@ -147,8 +159,10 @@ def test_all_come_back_to_the_bit_and_in_their_order(history):
 def test_nothing_is_left_once_it_is_cleared(history):
     history.clear()
     assert list(history) == []
-    history.append(ACTIONS[5], "two")
-    assert list(history) == [(ACTIONS[5], "two")]
+    others = ACTIONS[5:] + ACTIONS[:5]  # a command where another kind was before
+    for action in others:
+        history.append(action, "two")
+    assert list(history) == [(action, "two") for action in others]
 
 
 def test_an_hour_of_steering_takes_a_few_megabytes():

@@ -31,3 +31,10 @@ def test_a_swing_that_decays_by_more_than_the_least_ratio_is_none():
     value = 2.0 * np.exp(-decay * TIME) * np.sin(2.0 * np.pi * FREQUENCY * TIME)
     assert seen(value, 3.4, steady=0.8) == pytest.approx(FREQUENCY, rel=0.02)
     assert seen(value, 3.4, steady=0.95) == 0.0
+
+
+def test_what_moves_to_one_side_alone_is_no_swing():
+    """Pulses of 1 in 15 % of the time: less than 0.2 below their mean, the least to either side."""
+    pulses = (FREQUENCY * TIME % 1.0 < 0.15).astype(float)
+    assert seen(pulses, 3.4, uneven=2.0) == 0.0
+    assert seen(pulses * 2.0, 3.4, uneven=2.0) == pytest.approx(FREQUENCY, rel=0.1)

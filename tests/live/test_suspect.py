@@ -27,3 +27,16 @@ def test_a_loop_that_amplifies_its_command_swings_and_else_the_one_around_it(gai
         suspect.look(time, drift + gain * command, signals)
     assert suspect.is_known(1.0)
     assert suspect.loop == loop
+
+
+@pytest.mark.parametrize(
+    ("slow", "held", "loop"),
+    [
+        (True, True, "position x"),
+        (True, False, "velocity x"),  # the pilot steers
+        (False, True, "velocity x"),
+    ],
+)
+def test_a_slow_swing_is_one_of_the_place_while_it_is_held(slow, held, loop):
+    suspect = Suspect(load_controller(), "x", FREQUENCY_HZ, 0.0, slow=slow, held=held)
+    assert suspect.loop == loop

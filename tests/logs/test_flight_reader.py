@@ -1,5 +1,6 @@
 """Flights as signals: gaps, what can be found from them, and our own logs."""
 
+import dataclasses
 from pathlib import Path
 
 import numpy as np
@@ -12,8 +13,10 @@ from workbench.common.series import make_series
 from workbench.gui.signals import Signals
 from workbench.logs.flight_contents import contents_of_flight
 from workbench.logs.flight_reader import open_log, read_flight
+from workbench.logs.imported import flight_of_log
 from workbench.logs.readers import log_reader
 from workbench.logs.readers.rotations import quaternion_from_angles, vectors_in_world
+from workbench.logs.record import read_log
 from workbench.scenario.scenario import Scenario, ScenarioStart, VehicleConfig
 from workbench.session.session import Session
 from workbench.systems.bridge import Bridge
@@ -87,6 +90,19 @@ def test_our_own_log_is_a_flight_record(log):
     assert contents.turning == pytest.approx(flight.end, abs=0.05)
     assert np.isnan(contents.saturated)
     assert not any("never turn" in each.why for each in contents.findable)
+
+
+def test_the_setpoint_of_a_log_is_the_point_that_an_order_has_given_from_its_time_on(log):
+    record = read_log(log)
+    orders = "script: [{at: 0.5, go_to: [1, 2, 3]}, {at: 1.0, go_to: [4, 5, 6]}]"
+    topics = {name: topic for name, topic in record.topics.items() if name != "actions"}
+    flight = flight_of_log(dataclasses.replace(record, scenario_text=orders, topics=topics))
+    begin = record.states[0, 4]
+    for signal, first, then in (("x", begin, 1.0), ("z", record.states[0, 6], 3.0)):
+        found = flight[f"setpoint.{signal}"]
+        assert 0.5 in found.time and 1.0 in found.time
+        wanted = np.where(found.time < 0.5, first, np.where(found.time < 1.0, then, then + 3.0))
+        np.testing.assert_array_equal(found.values, wanted)
 
 
 def test_what_is_no_log_is_a_sentence(tmp_path, case):

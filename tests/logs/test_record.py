@@ -1,6 +1,7 @@
 """A log read again, whole, cut short or damaged."""
 
 import random
+import re
 import struct
 
 import numpy as np
@@ -116,6 +117,9 @@ def test_a_log_cut_at_any_byte_is_read_as_far_as_it_goes(log, flown, read):
         kept[cut] = len(record.states)
         assert record.states.tobytes() == states[: kept[cut]].tobytes(), cut
         assert record.remark == "" or "was not closed" in record.remark
+        if (ended := re.search(r"ends at ([0-9.]+) s", record.remark)) and kept[cut]:
+            last = flown.samples[kept[cut] - 1].published.t_ns * 1e-9
+            assert last - 5.01e-4 <= float(ended[1]) < last + 1 / 128  # a sensor may come later
         assert "damaged" not in record.remark
     counts = [count for _, count in sorted(kept.items())]
     assert counts == sorted(counts), "a longer file has no less"

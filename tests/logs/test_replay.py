@@ -8,7 +8,8 @@ import pytest
 
 from workbench.common.errors import WorkbenchError
 from workbench.control.controller_file import load_controller
-from workbench.logs.record import read_log
+from workbench.logs import replay as module
+from workbench.logs.record import LogRecord, read_log
 from workbench.logs.replay import replay, replay_scenario
 from workbench.scenario.scenario import Action, Scenario
 from workbench.scenario.scenario_file import load_scenario
@@ -100,6 +101,17 @@ def test_other_versions_are_named(log):
     assert found.equal
     assert len(found.changed) == 1
     assert re.fullmatch(r"numpy \S+, was 1\.0", found.changed[0])
+
+
+def test_a_state_that_does_not_come_again_is_no_equal_one(log, flown, monkeypatch):
+    """What flies again has a state at each of its own times, and the log one beside them."""
+    record = read_log(log)
+    times = list(record.state_ns)
+    times[-1] += 1
+    monkeypatch.setattr(LogRecord, "state_ns", tuple(times))
+    monkeypatch.setattr(module, "_replayed_samples", lambda *_: iter(flown.samples))
+    with pytest.raises(WorkbenchError, match=f"only {len(times) - 1} of its {len(times)} states"):
+        replay(record)
 
 
 def test_a_log_without_states_is_refused(write):

@@ -203,6 +203,26 @@ def test_sensors_of_the_log_are_in_the_axes_of_the_vehicle(record):
     assert place[:3] == pytest.approx([0, 0, 1.5] + p_BG, abs=4 * 1.0 / math.sqrt(20))
 
 
+def test_a_sample_that_a_log_has_twice_counts_once(record):
+    def twice(topic):
+        fields = {
+            path: dataclasses.replace(column, values=np.repeat(column.values, 2))
+            for path, column in topic.fields.items()
+        }
+        stamps, t_ns = np.repeat(topic.stamps_ns, 2), np.repeat(topic.t_ns, 2)
+        return dataclasses.replace(topic, fields=fields, stamps_ns=stamps, t_ns=t_ns)
+
+    topics = {
+        name: twice(topic) if name in ("imu", "magnetometer") else topic
+        for name, topic in record.topics.items()
+    }
+    found = logged_sensors(dataclasses.replace(record, topics=topics)).samples
+    expected = logged_sensors(record).samples
+    for kind in ("imu", "magnetometer"):
+        for once, there in zip(getattr(expected, kind), getattr(found, kind), strict=True):
+            np.testing.assert_array_equal(there, once)
+
+
 def test_turned_sensors_are_turned_back(record, monkeypatch):
     """What a sensor whose axes are turned by R_BS shows is, in B, R_BS times that."""
     plain = logged_sensors(record).samples

@@ -11,6 +11,7 @@ from workbench.common.flight import Flight
 from workbench.common.series import make_series
 from workbench.logs.flight_log import LoggedFlight
 from workbench.logs.flight_reader import read_flight
+from workbench.logs.logged_loop import find_logged_loop
 from workbench.logs.step_response import StepEstimate, identify_step_response
 from workbench.scenario.scenario import Action, Scenario
 
@@ -23,6 +24,7 @@ LOOP = scipy.signal.StateSpace(
     [[0.0]],
 )
 SETPOINT, RESPONSE = "rate_setpoint.w_x", "imu.angular_velocity.x"
+TIMES = np.arange(0.0, 1.0, 0.1)
 SETTLED = 0.36
 """From there on the response settles [s]."""
 
@@ -176,3 +178,17 @@ def test_a_flight_through_turbulence_gives_the_step_that_is_flown_in_calm_air(tm
                 off = np.abs(found.values - true)[found.time > 0.6 * found.time[-1]]
                 assert found.trusted, found.doubts
                 assert off.max() < 0.06
+
+
+def test_a_measured_place_or_velocity_goes_before_an_estimate_of_it(case):
+    """Whichever the log has first; the gyro goes before both of a rate."""
+    for loop, setpoint, responses in (
+        ("x", "setpoint.x", ("position_data.x", "estimate.x")),
+        ("v_z", "setpoint.v_z", ("velocity_data.v_z", "estimate.v_z")),
+        ("pitch_rate", "rate_setpoint.w_y", ("imu.angular_velocity.y", "estimate.w_y")),
+    ):
+        for names in (responses, responses[::-1], responses[1:]):
+            signals = {name: make_series(name, "", TIMES, TIMES) for name in (setpoint, *names)}
+            found = find_logged_loop(Flight("made", Path("made"), "made", signals, end=1.0), loop)
+            with case(loop, names):
+                assert found[:2] == (setpoint, min(names, key=responses.index))

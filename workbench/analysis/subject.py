@@ -202,7 +202,7 @@ class AnalysedVehicle:
     def gains(self, asked: Mapping[str, float]) -> dict[str, float]:
         """Return all values of the controller: the vehicle's own, overridden by the question's.
 
-        They include values of filters and of the estimator in the question.
+        They include values of filters and of the estimator in the question or the settings.
 
         Raises:
             WorkbenchError: for an unknown name, or a value out of range.
@@ -211,8 +211,8 @@ class AnalysedVehicle:
         for name in self.table.checked(values):
             if name not in (*self.law, *self._around):
                 raise WorkbenchError(f"{name} is not a gain of the controller: leave it out")
-        around = {name: values[name] for name in self._around if name in values}
-        return {name: values.get(name, self.own[name]) for name in self.law} | around
+        around = [name for name in self._around if name in values or name in self.settings]
+        return {name: values.get(name, self.own[name]) for name in (*self.law, *around)}
 
     def asked_names(self, asked: Mapping[str, float]) -> dict[str, str]:
         """Return a question's names by the controller's gains; those of a set lose its suffix."""

@@ -167,6 +167,7 @@ def _recording(
         1.0 / max([rate for rate in rates if rate > 0.0], default=100.0), MIN_JUDGED_PERIOD_S
     )
     time = begin + period * np.arange(math.floor((end - begin) / period + 1e-9) + 1)
+    time = np.minimum(time, end)  # beyond it by a rounding, the last sample would be unknown
     columns = {name: _signal_at(flight, name, time) for name in names}
 
     def of(field: str) -> np.ndarray:

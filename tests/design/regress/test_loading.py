@@ -143,6 +143,13 @@ def test_a_wrong_script_is_named_with_its_line(spec, text, said):
     assert said in fault(spec(SCRIPT.format(text)))
 
 
+def test_a_metric_of_hover_needs_half_a_second_before_the_edge(spec):
+    text = SCRIPT.format("limits: {hover_thrust: {max: 30}}")
+    load_spec(spec(text.replace("edge: 1", "edge: 0.5")))
+    said = "hover_thrust needs an edge, half a second or more after the flight's begin"
+    assert said in fault(spec(text.replace("edge: 1", "edge: 0.49")))
+
+
 @pytest.mark.parametrize(
     ("text", "said"),
     [

@@ -312,11 +312,12 @@ def test_the_margins_of_every_loop_are_as_demanded():
 
 def test_a_phase_margin_of_an_older_spec_is_in_rad(spec, caplog):
     caplog.set_level("INFO", "workbench")
-    old = load_spec(spec("margins:\n  roll: {phase_margin: {min: 0.6}, disk_margin: {min: 0.5}}\n"))
+    text = "margins:\n  roll: {phase_margin: [0.6, 1.2], disk_margin: {min: 0.5}}\n"
+    old = load_spec(spec(text))
     assert "s.workbench.yaml:2: phase_margin is read in rad, as in specs before 1.0" in caplog.text
     now = load_spec(spec("margins: {roll: {phase_margin_deg: {min: 34.4}}}\n"))
     limit = old.content.margins["roll"]["phase_margin_deg"]
-    assert limit.min == pytest.approx(34.377, abs=1e-3)
+    assert (limit.min, limit.max) == pytest.approx((34.377, 68.755), abs=1e-3)
     assert now.content.margins["roll"]["phase_margin_deg"].min == 34.4
 
 

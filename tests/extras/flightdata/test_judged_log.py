@@ -1,5 +1,6 @@
 """Logs of other programs judged by specs."""
 
+import dataclasses
 import json
 from pathlib import Path
 
@@ -10,8 +11,13 @@ import yaml
 from tests.logs.test_judged_log import check_metrics, step, write_spec
 from workbench.commands import progress
 from workbench.commands.cli import main
+from workbench.common.resources import find_model
 from workbench.design.regress.running import regress
-from workbench.logs.judged_log import read_case
+from workbench.design.regress.spec import LogConfig, SpecCase
+from workbench.logs.flight_reader import read_flight
+from workbench.logs.judged_log import judged_log, read_case
+from workbench.logs.readers.rotations import EULER_ANGLE_NAMES
+from workbench.plant.loading import load_vehicle
 
 pytestmark = pytest.mark.usefixtures("unheld")
 
@@ -161,6 +167,54 @@ def test_a_gap_is_no_value_and_a_small_one_is_said(tmp_path):
         (result,) = regress([spec], read_log=read_case)
         expected = said or "and 80 % are needed: name a span without gaps"
         assert expected in result.failures[0]
+
+
+def write_speeds(path: Path, angle: list[str]) -> None:
+    """Write a CSV of four rotors at constant speeds and of angles in 8 s, and its mapping."""
+    time = np.arange(0.0, 8.0, 0.02)
+    rows = [f"{t:.9g},400,410,420,430,{a},{a},{a}" for t, a in zip(time, angle, strict=True)]
+    path.write_text("\n".join(["t,a,b,c,d,roll,pitch,yaw", *rows]))
+    names = {
+        **{name: {"signal": f"rotors.speed.{i}", "unit": "rad/s"} for i, name in enumerate("abcd")},
+        **{name: {"signal": f"estimate.{name}", "unit": "rad"} for name in EULER_ANGLE_NAMES},
+    }
+    mapping = {"time": {"column": "t", "unit": "s"}, "columns": names}
+    path.with_suffix(".mapping.yaml").write_text(yaml.safe_dump(mapping))
+
+
+def test_the_array_that_is_known_least_decides(tmp_path):
+    """A force needs thrusts and attitude; the attitude is missing in 3 of 8 s."""
+    write_speeds(tmp_path / "flight.csv", ["" if 100 < i < 250 else "0.1" for i in range(400)])
+    limits = {"mean of force_z": {"max": 1e3}, "peak_thrust": {"max": 1e3}}
+    spec = write_spec(tmp_path, {"name": "x", "log": "flight.csv", "limits": limits})
+    (result,) = regress([spec], read_log=read_case)
+    (sentence,) = result.failures
+    assert sentence.startswith("mean of force_z does not exist")
+    assert "the log has the attitude for 63 % of 0 .. 7.98 s" in sentence
+
+
+def test_each_rotor_has_the_speed_of_the_motor_that_the_order_names(tmp_path):
+    write_speeds(tmp_path / "flight.csv", ["0.1"] * 400)
+    wanted = {"mean of speed_1": 420, "mean of speed_2": 410, "mean of speed_3": 430}
+    limits = {name: [value - 0.1, value + 0.1] for name, value in wanted.items()}
+    log = {"file": "flight.csv", "order": [3, 2, 4, 1]}
+    (result,) = regress(
+        [write_spec(tmp_path, {"name": "x", "log": log, "limits": limits})], read_log=read_case
+    )
+    assert result.passed, result.failures
+
+
+def test_thrusts_are_those_of_the_curve_of_each_rotor(tmp_path):
+    """T = k w^2 + l w."""
+    write_speeds(tmp_path / "flight.csv", ["0.1"] * 400)
+    drone = load_vehicle(find_model("dh_drone"))
+    rotors = tuple(dataclasses.replace(each, linear_motor_constant=2e-3) for each in drone.rotors)
+    flight = read_flight(tmp_path / "flight.csv")
+    vehicle = dataclasses.replace(drone, rotors=rotors)
+    found = judged_log(flight, vehicle, SpecCase(), LogConfig()).recording
+    for place, speed in enumerate((400.0, 410.0, 420.0, 430.0)):
+        thrust = rotors[place].motor_constant * speed**2 + 2e-3 * speed
+        assert found.thrusts[:, place] == pytest.approx(thrust)
 
 
 def test_wrong_cases_of_logs_are_sentences_with_their_line(case, run, tmp_path):

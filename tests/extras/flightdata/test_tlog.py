@@ -14,9 +14,10 @@ from tests.extras.flightdata import tlog_writer as wire
 from tests.extras.flightdata.foreign_files import read_here
 from tests.extras.flightdata.tlog_writer import frame, tlog
 from workbench.common.errors import WorkbenchError
+from workbench.extras.flightdata.readers.tlog_topics import MAVLINK_SIGNAL_ROWS
 from workbench.logs.flight_reader import read_flight
 
-pytest.importorskip("pymavlink")
+mavlink = pytest.importorskip("pymavlink.dialects.v20.common")
 pytestmark = pytest.mark.usefixtures("unheld")
 
 UNIX_US = 1_700_000_000_000_000
@@ -343,3 +344,27 @@ def test_versions_signatures_and_damage(tmp_path):
     path.write_bytes(struct.pack(">Q", UNIX_US) + b"\xfd" + bytes(500))
     with pytest.raises(WorkbenchError, match="has no message of a vehicle"):
         read_flight(path)
+
+
+def test_what_a_mask_leaves_out_is_unknown_and_nothing_else(case):
+    """A bit of north leaves out our y, one of east our x."""
+    masks = {
+        ("ATTITUDE_TARGET", "rate_setpoint.w_x"): "ATTITUDE_TARGET_TYPEMASK_BODY_ROLL_RATE_IGNORE",
+        ("ATTITUDE_TARGET", "rate_setpoint.w_y"): "ATTITUDE_TARGET_TYPEMASK_BODY_PITCH_RATE_IGNORE",
+        ("ATTITUDE_TARGET", "rate_setpoint.w_z"): "ATTITUDE_TARGET_TYPEMASK_BODY_YAW_RATE_IGNORE",
+        ("ATTITUDE_TARGET", "attitude_setpoint.thrust"): "ATTITUDE_TARGET_TYPEMASK_THROTTLE_IGNORE",
+        ("POSITION_TARGET_LOCAL_NED", "setpoint.x"): "POSITION_TARGET_TYPEMASK_Y_IGNORE",
+        ("POSITION_TARGET_LOCAL_NED", "setpoint.y"): "POSITION_TARGET_TYPEMASK_X_IGNORE",
+        ("POSITION_TARGET_LOCAL_NED", "setpoint.z"): "POSITION_TARGET_TYPEMASK_Z_IGNORE",
+        ("POSITION_TARGET_LOCAL_NED", "setpoint.v_x"): "POSITION_TARGET_TYPEMASK_VY_IGNORE",
+        ("POSITION_TARGET_LOCAL_NED", "setpoint.v_y"): "POSITION_TARGET_TYPEMASK_VX_IGNORE",
+        ("POSITION_TARGET_LOCAL_NED", "setpoint.v_z"): "POSITION_TARGET_TYPEMASK_VZ_IGNORE",
+        ("POSITION_TARGET_LOCAL_NED", "setpoint.yaw"): "POSITION_TARGET_TYPEMASK_YAW_IGNORE",
+    }
+    for (topic, name), bit in masks.items():
+        (row,) = [r for r in MAVLINK_SIGNAL_ROWS if r.topic == topic and name in r.names]
+        bits = [getattr(mavlink, each) for (of, _), each in masks.items() if of == topic]
+        table = np.array([[*np.ones(len(row.fields) - 1), each] for each in bits])
+        unknown = np.isnan(row.convert(table)[:, row.names.index(name)])
+        with case(name):
+            assert unknown.tolist() == [each == getattr(mavlink, bit) for each in bits]

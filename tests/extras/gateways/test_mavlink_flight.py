@@ -2,6 +2,7 @@
 
 import asyncio
 import math
+from functools import partial
 from types import SimpleNamespace
 
 import numpy as np
@@ -12,8 +13,9 @@ pytest.importorskip("pymavlink", reason="install the extra `mavlink` to try it")
 from pymavlink.dialects.v20 import common as mavlink
 
 from workbench.extras.gateways import mavlink_flight
+from workbench.extras.gateways.mavlink_effect import NoEffectError, wait_for_effect
 from workbench.extras.gateways.mavlink_flight import MISSION_SPEED_SHARE, REACHED_M, MissionFlight
-from workbench.extras.gateways.mavlink_messages import HOLD_MODE
+from workbench.extras.gateways.mavlink_messages import HOLD_MODE, LANDING_MODE
 from workbench.extras.gateways.mavlink_mission import MissionPlace, MissionStep
 
 LEVEL_SPEED, CLIMB_RATE = 5.0, 0.8
@@ -123,3 +125,29 @@ def test_it_takes_off_returns_at_its_height_and_lands(monkeypatch):
     assert all(place[2] == 2.0 for _, place, _ in drone.flown)
     assert math.hypot(*drone.place[:2]) <= REACHED_M
     assert drone.mode == 0 and reached == [0, 1, 2]
+
+
+def test_an_effect_is_one_that_the_drone_shows_after_the_order(case):
+    """What it did before, or does only after more than two seconds, is none of it."""
+
+    class Shown(dict):
+        def __init__(self, time, mode):
+            super().__init__(mode=mode, condition=f"mode {mode}")
+            self.time = time
+
+    def next_of(coming, _):
+        return next(coming)
+
+    for states, works in (
+        ([Shown(1.0, HOLD_MODE), Shown(1.1, LANDING_MODE)], True),
+        ([Shown(0.9, LANDING_MODE), Shown(1.0, LANDING_MODE), Shown(3.1, HOLD_MODE)], False),
+        ([Shown(1.1, HOLD_MODE), Shown(3.1, HOLD_MODE), Shown(3.2, LANDING_MODE)], False),
+    ):
+        client = SimpleNamespace(latest=partial(next_of, iter(states)))
+        waiting = wait_for_effect(client, "land", 1.0)
+        with case([each.time for each in states]):
+            if works:
+                asyncio.run(waiting)
+            else:
+                with pytest.raises(NoEffectError, match="land had no effect: .* is mode"):
+                    asyncio.run(waiting)

@@ -152,6 +152,17 @@ def test_a_flight_that_is_not_heard_of_is_told_of(flown, clock, qtbot):
     assert flown.cards["clock"].sign is Sign.WARNING
 
 
+def test_home_is_where_the_flight_began_and_how_far_it_is_is_level(flown, canned, clock):
+    """A window may open while the drone is on its way."""
+    view, way = canned.views[-1], {"p_WB": (10.0, 20.0, 15.0), "displacement": (3.0, -4.0, 12.0)}
+    flown.begin(replace(view, snapshot=replace(view.snapshot, **way)))
+    shown(flown, view, clock, **way)
+    card = flown.cards["gps"]
+    assert (card.map.home.east, card.map.home.north) == (7.0, 24.0)
+    assert card.table.texts[3] == ("5.00",)
+    assert "5.0 metres from home: 3.0 east, -4.0 north" in card.map.spoken
+
+
 def test_gps_can_be_read_to_a_centimetre(flown, canned):
     reading = canned.views[-1].snapshot.gps
     latitude, longitude, altitude, _ = (row[0] for row in flown.cards["gps"].table.texts)

@@ -38,6 +38,17 @@ def test_a_reading_older_than_three_periods_is_old_and_says_how_old(view):
     assert state.note == "old: 1.2\N{NO-BREAK SPACE}s"
 
 
+def test_periods_are_those_that_come_and_before_any_those_that_are_asked_for(view):
+    """A sensor that gives less than is asked for is slow, which is told elsewhere, not old."""
+    for rate, asked, health in (
+        (2.0, 10.0, SensorHealth.GOOD),
+        (10.0, 2.0, SensorHealth.OLD),
+        (0.0, 2.0, SensorHealth.GOOD),
+        (0.0, 10.0, SensorHealth.OLD),
+    ):
+        assert stated(view, age=1.25, rate=rate, asked_rate=asked).health is health
+
+
 def test_a_known_latency_makes_no_reading_old(view):
     scenario = replace(view.scenario, sensors=replace(view.scenario.sensors, latency={"gps": 1.0}))
     assert stated(replace(view, scenario=scenario), age=1.25, rate=10.0).health is SensorHealth.GOOD

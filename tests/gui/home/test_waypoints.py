@@ -121,6 +121,15 @@ def test_a_click_flies_there_at_the_present_height(bench, qtbot):
     assert bench.places  # the last one is held, and shown
 
 
+def test_a_click_keeps_the_height_to_which_the_drone_is_on_its_way(bench, qtbot):
+    x, y, z = bench.now.p_WB
+    bench.flight.do(Action(go_to=[x, y, z + 0.5]))
+    qtbot.waitUntil(lambda: bench.now.reference[4:8] == (x, y, z + 0.5, 1.0))
+    QTest.mouseClick(bench.button, LEFT)
+    bench.click(3.0, 0.0)
+    assert [height for *_, height in bench.route.places] == [z + 0.5]
+
+
 def test_several_are_flown_in_turn_and_one_is_taken_away(bench, qtbot):
     QTest.mouseClick(bench.button, LEFT)
     for place in ((3.0, 0.0), (3.0, 3.0), (-3.0, 3.0)):

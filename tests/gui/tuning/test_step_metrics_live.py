@@ -5,12 +5,15 @@ from dataclasses import replace
 import control
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
+from workbench.common.resources import find_model
 from workbench.gui.tuning.limits import NUMBER_LIMITS
 from workbench.gui.tuning.metric_row import metric_rows, response_headline
 from workbench.gui.tuning.number_row import RowState
-from workbench.gui.tuning.round_trace import RoundTrace
+from workbench.gui.tuning.round_trace import RoundTrace, take_trace
 from workbench.gui.tuning.step_part import StepPart, measure_step, step_parts
+from workbench.plant.loading import load_vehicle
 from workbench.scenario.excitation import Excitation, Shape
 
 TIME = np.arange(0.0, 4.0, 1.0 / 128.0)
@@ -25,6 +28,27 @@ def trace_of(response):
 def swinging(duration: float) -> np.ndarray:
     system = control.tf([36.0], [1.0, 4.0, 36.0])
     return control.step_response(system, TIME[duration >= TIME]).outputs
+
+
+def test_a_trace_has_the_tilt_of_the_thrust_and_the_busiest_rotor():
+    """The angle between the drone's z and that of W, by SciPy's rotations."""
+    time = np.arange(0.0, 3.0, 0.5)
+    vehicle = load_vehicle(find_model("dh_drone"))
+    roll, pitch = 0.1 * time, 0.3 - 0.2 * time
+    streams = {"position_data.roll": roll, "position_data.pitch": pitch, "velocity_data.v_x": time}
+    for index, rotor in enumerate(vehicle.rotors):
+        streams[f"rotors.speed.{index}"] = rotor.max_rot_velocity * 0.1 * (index + time)
+
+    class Stored:
+        def series(self, name, since):
+            return time[time >= since], streams[name][time >= since]
+
+    found = take_trace(Stored(), Excitation("x", Shape.STEP, 1.0, 2.0), vehicle, 0.5, 2.0)
+    up = Rotation.from_euler("yx", np.column_stack([pitch, roll])).apply([0.0, 0.0, 1.0])
+    assert found.time.tolist() == [0.0, 0.5, 1.0, 1.5]
+    assert found.response.tolist() == [0.5, 1.0, 1.5, 2.0]
+    assert found.tilt == pytest.approx(np.arccos(up[1:5, 2]))
+    assert found.rotor_use == pytest.approx(0.1 * (len(vehicle.rotors) - 1 + time[1:5]))
 
 
 @pytest.mark.parametrize(("before", "level"), [(0.0, 2.0), (-2.0, 2.0), (0.0, -0.3)])

@@ -13,6 +13,7 @@ from scipy.spatial.transform import Rotation
 
 from workbench.link import drone_topics as numbers
 from workbench.link.drone_topics import drone_topics
+from workbench.link.picture import PictureLayout, Pinhole
 from workbench.link.ros_messages.cdr import encode
 from workbench.link.ros_messages.conversion import conversion
 from workbench.link.ros_messages.library import schema_text
@@ -370,3 +371,30 @@ def test_neither_drake_nor_ros_is_loaded():
     assert done.returncode == 0, done.stderr
     loaded = {name.split(".")[0] for name in done.stdout.split()}
     assert not loaded & {"pydrake", "PyQt6", "cyclonedds", "rclpy", "mcap"}
+
+
+def test_a_camera_info_projects_as_a_pinhole_and_its_image_has_the_rows():
+    """u = fx x / z + cx and v = fy y / z + cy; depths are rows of 16-bit millimetres."""
+    camera = Pinhole(3, 2, 300.0, 500.0, 1.25, 0.75)
+    options = dataclasses.replace(
+        OUTFIT,
+        rates={**OUTFIT.rates, "depth_camera": 5.0},
+        picture=PictureLayout(camera, "optical", False),
+    )
+    (topic,) = [each for each in drone_topics(options) if each.id == numbers.DEPTH_IMAGE_SIGNAL.id]
+    depths = np.array([[1000, 2000, 3000], [4000, 5000, 65_535]], "<u2")
+    payload = topic.pack((T_NS, np.frombuffer(depths.tobytes(), "<u4").tolist()))
+    found = {}
+    for channel, message in messages(topic, payload):
+        decode = generate_dynamic(channel.type, schema_text(channel.type))[channel.type]
+        found[channel.topic.rpartition("/")[2]] = decode(encode(channel.type, message))
+    info, image = found["camera_info"], found["image_raw"]
+    x, y, z = 0.3, -0.2, 2.0
+    pixel = [300.0 * x / z + 1.25, 500.0 * y / z + 0.75, 1.0]
+    assert np.reshape(info.k, (3, 3)) @ [x, y, z] / z == pytest.approx(pixel)
+    assert np.reshape(info.p, (3, 4)) @ [x, y, z, 1.0] / z == pytest.approx(pixel)
+    assert np.reshape(info.r, (3, 3)).tolist() == np.eye(3).tolist() and not any(info.d)
+    for each in (info, image):
+        assert (each.width, each.height) == (3, 2) and each.header.frame_id == "optical"
+    rows = np.frombuffer(bytes(image.data), "<u2").reshape(image.height, image.step // 2)
+    assert image.encoding == "16UC1" and rows.tolist() == depths.tolist()

@@ -278,6 +278,18 @@ def test_what_must_not_fly_is_not_exported(case):
                     assert said.endswith("nothing is exported")
 
 
+def test_what_a_crazyflie_has_stored_counts_before_what_it_has_now(tmp_path, case):
+    """Of a parameter as the client writes it, in either order; its default is none of both."""
+    for text, value in (
+        ("{value: 240, stored_value: 260}", 260.0),
+        ("{stored_value: 260, default_value: 250, value: 240}", 260.0),
+        ("{value: 240, default_value: 250}", 240.0),
+    ):
+        with case(text):
+            path = put(tmp_path / "x.yaml", f"params:\n  pid_rate.roll_kp: {text}\n")
+            assert import_gains(path, "crazyflie").values == {"pid_rate_roll_kp": value}
+
+
 def test_files_that_are_none_are_refused(tmp_path, case):
     px4 = load_controller("px4")
     for text, words, said in (

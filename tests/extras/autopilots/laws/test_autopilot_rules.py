@@ -7,6 +7,7 @@ import pytest
 
 from workbench.control.controller_file import load_controller
 from workbench.controllers.pd_rule import rule as pd_rule
+from workbench.extras.autopilots.mixers import flies_with_defaults
 from workbench.plant.loading import load_vehicle
 
 FIVE_INCH = Path(__file__).parents[3] / "drones" / "five_inch_quad.urdf.xacro"
@@ -60,3 +61,14 @@ def test_ardupilots_integral_is_slower_for_a_slower_loop():
         found = load_controller("ardupilot").rule(vehicle)
         ratio = found["ATC_RAT_RLL_I"] / found["ATC_RAT_RLL_P"]
         assert ratio == pytest.approx(share, rel=0.01)
+
+
+def test_defaults_are_for_vehicles_within_1_6_of_theirs_to_both_sides():
+    own = [1.0 / 1.61, 1.0 / 1.59, 1.0, 1.59, 1.61]
+    assert flies_with_defaults([3.0 * each for each in own], [3.0] * 5) == [
+        False,
+        True,
+        True,
+        True,
+        False,
+    ]

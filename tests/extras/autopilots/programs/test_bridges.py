@@ -6,6 +6,7 @@ its own on height and attitude, and answers. None of this was flown against the 
 
 import contextlib
 import csv
+import dataclasses
 import json
 import math
 import shlex
@@ -20,10 +21,12 @@ from pymavlink.dialects.v20 import common as mavlink
 
 from workbench.commands.cli import main
 from workbench.common.errors import FlightBrokenError, WorkbenchError
+from workbench.common.resources import find_model
 from workbench.extras.autopilots.programs.ardupilot import ArduPilot, motion_line
 from workbench.extras.autopilots.programs.motion import RestartedError, attitude_ned, to_frd
 from workbench.extras.autopilots.programs.px4 import Px4
-from workbench.extras.autopilots.sitl_flight import AutopilotFlight
+from workbench.extras.autopilots.sitl_flight import AutopilotFlight, checked_order
+from workbench.plant.loading import load_vehicle
 from workbench.scenario.scenario import Scenario, ScenarioStart
 
 HEIGHT = 1.5
@@ -419,6 +422,17 @@ def test_the_commands_of_the_page_fly(capsys):
         out, err = capsys.readouterr()
         assert json.loads(out)["duration"] == pytest.approx(0.4, abs=0.01)
         assert "is connected" in err and "has armed" in err
+
+
+def test_outputs_are_those_of_a_quad_x():
+    """Front right and rear left turn counter-clockwise, then front left and rear right."""
+    drone = load_vehicle(find_model("dh_drone"))
+    for rotors in (drone.rotors, drone.rotors[::-1], drone.rotors[1:] + drone.rotors[:1]):
+        vehicle = dataclasses.replace(drone, rotors=rotors)
+        order = [rotors[each] for each in checked_order(vehicle, ())]
+        corners = [(math.copysign(1, r.p_BR[0]), math.copysign(1, r.p_BR[1])) for r in order]
+        assert corners == [(1, -1), (-1, 1), (1, 1), (-1, -1)]
+        assert [r.direction for r in order] == [1, 1, -1, -1]
 
 
 def test_a_drone_that_is_no_quad_x_wants_an_order():

@@ -63,6 +63,10 @@ def test_a_rotor_that_carries_more_is_named() -> None:
         assert [row.name for row in rows if row.finding] == found, name
         for row, share in zip(rows, thrusts / thrusts.mean(), strict=True):
             assert row.share == pytest.approx(share, rel=0.01), name
+        pairs = thrusts[:2] + thrusts[2:]  # opposite ones, which turn the same way
+        over = pairs / pairs[::-1]
+        turned = [row.pair_over_others for row in rows]
+        assert turned == pytest.approx([*over, *over], rel=0.01), name
     # in gusts the same weight may be chance: the interval reaches down to what is normal
     rows = trim(vehicle, *hover(heavy, gusts=0.3))
     assert max(row.over_opposite for row in rows) > MAX_OPPOSITE_RATIO

@@ -44,6 +44,27 @@ def test_a_push_is_what_mass_and_the_whole_inertia_need_for_the_velocities_of_th
     np.testing.assert_allclose(push, [*(MASS * (v - v_now) / PERIOD), 0.0, 0.0, 0.0, *moment])
 
 
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_an_attitude_that_the_log_has_turned_by_a_little_is_closed_either_way_it_is_written(sign):
+    """A quaternion and its negative are one attitude: the turn is 0.01 rad, and no whole one."""
+    begun, still = Rotation.random(random_state=6), np.zeros(3)
+    turn = np.array([0.006, -0.008, 0.0])
+    now = Rotation.from_rotvec(turn) * begun
+    target = state_of(now, still, still)
+    target[:4] *= sign
+    push = np.zeros(9)
+    correct_push(
+        push,
+        SimpleNamespace(state=state_of(now, still, still), target=target),
+        SimpleNamespace(state=state_of(begun, still, still)),
+        {"mass": MASS, "inertia": tuple(INERTIA[np.triu_indices(3)])},
+        0,
+        PERIOD,
+    )
+    moment = INERTIA @ now.inv().apply(turn) / driven.CLOSING_TIME_S / PERIOD
+    np.testing.assert_allclose(push, [*np.zeros(6), *moment], rtol=1e-4, atol=1e-12)
+
+
 def test_an_integral_takes_its_share_of_what_a_memory_differs_by_over_its_gain(monkeypatch):
     """Of 2 more, half is the integral's, behind a gain of 4: 0.25; what is not told stays."""
     monkeypatch.setattr(driven, "make_law_update", lambda controller: lambda flight, clock: None)

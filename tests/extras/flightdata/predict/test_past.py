@@ -63,6 +63,29 @@ def motion(seed=1, **changed) -> LoggedMotion:
     return made._replace(**changed)
 
 
+def test_the_ground_is_where_a_drone_stood_and_else_no_higher_than_zero():
+    """A log that begins and ends in the air says of the ground only that it was not above it."""
+    flown = motion()
+    lowest = flown.p[:, 2].min()
+    assert lowest > 1.0 and flown.ground == 0.0
+    below = flown._replace(p=flown.p - [0.0, 0.0, 9.0])
+    assert below.ground == lowest - 9.0
+    stood = flown.commands.copy()
+    stood[:5] = 0.0
+    assert flown._replace(commands=stood).ground == lowest
+
+
+def test_the_air_is_above_0_3_m_and_0_2_s_away_from_it_at_both_ends():
+    """A climb and a descent at the same speed, with motors that stand before and after."""
+    ends = np.minimum(TIME, TIME[::-1])
+    climb = 2.0 / ends.max()
+    place = np.stack([*np.zeros((2, COUNT)), 1.0 + climb * ends], axis=1)
+    turning = np.where(ends > 2.0 * PERIOD, 0.5, 0.0)[:, None] * np.ones(4)
+    first, last = motion(p=place, commands=turning).airborne
+    assert first * PERIOD == pytest.approx(0.3 / climb + 0.2, abs=1.01 * PERIOD)
+    assert last == COUNT - 1 - first
+
+
 def past_of(vehicle, flight, listen) -> Past:
     """Return the past of a flight of PX4's law, which has a memory."""
     px4 = load_controller("px4")
