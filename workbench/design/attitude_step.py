@@ -17,7 +17,7 @@ import numpy as np
 from workbench.design.flier import DIAGRAM, Flier
 from workbench.design.flown_step import STEP_EDGE_S, FlownStep
 from workbench.design.linear_step import DecayTimes, linear_attitude_step
-from workbench.design.steady_drift import HOVER_LOOK_S, MAX_HOVER_S, hover_until
+from workbench.design.steady_drift import hover_until
 from workbench.design.step_metrics import StepMetrics, step_metrics
 from workbench.design.step_response import (
     MIN_STEP_DURATION_S,
@@ -29,6 +29,7 @@ from workbench.design.step_response import (
 )
 from workbench.scenario.attitude_axes import ATTITUDE_ROWS, AttitudeAxis, find_attitude_axis
 from workbench.scenario.scenario import Scenario
+from workbench.session.drift import HOVER_LOOK_S, MAX_HOVER_S
 
 if TYPE_CHECKING:
     from workbench.session.recording import Recording

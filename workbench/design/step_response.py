@@ -13,7 +13,7 @@ import numpy as np
 
 from workbench.common.errors import WorkbenchError, unknown_name
 from workbench.design.flown_step import STEP_EDGE_S, FlownStep, axis_velocity
-from workbench.design.steady_drift import MAX_HOVER_S, air_moves, fly_from_rest
+from workbench.design.steady_drift import fly_from_rest
 from workbench.design.step_metrics import (
     USUAL_STEP_S,
     StepMetrics,
@@ -22,6 +22,7 @@ from workbench.design.step_metrics import (
 )
 from workbench.scenario.axes import AXIS_NAMES, find_axis
 from workbench.scenario.scenario import Action, Scenario, ScenarioStart
+from workbench.session.drift import MAX_HOVER_S, air_moves
 
 if TYPE_CHECKING:
     from workbench.design.flier import Flier

@@ -18,11 +18,11 @@ from collections.abc import Callable, Iterator
 
 from workbench.common.errors import WorkbenchError
 from workbench.common.parameter import HOOKS
-from workbench.design.steady_drift import MAX_HOVER_S
 from workbench.live.excitation_guard import IN_FLIGHT, WATCH_PERIOD_S, ExcitationGuard, StepPlan
 from workbench.live.step_drive import StepDrive
 from workbench.scenario.excitation import MAX_SWING_WAIT_S, ActiveExcitation, Excitation
 from workbench.scenario.scenario import Action
+from workbench.session.drift import MAX_HOVER_S
 from workbench.session.script import acting_step
 from workbench.session.session import Session
 

@@ -5,7 +5,13 @@ import math
 from collections import deque
 from collections.abc import Sequence
 
-from workbench.design.steady_drift import (
+from workbench.parameters.parameter_table import flight_table
+from workbench.scenario.attitude_axes import AttitudeAxis
+from workbench.scenario.axes import AXIS_NAMES, CommandAxis
+from workbench.scenario.excitation import Excitation, Shape
+from workbench.scenario.loads import Load
+from workbench.scenario.scenario import Action, AttitudeSetpoint
+from workbench.session.drift import (
     NEVER_STEADY,
     NOT_STEADY,
     WIND_SPEEDS,
@@ -13,12 +19,6 @@ from workbench.design.steady_drift import (
     moving_speed,
     steady_window,
 )
-from workbench.parameters.parameter_table import flight_table
-from workbench.scenario.attitude_axes import AttitudeAxis
-from workbench.scenario.axes import AXIS_NAMES, CommandAxis
-from workbench.scenario.excitation import Excitation, Shape
-from workbench.scenario.loads import Load
-from workbench.scenario.scenario import Action, AttitudeSetpoint
 from workbench.session.hover_attitude import (
     AT_REST_SHARE,
     AT_REST_SPEED,

@@ -8,18 +8,7 @@ import numpy as np
 
 from workbench.design.rollout.planned_flights import PlannedFlights
 from workbench.design.rollout.rollouts import MeasuredSteps, Rollouts
-from workbench.design.steady_drift import (
-    MAX_HOVER_S,
-    NEVER_STEADY,
-    NOT_STEADY,
-    WIND_SPEEDS,
-    drift_commands,
-    look_period,
-    moving_speed,
-    steady_looks,
-    steady_window,
-    window_looks,
-)
+from workbench.design.steady_drift import look_period, steady_looks, window_looks
 from workbench.design.step_metrics import (
     FROM_REST_NUMBERS,
     STEADY_STATE_NUMBERS,
@@ -28,6 +17,15 @@ from workbench.design.step_metrics import (
     step_metrics,
 )
 from workbench.scenario.axes import AXIS_NAMES
+from workbench.session.drift import (
+    MAX_HOVER_S,
+    NEVER_STEADY,
+    NOT_STEADY,
+    WIND_SPEEDS,
+    drift_commands,
+    moving_speed,
+    steady_window,
+)
 from workbench.session.hover_attitude import AT_REST_SHARE
 
 VELOCITY_INDICES = (7, 8, 9, 10, 11, 12)

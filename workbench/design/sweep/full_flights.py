@@ -12,11 +12,12 @@ from workbench.design.flown_step import STEP_EDGE_S, axis_velocity
 from workbench.design.linear_step import DecayTimes
 from workbench.design.lost import find_loss
 from workbench.design.metrics import FLOWN_METRICS
-from workbench.design.steady_drift import MAX_HOVER_S, air_moves, fly_from_rest
+from workbench.design.steady_drift import fly_from_rest
 from workbench.design.step_metrics import step_duration, step_metrics
 from workbench.design.step_response import step_scenario
 from workbench.design.sweep.case import FlownPart, Stop, SweepCandidate, SweepCase
 from workbench.scenario.scenario import Scenario
+from workbench.session.drift import MAX_HOVER_S, air_moves
 from workbench.session.recording import Recording
 from workbench.setup import Setup, make_setup
 
