@@ -9,9 +9,10 @@ from workbench.analysis.queries import DrawMap, Fork, Predict, RequestedStep, Se
 from workbench.analysis.subject import AnalysedVehicle
 from workbench.common.errors import WorkbenchError
 from workbench.design.branches import Branch
+from workbench.design.flown_step import STEP_EDGE_S, axis_velocity
 from workbench.design.load_step import fly_load_step
 from workbench.design.step_metrics import step_metrics
-from workbench.design.step_response import STEP_EDGE_S, axis_velocity, fly_step, step_scenario
+from workbench.design.step_response import fly_step, step_scenario
 from workbench.scenario.scenario import Action, Scenario
 from workbench.session.session import Session
 

@@ -10,7 +10,6 @@ from workbench.design.plots import stacked, styled, write_png
 from workbench.design.plots_flight import plot_flight
 from workbench.design.plots_step import plot_reproduced, plot_step
 from workbench.design.reproduce import PAPER_FIGURES, compare_with_paper
-from workbench.design.steady_drift import MAX_HOVER_S
 from workbench.design.step_response import STEP_EDGE_S, fly_step
 from workbench.scenario.scenario import Action, Scenario
 from workbench.session.session import Session
@@ -125,7 +124,7 @@ def test_a_steps_figure_has_its_metrics_and_every_rotor(row, tmp_path):
 @pytest.mark.slow
 def test_a_steps_figure_is_about_its_edge_and_the_velocity_before_it():
     """In wind the command steps once the drone drifts steadily, and its band lies about the end."""
-    flown = fly_step("x", 1.0, duration=2.5, settings={"wind_x": 6.0}, longest_hover=MAX_HOVER_S)
+    flown = fly_step("x", 1.0, duration=2.5, settings={"wind_x": 6.0})
     (response, *_) = plot_step(flown).axes
     time, command = lines(response)["command"].get_data()
     assert 0.0 <= time[command > 0.5][0] <= 1 / 128  # taken by the update at the edge

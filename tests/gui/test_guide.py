@@ -9,13 +9,14 @@ from PyQt6.QtCore import Qt
 from workbench.control.mode import FlightMode
 from workbench.gui.banner import GUIDE_DONE_KEY, GUIDE_END_TEXT, BeginnerGuide
 from workbench.scenario.excitation import ActiveExcitation, Excitation, Shape
+from workbench.scenario.scenario import Action, Scenario
 
 FLOWN = ActiveExcitation(Excitation("x", Shape.STEP, 1.0, 4.0), 3.0, 1)
 
 
 @pytest.fixture
 def gains():
-    return SimpleNamespace(tried=())
+    return SimpleNamespace(tried=(), flown={"kp_velocity_x": 5.0})
 
 
 @pytest.fixture
@@ -80,6 +81,18 @@ def test_one_step_of_those_that_repeat_is_enough(guide, show):
         assert stage(guide) == 2
     show(exciting=replace(FLOWN, returning=True))
     assert stage(guide) == 3
+
+
+def test_a_gain_that_the_script_sets_is_not_moved_by_the_user(guide, gains, show):
+    scenario = Scenario(script=[Action(at=1.0, set={"kp_velocity_x": 5.0})])
+    for each in ({}, {"exciting": FLOWN}, {}):
+        show(**each)
+    gains.tried = ("kp_velocity_x",)
+    show(scenario=scenario)
+    assert stage(guide) == 3
+    gains.flown = {"kp_velocity_x": 5.5}
+    show(scenario=scenario)
+    assert stage(guide) == 4
 
 
 def test_it_can_be_skipped_for_good(guide, show, qtbot):

@@ -121,3 +121,48 @@ def test_lost_real_time_lasts_only_while_it_is_lost():
     assert seen(kept) == [(1, False)]
     assert seen(*[slow] * 4) == [(1, False)] * 4
     assert seen(*[slow] * 6)[-1] == (2, True)
+
+
+@pytest.mark.parametrize(
+    ("updraft", "speed", "why"),
+    [
+        (20.0, 0.0, "the air rises at 20 m/s"),
+        (0.0, 0.5, "it has to brake first, and still moves at 0.5 m/s"),
+        (0.0, 0.0, "it may stand on something"),
+    ],
+)
+def test_a_landing_that_does_not_sink_is_told_with_the_reason_until_it_sinks(updraft, speed, why):
+    flight, told = MadeFlight(), []
+    now, height = flight.snapshot(), 3.0
+    flight.get = {"wind_z": updraft}.__getitem__
+    flight.snapshot = lambda: SimpleNamespace(
+        **{**vars(now), "mode": mode, "time": flight.time, "p_WB": (0.0, 0.0, height)}
+        | {"v_WB": (speed, 0.0, 0.0)}
+    )
+    alarms = Alarms(flight, told.append)
+
+    def fly(seconds, sinks=0.0):
+        nonlocal height
+        for _ in range(round(4.0 * seconds)):
+            flight.time += 0.25
+            height -= 0.25 * sinks
+            alarms.look(excited=False)
+
+    mode = FlightMode.HOVERING
+    fly(20.0)
+    mode = FlightMode.LANDING
+    fly(12.0, sinks=0.05)
+    assert told == []
+    fly(11.0)
+    (said,) = told
+    clearance = flight.vehicle.ground_clearance
+    assert said.startswith("the drone does not sink")
+    assert f"at {2.4 - clearance:.1f} m: {why}. Its rotors go on" in said
+    assert len(alarms.lasting) == 1
+    fly(3.0, sinks=0.5)
+    assert alarms.lasting == ()
+    fly(11.0)
+    assert len(told) == 2
+    mode = FlightMode.HOVERING
+    fly(1.0)
+    assert alarms.lasting == ()

@@ -24,6 +24,7 @@ from mcap.stream_reader import StreamReader
 from mcap.writer import MCAP0_MAGIC
 from mcap_ros2.decoder import DecoderFactory
 
+from tests.jointed import drone, joint, link
 from workbench.common.errors import WorkbenchError
 from workbench.gains.gains import load_gains
 from workbench.link.backplane import Published, Sampled
@@ -31,9 +32,10 @@ from workbench.link.topics import topic_from
 from workbench.logs import flight_log, mcap_writer
 from workbench.logs.contents import scenario_text
 from workbench.logs.flight_log import FlightLog, LoggedFlight
+from workbench.logs.flight_reader import open_log, read_flight
 from workbench.logs.mcap_writer import MCAP_CHUNK_BYTES
 from workbench.logs.record import read_log
-from workbench.scenario.scenario import Action, Push, Scenario
+from workbench.scenario.scenario import Action, Push, Scenario, VehicleConfig
 from workbench.scenario.scenario_file import load_scenario, parse_scenario
 
 pytestmark = pytest.mark.usefixtures("unheld")
@@ -166,6 +168,34 @@ def test_scenario_gains_topics_and_versions_stand_at_the_beginning(log, flown, t
         "python",
         "platform",
     }
+
+
+LIMIT = '<limit lower="-1" upper="1" effort="9" velocity="9"/>'
+
+
+def test_joints_in_a_log_have_the_unit_of_their_own_motion(tmp_path):
+    """One turns and one slides, so no unit of a whole field says it."""
+    parts = (
+        joint("swing", "revolute", "base", "arm", more=LIMIT)
+        + link("arm", 0.1)
+        + joint("leg", "prismatic", "base", "foot", more=LIMIT)
+        + link("foot", 0.1)
+    )
+    scenario = Scenario(vehicle=VehicleConfig(model=drone(tmp_path, parts)), duration=0.25)
+    flight = LoggedFlight(tmp_path / "a.mcap", scenario, {})
+    flight.run(lambda share: None)
+    wanted = {
+        "position": {"swing": "rad", "leg": "m"},
+        "velocity": {"swing": "rad/s", "leg": "m/s"},
+    }
+    found = read_flight(tmp_path / "a.mcap").signals
+    for field, units in wanted.items():
+        for name, unit in units.items():
+            assert found[f"joint_states.{field}.{name}"].unit == unit
+    shown = open_log(tmp_path / "a.mcap").signals
+    units = {shown[f"joint_states.name.{k}"].values[0]: k for k in range(2)}
+    assert shown[f"joint_states.position.{units['swing']}"].unit == "rad"
+    assert shown[f"joint_states.position.{units['leg']}"].unit == "m"
 
 
 def test_files_of_a_scenario_are_named_from_the_root(flown, tmp_path, monkeypatch):

@@ -11,8 +11,7 @@ from pydrake.multibody.plant import ExternallyAppliedSpatialForce, MultibodyPlan
 from pydrake.multibody.tree import RotationalInertia, SpatialInertia
 from scipy.integrate import solve_ivp
 
-from workbench.design import step_response
-from workbench.design.steady_drift import MAX_HOVER_S
+from workbench.design import steady_drift
 from workbench.design.step_response import fly_step
 from workbench.plant.drag import drag_area
 from workbench.scenario.scenario import (
@@ -118,7 +117,6 @@ def test_a_step_of_velocity_in_wind_goes_from_the_drift_of_the_law():
         1.0,
         scenario=scenario,
         settings={"wind_x": WIND, "drag_area": 0.5},
-        longest_hover=MAX_HOVER_S,
     )
     drift, after = drift_by_hand(0.0), drift_by_hand(1.0)
     assert (drift, after - drift) == pytest.approx((0.7936, 0.7838), abs=1e-4)
@@ -136,15 +134,30 @@ def test_a_step_of_velocity_in_wind_goes_from_the_drift_of_the_law():
 @pytest.mark.slow
 def test_a_step_of_a_drone_that_does_not_drift_steadily_has_no_numbers(monkeypatch):
     """It did not have the time to; or it is looked at again, and has moved meanwhile."""
-    windy = {"wind_x": WIND, "turbulence": 15.4}
-    flown = fly_step("x", 1.0, duration=2.0, settings=windy, longest_hover=4.0)
+    windy = {"wind_x": WIND}
+    flown = fly_step("x", 1.0, duration=2.0, settings=windy, longest_hover=1.5)
     assert (flown.edge, flown.before) == (1.0, 0.0)
-    assert math.isnan(flown.metrics.rise_time)
-    monkeypatch.setattr(step_response, "steady_time", lambda *_: 2.0)
-    flown = fly_step("x", 1.0, duration=3.0, settings={"wind_x": WIND}, longest_hover=MAX_HOVER_S)
+    assert "does not drift steadily" in flown.metrics.withheld
+    assert math.isnan(flown.metrics.steady_state_error)
+    monkeypatch.setattr(steady_drift, "steady_time", lambda *_: 2.0)
+    flown = fly_step("x", 1.0, duration=3.0, settings=windy)
     assert flown.edge == 2.0
     assert "did not begin at rest" in flown.metrics.withheld
     assert math.isnan(flown.metrics.rise_time)
+
+
+def test_numbers_of_a_step_in_turbulence_are_withheld_at_once():
+    """Nothing is waited for: it flies the second before the edge, and the step."""
+    told: list[float] = []
+    windy = {"wind_x": WIND, "turbulence": 15.4}
+    flown = fly_step("x", 1.0, duration=2.0, settings=windy, progress=told.append)
+    assert flown.recording.time[-1] == 3.0
+    assert told == sorted(told)
+    assert told[-1] == 1.0
+    assert "the air is turbulent" in flown.metrics.withheld
+    assert math.isnan(flown.metrics.rise_time)
+    assert math.isnan(flown.metrics.steady_state_error)
+    assert flown.metrics.peak > 0.5
 
 
 FORCE, POINT = np.array([60.0, -40.0, 20.0]), np.array([0.1, 0.05, -0.02])

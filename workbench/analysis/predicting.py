@@ -91,7 +91,8 @@ def _branch_numbers(question: Fork, branch: FlownBranch) -> StepMetrics | None:
 def predict(subject: AnalysedVehicle, question: Predict, _: Work) -> Working:
     """Predict the response to a step from hover at the step's heading.
 
-    The air is that of the settings. A step of attitude or rate is predicted by the linear model.
+    The air is that of the settings; in wind the response is relative to the steady drift before it,
+    see `fly_step`. A step of attitude or rate is predicted by the linear model.
     """
     check_short(question.step)
     if question.step.is_attitude:
@@ -131,6 +132,7 @@ def predict(subject: AnalysedVehicle, question: Predict, _: Work) -> Working:
         response[measured],
         step.amplitude,
         decay=decay,
+        unsteady=flown.unsteady.get(0, ""),
         peak_rotor_use=use,
     )
     lost = not math.isnan(flown.diverged_at[0])

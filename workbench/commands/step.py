@@ -101,7 +101,7 @@ def run(args: argparse.Namespace) -> int:
     from workbench.commands.drawer import Drawer
     from workbench.design.flown_step import STEP_EDGE_S
     from workbench.design.linear.operating_point import steady_velocity
-    from workbench.design.steady_drift import MAX_HOVER_S
+    from workbench.session.drift import MAX_HOVER_S
 
     velocity = steady_velocity(args.at)
     attitude = args.axis in ATTITUDE_CHOICES

@@ -17,7 +17,7 @@ import numpy as np
 from workbench.design.flier import DIAGRAM, Flier
 from workbench.design.flown_step import STEP_EDGE_S, FlownStep
 from workbench.design.linear_step import DecayTimes, linear_attitude_step
-from workbench.design.steady_drift import HOVER_LOOK_S, MAX_HOVER_S
+from workbench.design.steady_drift import hover_until
 from workbench.design.step_metrics import StepMetrics, step_metrics
 from workbench.design.step_response import (
     MIN_STEP_DURATION_S,
@@ -29,6 +29,7 @@ from workbench.design.step_response import (
 )
 from workbench.scenario.attitude_axes import ATTITUDE_ROWS, AttitudeAxis, find_attitude_axis
 from workbench.scenario.scenario import Scenario
+from workbench.session.drift import HOVER_LOOK_S, MAX_HOVER_S
 
 if TYPE_CHECKING:
     from workbench.session.recording import Recording
@@ -213,14 +214,17 @@ def _hover_before(
     tilts = [abs(angle.mean() - start[each]) for each, angle in enumerate(angles)]
     if max(tilts) <= least_level_angle(session, size):
         return 0.0, True
-    moves = True
-    while moves and session.time < STEP_EDGE_S + MAX_HOVER_S:
-        session.tick(HOVER_LOOK_S)
-        progress()
-        if find_loss(session.recording()):
-            return 0.0, False
-        moves = attitude_unrest(session, size) >= 1.0
-    return hover_attitude(session, row, size).setpoint, not moves
+    lost = False
+
+    def is_over() -> bool:
+        nonlocal lost
+        lost = find_loss(session.recording()) is not None
+        return lost or attitude_unrest(session, size) < 1.0
+
+    rests = hover_until(session, is_over, STEP_EDGE_S + MAX_HOVER_S, progress=progress)
+    if lost:
+        return 0.0, False
+    return hover_attitude(session, row, size).setpoint, rests
 
 
 def response_to_setpoint(row: AttitudeAxis, recording: "Recording") -> np.ndarray:

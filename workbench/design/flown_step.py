@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from workbench.design.flier import FlierFlight
+from workbench.scenario.axes import AXIS_NAMES
 
 if TYPE_CHECKING:
     from workbench.design.lost import Loss
@@ -47,3 +48,10 @@ class FlownStep(FlierFlight):
     def diverged_at(self) -> float:
         """Time from the edge to the loss [s]; 0 if it was before, NaN without a loss."""
         return max(0.0, self.loss.time - self.edge) if self.loss else math.nan
+
+
+def axis_velocity(recording: "Recording", axis: str) -> np.ndarray:
+    """Return the velocity along an axis of W [m/s], or the yaw rate [rad/s]."""
+    if axis == "yaw":
+        return recording.w_WB[:, 2]
+    return recording.v_WB[:, AXIS_NAMES.index(axis)]

@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 
 from workbench.common.quantity import number_or_dash
 from workbench.design.attitude_step import AttitudeResponse, response_to_setpoint
+from workbench.design.flown_step import axis_velocity
 from workbench.design.hover_check import (
     MAX_CHECK_OVERSHOOT_PCT,
     MAX_HOVER_DRIFT_M,
@@ -39,7 +40,6 @@ from workbench.design.step_response import (
     axis_acceleration,
     axis_command,
     axis_force,
-    axis_velocity,
 )
 from workbench.scenario.attitude_axes import find_attitude_axis
 from workbench.scenario.axes import find_axis

@@ -159,6 +159,7 @@ def step_metrics(
     decay: float | np.ndarray = 0.0,
     changed: bool = False,
     rests: bool = True,
+    unsteady: str = "",
     peak_rotor_use: float | np.ndarray = math.nan,
 ) -> StepMetrics:
     """Return the numbers of responses to a command given at time 0, those that mean something.
@@ -171,10 +172,11 @@ def step_metrics(
             each (N); 0 if unknown.
         changed: whether parameters changed while it was flown; then there are no numbers.
         rests: whether the drone was at rest before, as far as the response does not tell.
+        unsteady: why there is no steady state before or after, as a sentence; "" if there may be.
         peak_rotor_use: largest share of its speed limit at which any rotor ran.
     """
     found = step_info(time, response, command)
-    settled = _settled(found, float(time[-1]), decay)
+    settled = _settled(found, float(time[-1]), decay) & (not unsteady)
     at_rest = _at_rest(response, command) & rests
     means = dict.fromkeys(FROM_REST_NUMBERS, settled & at_rest)
     means |= dict.fromkeys(STEADY_STATE_NUMBERS, settled)
@@ -188,7 +190,8 @@ def step_metrics(
     return StepMetrics(
         **{name: float(value) if one else value for name, value in numbers.items()},
         peak_rotor_use=peak_rotor_use,
-        withheld=why_withheld(
+        withheld=unsteady
+        or why_withheld(
             found, time, response, command, decay=float(decay), changed=changed, rests=rests
         )
         if one

@@ -12,10 +12,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from workbench.common.errors import WorkbenchError, unknown_name
-from workbench.design.flown_step import STEP_EDGE_S, FlownStep
-from workbench.design.steady_drift import steady_time
+from workbench.design.flown_step import STEP_EDGE_S, FlownStep, axis_velocity
+from workbench.design.steady_drift import fly_from_rest
 from workbench.design.step_metrics import (
-    SETTLING_BAND,
     USUAL_STEP_S,
     StepMetrics,
     step_duration,
@@ -23,9 +22,10 @@ from workbench.design.step_metrics import (
 )
 from workbench.scenario.axes import AXIS_NAMES, find_axis
 from workbench.scenario.scenario import Action, Scenario, ScenarioStart
+from workbench.session.drift import MAX_HOVER_S, air_moves
 
 if TYPE_CHECKING:
-    from workbench.design.flier import Flier, FlierFlight
+    from workbench.design.flier import Flier
     from workbench.session.recording import Recording
     from workbench.setup import Setup
 
@@ -38,8 +38,6 @@ STEP_DURATIONS_TEXT = f"{MIN_STEP_DURATION_S:g} s or more, and {MAX_STEP_DURATIO
 """Limits of the duration in words."""
 STEP_START_HEIGHT_M = 10.0
 """Initial height, enough for a step down [m]."""
-STEERED_SPEED_M_S = 2e-6
-"""Speed at which a law no longer holds a point, and that is none in any number [m/s]."""
 USUAL_STEPS = (("x", 1.0), ("y", 1.0), ("z", 1.0), ("yaw", 0.2))
 """The usual steps: axis and amplitude [m/s, rad/s]."""
 
@@ -96,14 +94,14 @@ def fly_step(
     flier: "Flier | None" = None,
     fly_on: str = "",
     decay: float | None = None,
-    longest_hover: float = 0.0,
+    longest_hover: float | None = None,
 ) -> StepResponse:
     """Fly one step and measure it.
 
-    A step is flown after `STEP_EDGE_S`, as those of sweeps and searches are. With `longest_hover` a
-    drone that still moves along the axis then, as in wind, flies again: it steers at no speed until
-    it drifts steadily, and steps from there. A law without integral action drifts with the wind;
-    its response is relative to that.
+    A step is flown after `STEP_EDGE_S`. In wind a drone that still moves along the axis then flies
+    again: it steers at no speed until it drifts steadily, and steps from there, as those of sweeps
+    and searches do. A law without integral action drifts with the wind; its response is relative
+    to that. In turbulence nothing is steady: numbers are withheld at once.
 
     Args:
         axis: x, y, z or yaw.
@@ -117,7 +115,8 @@ def fly_step(
             to fly again; this saves building the diagram.
         fly_on: without a flier, who flies: see `Flier`.
         decay: decay time of the linear step [s], if known, see `DecayTimes`.
-        longest_hover: longest time to become steady [s], such as `MAX_HOVER_S`.
+        longest_hover: longest time to become steady [s]; None for `MAX_HOVER_S` in wind, and none
+            in still air.
 
     Raises:
         WorkbenchError: if axis, amplitude or duration are invalid, or the step cannot be flown.
@@ -127,7 +126,6 @@ def fly_step(
         check_duration(duration)
     from workbench.design.flier import Flier
     from workbench.design.linear_step import DecayTimes  # loads Drake
-    from workbench.session.hover_attitude import AT_REST_SHARE
     from workbench.setup import make_setup
 
     setup = make_setup(recorded_each_update(scenario), settings)
@@ -139,17 +137,11 @@ def fly_step(
     else:
         flier = Flier(setup.with_scenario(flight), fly_on=fly_on)
     _check_within_limit(flier, axis, amplitude, velocity)
-    flown, edge, steady = flier.fly(progress), STEP_EDGE_S, True
-    if longest_hover and not any(velocity) and _moves(setup, flown, axis, amplitude):
-        hover = min(duration, 0.5 * longest_hover)
-        script = _drifting_script(axis, amplitude, STEP_EDGE_S + longest_hover)
-        spread = AT_REST_SHARE * abs(amplitude)
-        if found := steady_time(flier.session, script, axis, spread, hover, progress):
-            edge = found
-            flier.follow(_drifting_script(axis, amplitude, edge), edge + duration)
-            flown = flier.fly(progress)
-            before_it = axis_velocity(flown.recording.between(edge - hover, edge), axis)
-            steady = bool(np.ptp(before_it) <= SETTLING_BAND * abs(amplitude))
+    if longest_hover is None:
+        longest_hover = MAX_HOVER_S if air_moves(setup.values) else 0.0
+    flown, edge, rests, unsteady = fly_from_rest(
+        flier, setup, axis, amplitude, duration, 0.0 if any(velocity) else longest_hover, progress
+    )
     after = flown.recording.between(edge, np.inf)
     response = axis_velocity(after, axis)
     begins = velocity if edge == STEP_EDGE_S else after.v_WB[0].tolist()
@@ -165,7 +157,8 @@ def fly_step(
             response - before,
             amplitude,
             decay=decay,
-            rests=steady,
+            rests=rests,
+            unsteady=unsteady,
             peak_rotor_use=use,
         ),
         peak_rotor_use=use,
@@ -173,29 +166,6 @@ def fly_step(
         before=before,
         decay=decay,
     )
-
-
-def _moves(setup: "Setup", flown: "FlierFlight", axis: str, amplitude: float) -> bool:
-    """Return whether a drone moves along the axis at the edge of its step, and is not lost.
-
-    On an estimate it trembles by some cm/s, which is no motion.
-    """
-    from workbench.design.lost import find_loss
-    from workbench.session.hover_attitude import AT_REST_SPEED
-
-    speed = axis_velocity(flown.recording.between(STEP_EDGE_S, np.inf), axis)[0]
-    trembles = AT_REST_SPEED if setup.scenario.is_estimated else 0.0
-    moves = abs(speed) > max(SETTLING_BAND * abs(amplitude), trembles)
-    return bool(moves) and not flown.exchange and find_loss(flown.recording) is None
-
-
-def _drifting_script(axis: str, amplitude: float, edge: float) -> list[Action]:
-    """Return the script of a step from a drift: no point is held before it."""
-    if axis == "yaw":
-        return [Action(at=edge, yaw_rate=amplitude)]
-    drift = stepped(axis, math.copysign(STEERED_SPEED_M_S, amplitude))[:3]
-    command = stepped(axis, amplitude, drift)[:3]
-    return [Action(velocity=drift), Action(at=edge, velocity=command)]
 
 
 def step_flier(scenario: "Scenario | Setup | None" = None, flights: int = 1) -> "Flier":
@@ -298,13 +268,6 @@ def stepped(
 def axis_command(recording: "Recording", axis: str) -> np.ndarray:
     """Return the command along an axis of W [m/s], or of the yaw rate [rad/s]."""
     return recording.reference[:, AXIS_NAMES.index(axis)]
-
-
-def axis_velocity(recording: "Recording", axis: str) -> np.ndarray:
-    """Return the velocity along an axis of W [m/s], or the yaw rate [rad/s]."""
-    if axis == "yaw":
-        return recording.w_WB[:, 2]
-    return recording.v_WB[:, AXIS_NAMES.index(axis)]
 
 
 def axis_acceleration(recording: "Recording", axis: str) -> np.ndarray:

@@ -284,6 +284,12 @@ class BeginnerGuide(QFrame):
                 self._excited = view.exciting is not None
                 return over
             case 2:
-                return bool(self._gains.tried)
+                return self._has_tried(self._gains, view)
             case _:
-                return not self._gains.tried
+                return not self._has_tried(self._gains, view)
+
+    def _has_tried(self, gains: "GainEditor", view: LiveView) -> bool:
+        """Return whether a gain is being tried that the scenario's script has not set."""
+        script = view.scenario.script if view.scenario is not None else ()
+        scripted = {each for action in script for each in action.set.items()}
+        return any((name, gains.flown[name]) not in scripted for name in gains.tried)

@@ -34,12 +34,8 @@ def open_file(
         at: folder or file that it shows first; "" for the present folder.
         kinds: filter of names as Qt writes it; "" for all.
     """
-    direct = Qt.FindChildOption.FindDirectChildrenOnly
-    for earlier in parent.findChildren(QFileDialog, options=direct):
-        if earlier.isVisible() and earlier.windowTitle() == title:
-            earlier.raise_()
-            earlier.activateWindow()
-            return earlier
+    if earlier := shown_again(parent, title):
+        return earlier
     dialog = QFileDialog(parent, title, at, kinds)
     dialog.setFileMode(QFileDialog.FileMode.ExistingFile)
     dialog.setOption(QFileDialog.Option.ReadOnly)  # Qt's questions would render a file's name
@@ -54,6 +50,8 @@ def save_file(
 
     It does not ask before an existing file is chosen: use it where nothing in such a file is lost.
     """
+    if earlier := shown_again(parent, title):
+        return earlier
     dialog = QFileDialog(parent, title, at, kinds)
     dialog.setAcceptMode(QFileDialog.AcceptMode.AcceptSave)
     dialog.setOption(QFileDialog.Option.DontConfirmOverwrite)
@@ -64,10 +62,23 @@ def save_file(
 
 def choose_folder(parent: QWidget, title: str, chosen: Callable[[str], object], at: str) -> None:
     """Show a dialog for a folder; arguments as for `open_file`."""
+    if shown_again(parent, title):
+        return
     dialog = QFileDialog(parent, title, at)
     dialog.setFileMode(QFileDialog.FileMode.Directory)
     dialog.setOption(QFileDialog.Option.ShowDirsOnly)
     show_file_dialog(dialog, chosen)
+
+
+def shown_again(parent: QWidget, title: str) -> QFileDialog | None:
+    """Return the open dialog of a title, brought to the front; None without one."""
+    direct = Qt.FindChildOption.FindDirectChildrenOnly
+    for earlier in parent.findChildren(QFileDialog, options=direct):
+        if earlier.isVisible() and earlier.windowTitle() == title:
+            earlier.raise_()
+            earlier.activateWindow()
+            return earlier
+    return None
 
 
 def show_file_dialog(dialog: QFileDialog, chosen: Callable[[str], object]) -> None:

@@ -83,11 +83,10 @@ class TopicTable:
 def _value_units(each: Field, vehicle: Vehicle | None) -> Sequence[str]:
     """Return the unit of each value of a field: of a joint, whether it turns or slides."""
     turning, _, sliding = each.unit.partition(" or ")
-    joints = vehicle.published_joints if vehicle is not None else {}
-    if not sliding or vehicle is None or len(joints) != each.count:
+    units = vehicle.published_joint_units if vehicle is not None else {}
+    if not sliding or len(units) != each.count:
         return [each.unit] * each.count
-    slides = (vehicle.joint_signals[place][1] == "m" for place, _ in joints.values())
-    return [sliding if slide else turning for slide in slides]
+    return [sliding if unit == "m" else turning for unit in units.values()]
 
 
 def _offset(topic: Topic, name: str) -> int:

@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
+from workbench.control.flight_mode import MAX_HOVERING_SPEED
 from workbench.control.mode import FlightMode, Reason
 from workbench.live.messages import HardHit, Pace
 from workbench.live.oscillation import ALARM_CHECK_PERIOD_S, OscillationDetector
@@ -62,6 +63,8 @@ SATURATED_THRUST_SHARE, SATURATED_TIME_S = 0.985, 0.5
 """A rotor at this share of its largest thrust for this long [s] is saturated."""
 HIT_ALARMS = ("fall", "ground", "collision")
 """Alarms that only a reset ends."""
+MIN_SUNK_M, NOT_SUNK_TIME_S = 0.1, 10.0
+"""A landing that has sunk by less [m] within this time [s] does not sink."""
 BEHIND_TIME_S = 2.0
 """Time of falling behind real time before the alarm [s of wall]."""
 TOUCH_DOWN_HEIGHT_M = 0.3
@@ -122,6 +125,7 @@ class Alarms:
         self._last: dict[str, float] = {}
         self._said: dict[str, str] = {}
         self._full_since = self._slow_since = math.inf
+        self._lowest, self._sunk_at = math.inf, 0.0
         self._next_look = 0.0
         self._suspect: Suspect | None = None
         self._motion = self._session.state()
@@ -324,7 +328,32 @@ class Alarms:
                 "Reset, fly farther from obstacles, or switch on the obstacle brake",
             )
 
+    def _look_at_landing(self, now: Snapshot) -> None:
+        """Check whether a landing sinks; its rotors go on meanwhile, as it is in the air."""
+        if now.mode is not FlightMode.LANDING:
+            self._lowest = math.inf
+            self._said.pop("landing", None)
+            return
+        height = now.p_WB[2] - self._session.vehicle.ground_clearance
+        if height < self._lowest - MIN_SUNK_M:
+            self._lowest, self._sunk_at = height, now.time
+            self._said.pop("landing", None)
+        elif now.time - self._sunk_at >= NOT_SUNK_TIME_S:
+            updraft, speed = self._session.get("wind_z"), math.hypot(*now.v_WB[:2])
+            why = "it may stand on something"
+            if updraft > 0.0:
+                why = f"the air rises at {updraft:.3g} m/s"
+            elif speed > MAX_HOVERING_SPEED:
+                why = f"it has to brake first, and still moves at {speed:.1f} m/s"
+            self._alarm(
+                "landing",
+                f"the drone does not sink, though it has been landing for over "
+                f"{NOT_SUNK_TIME_S:g} s, at {height:.1f} m: {why}",
+                "Its rotors go on: hold, and land elsewhere or in calmer air",
+            )
+
     def _look_at(self, now: Snapshot) -> None:
+        self._look_at_landing(now)
         limits = [rotor.max_thrust for rotor in self._session.vehicle.rotors]
         full = [
             number

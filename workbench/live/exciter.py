@@ -5,6 +5,8 @@ off. A round whose numbers need a beginning at rest waits for it, for as long as
 slower. A load that swings lets the drone stand still twice in a swing, so a vehicle with loose
 joints is at rest if its largest motion over some time is small.
 
+In wind a step of a command begins at the steady drift, as that of `fly_step`.
+
 An excitation without enough room is refused; one that leads into an obstacle, or makes the drone
 swing or hit something, ends, and the drone hovers.
 """
@@ -20,6 +22,7 @@ from workbench.live.excitation_guard import IN_FLIGHT, WATCH_PERIOD_S, Excitatio
 from workbench.live.step_drive import StepDrive
 from workbench.scenario.excitation import MAX_SWING_WAIT_S, ActiveExcitation, Excitation
 from workbench.scenario.scenario import Action
+from workbench.session.drift import MAX_HOVER_S
 from workbench.session.script import acting_step
 from workbench.session.session import Session
 
@@ -71,6 +74,7 @@ class Exciter:
         self._waits_from = 0
         self._moved: deque[tuple[int, float]] = deque()  # steps, and the unrest at them
         self._calmest, self._calmer_at = math.inf, 0
+        self._drift_from: int | None = None
 
     def check(self, excitation: Excitation) -> None:
         """Check that an excitation can be flown now.
@@ -101,12 +105,15 @@ class Exciter:
         self._guard = ExcitationGuard(self._session, excitation)
         self._drive = StepDrive(self._session, excitation)
         self._first = self._next = -(-self._now // self._control) * self._control
-        waits = excitation.rests and (self._is_loose or self._drive.unrest() >= 1.0)
+        self._drift_from = None
+        moves = self._drive.unrest() >= 1.0 or self._drive.drifts
+        waits = excitation.rests and (self._is_loose or moves)
         self.exciting = ActiveExcitation(
             excitation,
             self._first * self._step,
             0 if waits else 1,
             hover=self._drive.hover.angle,
+            unsteady="" if waits else self._drive.why_unsteady(),
         )
         if waits:
             self._begin_wait()
@@ -186,15 +193,17 @@ class Exciter:
         if not self._plan or not self._guard or not self.exciting or self._now < self._next:
             return
         if self.exciting.round == 0:
-            if self._comes_to_rest() or not self._begin_round():
+            if self._drift_from is None and self._comes_to_rest():
+                return
+            if self._finds_drift(self._guard) or not self._begin_round():
                 return
         elif self.exciting.returning or self._now - self._first >= self._plan.length:
-            if self._goes_back(self._guard):
+            if self._drift_from is None and self._goes_back(self._guard):
                 return
             if not self.exciting.excitation.repeats:
                 self.end()
                 return
-            if not self._begin_round():
+            if self._finds_drift(self._guard) or not self._begin_round():
                 return
         step = self._now - self._first
         change = self._plan.next_change(step)
@@ -235,7 +244,26 @@ class Exciter:
             returning=False,
             waited=None,
             swings=swings,
+            drifts=False,
+            unsteady=self._drive.why_unsteady(),
         )
+        return True
+
+    def _finds_drift(self, guard: ExcitationGuard) -> bool:
+        """Tell whether the drone still has to drift steadily in wind before a round, and does."""
+        assert self.exciting and self._drive
+        if self._drift_from is None:
+            if not self._drive.drifts:
+                return False
+            self._drift_from, self._value = self._now, 0.0
+            self.exciting = dataclasses.replace(self.exciting, drifts=True)
+            guard.step()
+            self._do(self._drive.begin_drift())
+        drifted = (self._now - self._drift_from) * self._step
+        if self._drive.drifts_steadily() or drifted > MAX_HOVER_S:
+            self._drift_from = None
+            return False
+        self._look_again()
         return True
 
     def _comes_to_rest(self) -> bool:

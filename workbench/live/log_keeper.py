@@ -128,6 +128,7 @@ class LogKeeper:
             self._values,
             session.vehicle.name,
             self._laws[0],
+            session.vehicle.published_joint_units,
         )
         laws = iter(self._laws)
         law = next(laws)

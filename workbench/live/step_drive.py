@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+from collections import deque
 from collections.abc import Sequence
 
 from workbench.parameters.parameter_table import flight_table
@@ -10,9 +11,18 @@ from workbench.scenario.axes import AXIS_NAMES, CommandAxis
 from workbench.scenario.excitation import Excitation, Shape
 from workbench.scenario.loads import Load
 from workbench.scenario.scenario import Action, AttitudeSetpoint
+from workbench.session.drift import (
+    NEVER_STEADY,
+    NOT_STEADY,
+    WIND_SPEEDS,
+    drift_commands,
+    moving_speed,
+    steady_window,
+)
 from workbench.session.hover_attitude import (
     AT_REST_SHARE,
     AT_REST_SPEED,
+    AT_REST_TIME_S,
     HoverAttitude,
     attitude_unrest,
     hover_attitude,
@@ -25,6 +35,8 @@ MAX_STRAY, MAX_STRAY_TIME_S = 0.5, 0.5
 or [rad], [s]."""
 LOADED_YAW_RATE_RAD_S = 0.5
 """Largest yaw rate during the return from a load [rad/s]."""
+NO_DRIFT_BEFORE = "in wind it begins at a held point, and not at the drift: fly a step or a doublet"
+"""Why an excitation without a rest has no numbers in wind."""
 
 
 class StepDrive:
@@ -41,7 +53,7 @@ class StepDrive:
         limit: largest allowed amplitude, of an attitude from level.
         stray: allowed drift between rounds without a rest [m] or [rad].
         turn_rate: largest yaw rate during the return [rad/s].
-        hover: from which an attitude steps.
+        hover: from which an attitude steps, or a velocity from its drift in wind.
 
     Raises:
         WorkbenchError: if the law has no setpoint that it needs.
@@ -51,6 +63,8 @@ class StepDrive:
         self._session, self._excitation, self._row = session, excitation, excitation.row
         self._size = size = abs(excitation.amplitude)
         self.hover = HoverAttitude()
+        self._seen: deque[tuple[float, float]] = deque()
+        self._is_steady = False
         self.stray, self.turn_rate = MAX_STRAY, LOADED_YAW_RATE_RAD_S
         match excitation.row:
             case Load() as load:
@@ -75,8 +89,65 @@ class StepDrive:
             case CommandAxis(turns=turns):
                 return _speed(now, turns=turns) / min(AT_REST_SPEED, AT_REST_SHARE * self._size)
 
+    @property
+    def drifts(self) -> bool:
+        """Whether it steps a command from the drift in wind; in turbulence none is steady."""
+        steady = self._blows and not self._session.get("turbulence")
+        return steady and self._excitation.rests and isinstance(self._row, CommandAxis)
+
+    def begin_drift(self) -> Action:
+        """Return the action by which the drone steers at no speed, and holds no point."""
+        self._seen.clear()
+        self._is_steady = False
+        before, _ = drift_commands(self._excitation.axis, self._excitation.amplitude)
+        return Action(velocity=before[:3], yaw_rate=before[3])
+
+    def drifts_steadily(self) -> bool:
+        """Note the present velocity or rate, and return whether it has been steady for long."""
+        kept = max(AT_REST_TIME_S, steady_window(self._excitation.longest_level))
+        now, seen = self._session.time, self._seen
+        seen.append((now, self._moved()))
+        while len(seen) > 1 and seen[1][0] <= now - kept:
+            seen.popleft()
+        speeds = [speed for _, speed in seen]
+        spread = max(speeds) - min(speeds)
+        is_known = now - seen[0][0] >= kept
+        self._is_steady = is_known and spread <= AT_REST_SHARE * self._size
+        return self._is_steady
+
+    def why_unsteady(self) -> str:
+        """Return why steps of a command have no steady state in the air that blows now, or ""."""
+        if not isinstance(self._row, CommandAxis) or not self._blows:
+            return ""
+        moves = abs(self._moved() - self.hover.angle) > self._fastest
+        if self._session.get("turbulence"):
+            return NEVER_STEADY if moves else ""
+        if not self._excitation.rests:
+            return NO_DRIFT_BEFORE
+        return "" if self._is_steady else NOT_STEADY
+
+    @property
+    def _blows(self) -> bool:
+        """Whether the air moves now; a gust that is over does not."""
+        now = self._session.time - self._session.get("gust_start")
+        gusts = 0.0 <= now < self._session.get("gust_duration")
+        names = (name for name in WIND_SPEEDS if gusts or not name.startswith("gust"))
+        return any(self._session.get(name) for name in names)
+
+    @property
+    def _fastest(self) -> float:
+        return moving_speed(self._size, is_estimated=self._session.scenario.is_estimated)
+
+    def _moved(self) -> float:
+        """Return the velocity [m/s] or the rate [rad/s] along the axis of a command."""
+        now = self._session.snapshot()
+        return float((*now.v_WB, now.w_WB[2])[AXIS_NAMES.index(self._excitation.axis)])
+
     def begin_round(self) -> None:
-        """Let an attitude step from the present one; from level if the drone is not at rest."""
+        """Let it step from the present attitude or drift; from level or rest if that moves."""
+        if isinstance(self._row, CommandAxis):
+            drift = self._moved() if self._is_steady else 0.0
+            self.hover = HoverAttitude(drift if abs(drift) > self._fastest else 0.0)
         if isinstance(self._row, AttitudeAxis):
             rests = self.unrest() < 1.0
             hover = hover_attitude(self._session, self._row, self._size) if rests else None

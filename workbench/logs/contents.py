@@ -32,6 +32,8 @@ CONTROLLER_METADATA = "controller"
 """Name of the metadata with name, file and sha256 of the control law; attachment: its text."""
 LAW_ATTACHMENT = "controller.py"
 LAW_MEDIA_TYPE = "text/x-python"
+JOINTS_METADATA = "joints"
+"""Name of the metadata with the unit of the position of each joint, if the vehicle has any."""
 ESTIMATOR_METADATA = "estimator"
 """Name of the metadata with name, file and sha256 of the user's own estimator, if the flight used
 one; attachment: its text."""

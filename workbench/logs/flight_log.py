@@ -29,6 +29,7 @@ from workbench.logs.contents import (
     ESTIMATOR_METADATA,
     FLIGHT_METADATA,
     GAINS_ATTACHMENT,
+    JOINTS_METADATA,
     LAW_ATTACHMENT,
     LAW_MEDIA_TYPE,
     SCENARIO_ATTACHMENT,
@@ -70,6 +71,7 @@ class FlightLog:
         values: all parameter values at the start.
         vehicle: its name.
         controller: the one that flies; None for that of the scenario, from its present file.
+        joints: see `Vehicle.published_joint_units`.
 
     Attributes:
         path: the file.
@@ -88,6 +90,7 @@ class FlightLog:
         values: Mapping[str, float],
         vehicle: str,
         controller: Controller | None = None,
+        joints: Mapping[str, str] | None = None,
     ) -> None:
         law = controller or flown_controller(scenario)
         self.path = path
@@ -107,6 +110,8 @@ class FlightLog:
         except OSError as error:
             raise _not_written(path, error) from error
         try:
+            if joints:
+                self._writer.add_metadata(JOINTS_METADATA, dict(joints))
             self._begin(topics, scenario, settings, values, vehicle, law, found)
         except BaseException as error:
             self._writer.discard()
@@ -359,6 +364,7 @@ class LoggedFlight:
             self.session.parameters(),
             self.session.vehicle.name,
             self.session.controller,
+            self.session.vehicle.published_joint_units,
         )
 
     @property

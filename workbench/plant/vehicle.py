@@ -188,6 +188,12 @@ class Vehicle:
         return found
 
     @property
+    def published_joint_units(self) -> dict[str, str]:
+        """Unit of the position of each published freedom, by its name: rad or m."""
+        places = self.published_joints.items()
+        return {name: self.joint_signals[place][1] for name, (place, _) in places}
+
+    @property
     def small_joint_signals(self) -> tuple[tuple[str, str], ...]:
         """Names and units of joints' positions with small angles in place of quaternions (j), and
         of velocities (j), as linear models have them.

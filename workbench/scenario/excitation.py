@@ -186,9 +186,12 @@ class ActiveExcitation:
         round: number of the present round, from 1; 0 while the drone comes to rest before it.
         from_rest: whether the round began at rest, as the first one and those after a return do.
         returning: whether the round is over and the drone returns to the start of the first one.
-        hover: angle of the hover before it, from which an attitude steps [rad]; 0 if it is level.
+        hover: angle of the hover before it, from which an attitude steps [rad], or velocity of the
+            drift in wind, from which a command steps [m/s or rad/s]; 0 if it is level or at rest.
         waited: time for which it has waited until joints no longer swing [s], None if it does not.
         swings: whether joints still swung when the round began, so that it has no numbers.
+        drifts: whether it waits until the drone drifts steadily in wind.
+        unsteady: why the air leaves its steps without a steady state, "" if it does not.
     """
 
     excitation: Excitation
@@ -199,6 +202,8 @@ class ActiveExcitation:
     hover: float = 0.0
     waited: float | None = None
     swings: bool = False
+    drifts: bool = False
+    unsteady: str = ""
 
     @property
     def rounds_flown(self) -> int:

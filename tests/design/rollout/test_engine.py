@@ -14,7 +14,12 @@ from workbench.control.controller_file import load_controller
 from workbench.design.rollout.candidates import start_state
 from workbench.design.rollout.compiled_flights import compiled_fly
 from workbench.design.rollout.engine import RolloutEngine
-from workbench.design.rollout.planned_flights import MAX_PIECES_PER_CHUNK, make_schedule, run_chunks
+from workbench.design.rollout.planned_flights import (
+    MAX_PIECES_PER_CHUNK,
+    PlannedFlights,
+    make_schedule,
+    run_chunks,
+)
 from workbench.design.rollout.rollouts import rollout_metrics
 from workbench.design.step_response import STEP_EDGE_S, fly_step
 from workbench.plant.variation import Variation
@@ -350,3 +355,38 @@ print(*sorted({"numba.np.arraymath", "scipy.linalg"} & set(sys.modules)), "nothi
 """
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.split() == ["nothing"]
+
+
+WINDS = [{}, {"wind_x": 6.0}, {"wind_x": 6.0, "turbulence": 15.4}, {"wind_y": 6.0}]
+"""Of candidates of a step along x."""
+
+
+def test_in_wind_a_step_goes_from_the_drift_as_on_the_diagram(engine):
+    windy = fly_step("x", 1.0, duration=3.0, settings=WINDS[1])
+    assert windy.before > 0.2
+    flown = engine.fly(WINDS, "x", 1.0)
+    assert flown.before.tolist() == [0.0, pytest.approx(windy.before, abs=1e-9), 0.0, 0.0]
+    assert flown.response[1] == pytest.approx(windy.response, abs=1e-9)
+    assert flown.peak_rotor_use[1] == pytest.approx(windy.peak_rotor_use, abs=1e-9)
+    assert list(flown.unsteady) == [2]
+    measured = engine.measure(WINDS, "x", 1.0).metrics
+    curves = rollout_metrics(flown, 1.0)
+    for name, number in windy.metrics.numbers.items():
+        each = getattr(measured, name)
+        assert each[1] == pytest.approx(number, abs=1e-6)
+        np.testing.assert_array_equal(each, getattr(curves, name))
+    assert np.isfinite(measured.steady_state_error).tolist() == [True, True, False, True]
+    assert measured.steady_state_error[1] < 2.0
+
+
+def test_in_still_air_every_candidate_flies_once(engine, monkeypatch):
+    """Also one that moves at the edge, as a heavy drone does."""
+    flown = []
+    fly = PlannedFlights.fly
+    monkeypatch.setattr(
+        PlannedFlights, "fly", lambda self, *how: flown.append(self.size) or fly(self, *how)
+    )
+    heavy = [Variation(), Variation(mass=1.3)]
+    found = engine.measure([{}, {}], "z", 1.0, variations=heavy).metrics
+    assert flown == [2]
+    assert np.isnan(found.rise_time).tolist() == [False, True]

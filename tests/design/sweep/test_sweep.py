@@ -15,7 +15,12 @@ from workbench.design.sweep.best import (
     unaffected_numbers_text,
     why_no_best,
 )
-from workbench.design.sweep.case import SweepCase, default_axis, empty_results
+from workbench.design.sweep.case import (
+    SweepCandidate,
+    SweepCase,
+    default_axis,
+    empty_results,
+)
 from workbench.design.sweep.full_flights import fly_full, fly_one, loss_time
 from workbench.design.sweep.sweep import sweep
 from workbench.plant.variation import Variation
@@ -296,6 +301,17 @@ def test_a_candidate_that_has_not_settled_is_no_best():
     short = sweep(["kp_velocity_z=2..6:3"], duration=0.5)
     assert prove_best(short, "peak_rotor_use") is None
     assert "no candidate settles within 0.5 s" in why_no_best(short, "peak_rotor_use")
+
+
+def test_in_wind_every_way_of_a_sweep_begins_where_the_step_command_does():
+    """The drift of `pd` is no error of its step."""
+    case = SweepCase("x", 1.0, 2.0)
+    table = sweep(["wind_x=0..6:2"], axis="x", amplitude=1.0, duration=2.0)
+    assert (table.column("steady_state_error") < 2.0).all()
+    values, lost = fly_one(case, SweepCandidate({"wind_x": 6.0}, Variation()))
+    assert np.isnan(lost)
+    np.testing.assert_allclose(table.values[1], values, atol=1e-6)
+    np.testing.assert_allclose(values, full({"wind_x": 6.0}, duration=2.0), atol=1e-9)
 
 
 def test_nothing_flown_is_all_unknown():

@@ -129,6 +129,9 @@ def test_a_drone_that_moves_comes_to_rest_first(card, flying):
     waits = ActiveExcitation(card.choice.excitation, 3.0, 0)
     card.show_view(dataclasses.replace(flying, exciting=waits))
     assert card.said.text() == "Coming to rest before the first step."
+    drifting = dataclasses.replace(waits, drifts=True)
+    card.show_view(dataclasses.replace(flying, exciting=drifting))
+    assert card.said.text() == "Drifting with the wind until that is steady."
     for waited, said in ((12.9, "12 s"), (13.0, "13 s")):
         swinging = dataclasses.replace(flying, exciting=dataclasses.replace(waits, waited=waited))
         card.show_view(swinging)

@@ -91,6 +91,16 @@ def test_a_response_of_an_attitude_begins_at_that_of_the_hover():
     assert history.round.response_name == "pitch, from that of hover"
 
 
+def test_numbers_of_a_round_that_is_never_steady_are_withheld_with_the_reason(history):
+    history.begin(
+        ActiveExcitation(STEP, 10.0, 1, hover=0.2, unsteady="the air is turbulent"), GAINS
+    )
+    history.present(10.0 + STEP.round_time)
+    assert history.numbers.withheld == "the air is turbulent"
+    assert np.isnan(history.numbers.steady_state_error)
+    assert history.round.response_name.endswith(", from that of the drift")
+
+
 def test_the_same_round_told_again_changes_nothing(history):
     for _ in range(3):
         history.begin(ActiveExcitation(STEP, 10.0, 1), GAINS)

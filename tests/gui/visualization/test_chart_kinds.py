@@ -7,7 +7,7 @@ import pytest
 import scipy.signal
 from PyQt6.QtCore import Qt
 from PyQt6.QtTest import QTest
-from PyQt6.QtWidgets import QComboBox, QDialogButtonBox
+from PyQt6.QtWidgets import QComboBox, QDialogButtonBox, QFileDialog
 
 from workbench.common.errors import WorkbenchError
 from workbench.gui.charts.chart_kind import SPECTRUM_CHART, XY_CHART, chart_kinds
@@ -219,6 +219,10 @@ def test_a_layout_is_saved_and_opened_as_it_was(page, qtbot, tmp_path, told):
     qtbot.waitUntil(lambda: len(told) == 1)
     path = tmp_path / "mine.layout.yaml"
     assert read_layout(path) == before
+    page._ask_save()
+    page._ask_save()
+    (asked,) = page.findChildren(QFileDialog)
+    asked.close()
     page.show_layout(ChartLayout(charts=LAYOUT_PRESETS["Rotors"]))
     page.open_layout(path)
     qtbot.waitUntil(lambda: page.layout_shown.charts == before.charts)

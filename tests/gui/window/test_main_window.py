@@ -7,6 +7,7 @@ from PyQt6.QtCore import Qt
 from PyQt6.QtWidgets import QFileDialog, QLineEdit
 
 from workbench.control.mode import FlightMode
+from workbench.gui.gains.gain_bar import ask_to_save
 from workbench.gui.main_window import MIN_WINDOW_SIZE_PX
 from workbench.live.choice import Choice
 from workbench.live.messages import Phase
@@ -76,6 +77,10 @@ def test_a_key_pressed_twice_opens_one_dialog(opened, qtbot):
     assert len(dialogs()) == 2 and scenario not in dialogs()
     for each in dialogs():
         each.close()
+    ask_to_save(window, print)
+    ask_to_save(window, print)
+    (saving,) = dialogs()
+    saving.close()
 
 
 def test_what_the_window_showed_is_there_at_the_next_start(opened, workspace):

@@ -174,7 +174,8 @@ def step_sensitivity(
 ) -> tuple[Sensitivity, ...]:
     """Return the sensitivity of every metric of a step from hover to every controller parameter.
 
-    Arguments are those of `fly_step`, and the yaw of the drone at the start, `heading` [rad].
+    It is that in still air, whatever wind the scenario has. Arguments are those of `fly_step`, and
+    the yaw of the drone at the start, `heading` [rad].
 
     Raises:
         WorkbenchError: if axis, amplitude or duration are invalid, or the scenario varies the

@@ -16,6 +16,7 @@ import numpy as np
 from workbench.common.errors import FlightBrokenError, WorkbenchError
 from workbench.common.series import Series
 from workbench.design.flier import DIAGRAM, Flier
+from workbench.design.flown_step import axis_velocity
 from workbench.design.linear_step import DecayTimes
 from workbench.design.load_metrics import LoadMetrics, load_metrics
 from workbench.design.load_step import load_step_scenario
@@ -35,7 +36,6 @@ from workbench.design.step_response import (
     STEP_EDGE_S,
     STEP_START_HEIGHT_M,
     axis_command,
-    axis_velocity,
     step_scenario,
 )
 from workbench.scenario.loads import find_load

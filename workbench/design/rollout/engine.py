@@ -24,8 +24,8 @@ from workbench.design.rollout.planned_flights import PlannedFlights, make_schedu
 from workbench.design.rollout.record import sizes_of
 from workbench.design.rollout.rollouts import Flights, MeasuredSteps, Rollouts
 from workbench.design.rollout.sensor_set import SensorSet, make_sensor_set, refuse_joints
+from workbench.design.rollout.steps import fly_steps, measure_steps
 from workbench.design.rollout.vehicle_batch import VehicleBatch, make_vehicle_batch
-from workbench.design.step_metrics import STEP_NUMBERS, StepMetrics, step_metrics
 from workbench.design.step_response import (
     REST_VELOCITY_M_S,
     STEP_EDGE_S,
@@ -36,16 +36,10 @@ from workbench.gains.gain_choice import flight_gains
 from workbench.plant.payload import Payload
 from workbench.plant.variation import Variation
 from workbench.plant.vehicle import Vehicle
-from workbench.scenario.axes import AXIS_NAMES
 from workbench.scenario.scenario import Rates, Scenario, ScenarioStart
 from workbench.scenario.scenario_check import check_scenario
 from workbench.setup import Setup
 from workbench.systems.battery import voltage_drop
-
-VELOCITY_INDICES = (7, 8, 9, 10, 11, 12)
-"""Places in the state of angular velocity and velocity."""
-RESPONSE_INDICES = (10, 11, 12, 9)
-"""Places in the state of what steps along each of `AXIS_NAMES` move."""
 
 
 class RolloutEngine:
@@ -171,14 +165,8 @@ class RolloutEngine:
         planned = self._steps(
             gains, axis, amplitude, duration, heading, velocity, stride, variations, seeds
         )
-        curves, used, lost_at = planned.curves(VELOCITY_INDICES, self._threads, progress, stop)
-        return Rollouts(
-            axis=axis,
-            time=planned.time,
-            velocity_W=curves[:, :, 3:],
-            angular_velocity_W=curves[:, :, :3],
-            peak_rotor_use=used,
-            diverged_at=lost_at,
+        return fly_steps(
+            planned, axis, amplitude, duration, velocity, self._threads, progress, stop
         )
 
     def measure(
@@ -206,20 +194,8 @@ class RolloutEngine:
         planned = self._steps(
             gains, axis, amplitude, duration, heading, REST_VELOCITY_M_S, 1, variations, seeds
         )
-        times = planned.time
-        numbers = np.full((len(STEP_NUMBERS), planned.size), np.nan)
-        decays = np.broadcast_to(decay, planned.size)
-
-        def keep(first: int, last: int, samples: np.ndarray) -> None:
-            responses = samples[:, 0, : last - first].T
-            found = step_metrics(times, responses, amplitude, decay=decays[first:last])
-            numbers[:, first:last] = [*found.numbers.values()]
-
-        kept = (RESPONSE_INDICES[AXIS_NAMES.index(axis)],)
-        used, lost_at = planned.fly(kept, keep, self._threads, progress, stop)
-        return MeasuredSteps(
-            metrics=StepMetrics(*numbers[:, : len(used)], peak_rotor_use=used),
-            diverged_at=lost_at,
+        return measure_steps(
+            planned, axis, amplitude, duration, decay, self._threads, progress, stop
         )
 
     def fly_from(

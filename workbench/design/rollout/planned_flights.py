@@ -2,7 +2,7 @@
 
 import math
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import nullcontext
 from typing import NamedTuple
@@ -138,6 +138,30 @@ class PlannedFlights(NamedTuple):
         when = self.schedule
         instants = np.arange(when.edge, when.end + 1, when.stride)
         return instants * self.clock.period - when.edge_time
+
+    def again(
+        self,
+        places: np.ndarray,
+        before: Sequence[float],
+        commands: Sequence[float],
+        schedule: FlightSchedule,
+    ) -> "PlannedFlights":
+        """Return flights of some candidates with other commands.
+
+        Args:
+            places: (K) of the candidates.
+            before: velocity in W and yaw rate (4) that all are commanded before the edge.
+            commands: and from the edge on (4).
+            schedule: of all.
+        """
+        flights = self.flights[places].copy()
+        flights["reference"][:, :4], flights["following"][:, :4] = before, commands
+        return self._replace(
+            candidates=Candidates(*(column[places] for column in self.candidates)),
+            flights=flights,
+            which=self.which[places],
+            schedule=schedule,
+        )
 
     def fly(
         self,

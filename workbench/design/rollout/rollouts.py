@@ -1,5 +1,6 @@
 """Results of flights in compiled code: responses, measured numbers and motions."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,6 +25,8 @@ class Rollouts:
         peak_rotor_use: (N) largest share of its speed limit at which any rotor ran, 0 .. 1.
         diverged_at: (N) when it was lost, from the edge on [s]: 0 if already in the hover before,
             NaN if it flew to the end.
+        before: (N) velocity or yaw rate at the edge of a step from a steady drift in wind, else 0.
+        unsteady: why the air leaves a step without a steady state, by the candidate's number.
     """
 
     axis: str
@@ -32,6 +35,8 @@ class Rollouts:
     angular_velocity_W: np.ndarray
     peak_rotor_use: np.ndarray
     diverged_at: np.ndarray
+    before: np.ndarray
+    unsteady: Mapping[int, str]
 
     def __repr__(self) -> str:
         return f"<Rollouts of {len(self)} steps along {self.axis}: {len(self.time)} samples each>"
@@ -41,10 +46,10 @@ class Rollouts:
 
     @property
     def response(self) -> np.ndarray:
-        """Velocity [m/s] or yaw rate [rad/s] on the commanded axis, (N, M)."""
+        """Velocity [m/s] or yaw rate [rad/s] on the commanded axis, from `before` on (N, M)."""
         if self.axis == "yaw":
-            return self.angular_velocity_W[:, :, 2]
-        return self.velocity_W[:, :, AXIS_NAMES.index(self.axis)]
+            return self.angular_velocity_W[:, :, 2] - self.before[:, None]
+        return self.velocity_W[:, :, AXIS_NAMES.index(self.axis)] - self.before[:, None]
 
 
 @dataclass(frozen=True)
@@ -101,6 +106,12 @@ def rollout_metrics(rollouts: Rollouts, amplitude: float) -> StepMetrics:
         rollouts: kept at every control period if the numbers are to equal those of `fly_step`.
         amplitude: of the command, [m/s] or [rad/s]; not zero.
     """
+    decay = np.zeros(len(rollouts))
+    decay[list(rollouts.unsteady)] = np.inf  # withheld: they have no steady state
     return step_metrics(
-        rollouts.time, rollouts.response, amplitude, peak_rotor_use=rollouts.peak_rotor_use
+        rollouts.time,
+        rollouts.response,
+        amplitude,
+        decay=decay,
+        peak_rotor_use=rollouts.peak_rotor_use,
     )

@@ -7,15 +7,18 @@ import numpy as np
 
 from workbench.common.errors import FlightBrokenError
 from workbench.design.executor.executor import Executor, Task, all_cores, without_remarks
+from workbench.design.flier import DIAGRAM, Flier
+from workbench.design.flown_step import STEP_EDGE_S, axis_velocity
 from workbench.design.linear_step import DecayTimes
 from workbench.design.lost import find_loss
 from workbench.design.metrics import FLOWN_METRICS
+from workbench.design.steady_drift import fly_from_rest
 from workbench.design.step_metrics import step_duration, step_metrics
-from workbench.design.step_response import STEP_EDGE_S, axis_velocity, step_scenario
+from workbench.design.step_response import step_scenario
 from workbench.design.sweep.case import FlownPart, Stop, SweepCandidate, SweepCase
 from workbench.scenario.scenario import Scenario
+from workbench.session.drift import MAX_HOVER_S, air_moves
 from workbench.session.recording import Recording
-from workbench.session.session import Session
 from workbench.setup import Setup, make_setup
 
 
@@ -71,30 +74,35 @@ def fly_one(case: SweepCase, candidate: SweepCandidate) -> tuple[list[float], fl
     scenario = step_scenario(case.axis, case.amplitude, duration, setup.scenario)
     if candidate.seed is not None:
         scenario.sensors.seed = candidate.seed
-    session = Session(setup.with_scenario(scenario))
+    flier = Flier(setup.with_scenario(scenario), fly_on=DIAGRAM)
+    hover = MAX_HOVER_S if air_moves(setup.values) else 0.0
     try:
-        session.run()
-        broken = float("nan")
+        started = fly_from_rest(
+            flier, setup, case.axis, case.amplitude, duration, hover, programs=False
+        )
+        broken, recording = float("nan"), started.flown.recording
     except FlightBrokenError:
-        broken = max(0.0, session.time - STEP_EDGE_S)
-    recording = session.recording()
-    lost = loss_time(recording)
+        broken, recording = max(0.0, flier.session.time - STEP_EDGE_S), flier.session.recording()
+    edge = STEP_EDGE_S if np.isfinite(broken) else started.edge
+    lost = loss_time(recording, edge)
     lost = broken if np.isnan(lost) else lost
-    after = recording.between(STEP_EDGE_S, np.inf)
     if not np.isnan(lost):
         return [float("nan")] * len(FLOWN_METRICS), lost
+    after = recording.between(edge, np.inf)
     response = axis_velocity(after, case.axis)
     metrics = step_metrics(
-        after.time - STEP_EDGE_S,
-        response,
+        after.time - edge,
+        response - (response[0] if edge > STEP_EDGE_S else 0.0),
         case.amplitude,
         decay=decay,
+        rests=started.rests,
+        unsteady=started.unsteady,
         peak_rotor_use=float(after.rotor_use.max()),
     )
     return [getattr(metrics, row.name) for row in FLOWN_METRICS], lost
 
 
-def loss_time(recording: Recording) -> float:
-    """Return the time from the edge of a step to the loss [s]; 0 if before, NaN if never."""
+def loss_time(recording: Recording, edge: float = STEP_EDGE_S) -> float:
+    """Return the time from the edge [s] of a step to the loss [s]; 0 if before, NaN if never."""
     loss = find_loss(recording)
-    return max(0.0, loss.time - STEP_EDGE_S) if loss else float("nan")
+    return max(0.0, loss.time - edge) if loss else float("nan")

@@ -247,6 +247,8 @@ class ExcitationCard(TuningCard):
         elif view.exciting is not None and view.exciting.waited is not None:
             waited = f"{math.floor(view.exciting.waited)} s, {MAX_SWING_WAIT_S:.0f} s at most"
             self.said.say(f"Waiting until it no longer swings: {waited}.", "good")
+        elif view.exciting is not None and view.exciting.drifts:
+            self.said.say("Drifting with the wind until that is steady.", "good")
         elif view.exciting is not None and view.exciting.returning:
             self.said.say("Flying back to where it began.", "good")
         elif view.exciting is not None and view.exciting.round == 0:
@@ -303,7 +305,7 @@ class ExcitationCard(TuningCard):
             QWidget.setTabOrder(one, other)
 
 
-def _phase(exciting: ActiveExcitation) -> tuple[bool, bool, int | None]:
+def _phase(exciting: ActiveExcitation) -> tuple[bool, bool, bool, int | None]:
     """Return what the sentence tells of an excitation: it changes once a second at most."""
     waited = None if exciting.waited is None else math.floor(exciting.waited)
-    return exciting.returning, exciting.round == 0, waited
+    return exciting.drifts, exciting.returning, exciting.round == 0, waited

@@ -3,11 +3,13 @@
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from typing import Any
 
 from workbench.design.load_metrics import ResponseMetrics
 from workbench.gui.tuning.round_trace import RoundTrace
 from workbench.gui.tuning.step_part import StepPart, measure_load, measure_step, step_parts
 from workbench.gui.units import age_text
+from workbench.scenario.axes import CommandAxis
 from workbench.scenario.excitation import EDGE_TOLERANCE_S, ActiveExcitation, Excitation
 from workbench.scenario.loads import Load
 
@@ -30,8 +32,9 @@ class ExcitationRound:
         begun: simulated time of its edge [s].
         gains: gains that fly it.
         again: whether an equal round preceded it without a gap.
-        hover: angle of the hover before it, from which an attitude steps [rad].
+        hover: angle of the hover or velocity of the drift before it, see `ActiveExcitation`.
         swings: whether joints swung when it began.
+        unsteady: why its steps have no steady state, "" if they may have.
     """
 
     excitation: Excitation
@@ -40,12 +43,14 @@ class ExcitationRound:
     again: bool = False
     hover: float = 0.0
     swings: bool = False
+    unsteady: str = ""
 
     @property
     def response_name(self) -> str:
         """Name of its response."""
         name = self.excitation.row.response
-        return f"{name}, from that of hover" if self.hover else name
+        before = "the drift" if isinstance(self.excitation.row, CommandAxis) else "hover"
+        return f"{name}, from that of {before}" if self.hover else name
 
     @property
     def end(self) -> float:
@@ -126,7 +131,13 @@ class ResponseHistory:
             return
         self._keep(min(begun, before.end) if before is not None else begun)
         self.round = ExcitationRound(
-            excitation, begun, dict(gains), exciting.again, exciting.hover, exciting.swings
+            excitation,
+            begun,
+            dict(gains),
+            exciting.again,
+            exciting.hover,
+            exciting.swings,
+            exciting.unsteady,
         )
         self.is_running, self._newest, self._changed = True, None, False
 
@@ -181,7 +192,7 @@ class ResponseHistory:
         self.ghosts = (kept, *self.ghosts)[:MAX_EARLIER_RESPONSES]
 
     def _trace(self, flown: ExcitationRound, until: float) -> RoundTrace:
-        """Return the signals of a round until a time [s], an attitude from that of the hover."""
+        """Return the signals of a round until a time [s], from that of the hover or the drift."""
         trace = self._take(flown.excitation, flown.begun, until)
         return replace(trace, response=trace.response - flown.hover) if flown.hover else trace
 
@@ -189,7 +200,9 @@ class ResponseHistory:
         """Return the numbers of a round's first step; the other steps are similar."""
         if not flown.parts:
             return None
-        how = {"changed": self._changed, "rests": not flown.swings}
+        how: Any = {"changed": self._changed, "rests": not flown.swings}
         if isinstance(flown.excitation.row, Load):
             return measure_load(trace, flown.parts[0], **how)
-        return measure_step(trace, flown.parts[0], decay=self._decay_time(), **how)
+        return measure_step(
+            trace, flown.parts[0], decay=self._decay_time(), unsteady=flown.unsteady, **how
+        )

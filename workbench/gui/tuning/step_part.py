@@ -87,6 +87,7 @@ def measure_step(
     decay: float = 0.0,
     changed: bool = False,
     rests: bool = True,
+    unsteady: str = "",
 ) -> StepMetrics | None:
     """Return the numbers of a step; None before its end, or if it is too short.
 
@@ -96,6 +97,7 @@ def measure_step(
         decay: time by which its transient has decayed [s], 0 if unknown; see `step_metrics`.
         changed: whether gains changed during it.
         rests: whether nothing swung before, as far as the response does not tell.
+        unsteady: why there is no steady state, see `step_metrics`.
     """
     flown = _flown_part(trace, part, EQUAL_TIME_TOLERANCE_S)
     if flown is None:
@@ -107,6 +109,7 @@ def measure_step(
         decay=decay,
         changed=changed,
         rests=rests,
+        unsteady=unsteady,
         peak_rotor_use=float(flown.rotor_use.max()),
     )
 

@@ -19,7 +19,7 @@ from workbench.common.plain_files import write_atomically
 from workbench.common.plain_text import plain_name
 from workbench.common.quantity import number_text
 from workbench.gui.errands import FutureCallbacks
-from workbench.gui.file_dialogs import open_file, show_file_dialog
+from workbench.gui.file_dialogs import open_file, show_file_dialog, shown_again
 from workbench.gui.flow_layout import FlowLayout
 from workbench.gui.labels import MAX_MENU_PATH_CHARACTERS, Label, menu_text
 from workbench.gui.layout import (
@@ -319,8 +319,11 @@ class ChartsPage(QWidget):
         open_file(self, "Open layout", self.open_layout, folder, kinds)
 
     def _ask_save(self) -> None:
+        title = "Save layout"
+        if shown_again(self, title):
+            return
         folder = str(log_folder(self._workspace.preferences))
-        dialog = QFileDialog(self, "Save layout", folder, f"Layouts (*{LAYOUT_FILE_ENDING})")
+        dialog = QFileDialog(self, title, folder, f"Layouts (*{LAYOUT_FILE_ENDING})")
         dialog.setAcceptMode(QFileDialog.AcceptMode.AcceptSave)
         show_file_dialog(dialog, lambda name: self.save_layout(Path(name)))
 

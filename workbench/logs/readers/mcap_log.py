@@ -4,12 +4,13 @@ The reader of the `mcap` package looks at the summary first, which a truncated f
 at the first damaged record. Here a file is read record by record, a chunk at a time.
 """
 
+import dataclasses
 import json
 import re
 import struct
 import zlib
 from collections import defaultdict
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from io import BytesIO
 from pathlib import Path
@@ -34,6 +35,7 @@ from workbench.logs.contents import (
     FLIGHT_METADATA,
     GAINS_ATTACHMENT,
     IMPORTED_ATTACHMENT,
+    JOINTS_METADATA,
     LAW_ATTACHMENT,
     LAW_ATTACHMENT_PREFIX,
     SCENARIO_ATTACHMENT,
@@ -333,8 +335,24 @@ def _topics_with_messages(found: McapContents, vehicle: str) -> dict[str, Logged
         text = schema.data.decode("utf-8", "replace")
         name = link_topic(channel.topic, namespace)
         topic = read_topic(name, schema.name, text, messages)
-        topics[topic.short] = topic
+        topics[topic.short] = _with_joint_units(topic, found.metadata.get(JOINTS_METADATA, {}))
     return topics
+
+
+def _with_joint_units(topic: LoggedTopic, units: Mapping[str, str]) -> LoggedTopic:
+    """Return a topic in which values of joints, as in "rad or m", have the unit of their joint."""
+
+    def known(path: str, unit: str) -> str:
+        turning, _, sliding = unit.partition(" or ")
+        names = topic.fields.get(f"name.{path.rpartition('.')[2]}")
+        joint = str(names.values[0]) if sliding and names and len(names.values) else ""
+        return {"rad": turning, "m": sliding}.get(units.get(joint, ""), unit)
+
+    fields = {
+        path: dataclasses.replace(each, unit=known(path, each.unit))
+        for path, each in topic.fields.items()
+    }
+    return dataclasses.replace(topic, fields=fields)
 
 
 def _missing_remark(found: McapContents) -> str:
