@@ -415,7 +415,6 @@ def test_gazebos_frame_of_a_sensor_is_taken(noted, tag):
     [
         "<plugin filename='f' name='n'><anything><at/></anything></plugin>",
         "<gz:system_priority>1</gz:system_priority>",
-        link("<drake:rotor_inertia>1</drake:rotor_inertia>"),
         link("<velocity_decay /><gravity>1</gravity><enable_wind>false</enable_wind>"),
         link("<velocity_decay><linear>0.0</linear></velocity_decay><kinematic/>"),
         link("<self_collide>1</self_collide>"),
