@@ -39,8 +39,12 @@ _SDF_CHILDREN_UNUSED: dict[str, dict[str, str]] = {
         "gripper": "no flight has grippers",
         "model_state": "a scenario says how a flight begins",
         "enable_wind": "a scenario says what wind there is",
+        "static": "a drone and what it carries fly",
     },
-    "include": {"model_state": "a scenario says how a flight begins"},
+    "include": {
+        "model_state": "a scenario says how a flight begins",
+        "static": "a drone and what it carries fly",
+    },
     "link": {
         "velocity_decay": "drag is that of body and rotors",
         "enable_wind": "a scenario says what wind there is",
