@@ -91,9 +91,9 @@ def read_sdf_joint(joint: Node, poses: Poses, remarks: Remarks) -> Joint:
     elif armature:
         text = "it acts in joints of one axis; not used"
         remarks.add("ignored", joint.file, f"<drake:rotor_inertia> of {joint.title}", text)
-    drake_mimic = joint.child("drake:mimic")
-    mimic = axes[0].child("mimic") if axes and axes[0] else None
-    if len(axes) != 1 and (drake_mimic or any(axis and axis.child("mimic") for axis in axes)):
+    mimics = [axis.child("mimic") for axis in axes if axis] + [joint.child("drake:mimic")]
+    mimic = next(filter(None, mimics), None)
+    if mimic and len(axes) != 1:
         what = f"element <mimic> of {joint.title}"
         remarks.add("ignored", joint.file, what, "only joints of one axis follow others; not used")
     return Joint(
@@ -104,9 +104,7 @@ def read_sdf_joint(joint: Node, poses: Poses, remarks: Remarks) -> Joint:
         X_MJ,
         freedoms[0].axis_J if freedoms else (0.0, 0.0, 1.0),
         (_ball(joint, remarks),) if kind == "ball" else tuple(filter(has_range, freedoms)),
-        _mimic(mimic or drake_mimic)
-        if (mimic or drake_mimic) and len(freedoms) == 1 and has_range(freedoms[0])
-        else None,
+        _mimic(mimic) if mimic and len(freedoms) == 1 and has_range(freedoms[0]) else None,
     )
 
 
@@ -175,11 +173,11 @@ def _mimic(node: Node) -> Mimic:
     In Drake's own `<drake:mimic>` multiplier and offset are attributes.
     """
     if node.element.tag == "drake:mimic":
-        numbers = (
-            attribute_number(node.element, name, usual)
-            for name, usual in (("multiplier", "1"), ("offset", "0"))
+        return Mimic(
+            node.attribute("joint"),
+            attribute_number(node.element, "multiplier", "1"),
+            attribute_number(node.element, "offset", "0"),
         )
-        return Mimic(node.attribute("joint"), *numbers)
     multiplier = sdf_number(node, "multiplier", 1.0)
     offset = sdf_number(node, "offset", 0.0) - multiplier * sdf_number(node, "reference", 0.0)
     axis = 1 if node.attribute("axis") == "axis2" else 0

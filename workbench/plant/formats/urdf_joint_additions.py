@@ -8,7 +8,7 @@ from typing import cast
 from workbench.plant.formats.block import XmlBlock
 from workbench.plant.formats.values import attribute_number, shortened_text
 from workbench.plant.formats.xml import Element
-from workbench.plant.model import Freedom, Joint
+from workbench.plant.model import Joint
 from workbench.plant.remarks import Remarks
 
 
@@ -34,7 +34,13 @@ def with_joint_additions(
             text = "it acts in joints that turn or slide along one axis"
             remarks.add("ignored", path, f"<{what}> of '{shortened_text(name)}'", text)
             continue
-        freedom: Freedom = replace(joint.freedoms[0], **numbers)
+        (own,) = joint.freedoms
+        freedom = replace(
+            own,
+            stiffness=numbers.get("stiffness", own.stiffness),
+            rest=numbers.get("rest", own.rest),
+            armature=numbers.get("armature", own.armature),
+        )
         found[name] = replace(joint, freedoms=(freedom,))
     return tuple(found.values())
 
