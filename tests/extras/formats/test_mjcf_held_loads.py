@@ -103,7 +103,7 @@ def test_a_load_that_nothing_holds_is_refused(tmp_path, case):
     for equality in ("", weld.format("hull", "false"), '<weld body1="crate"/>'):
         with (
             case(equality),
-            pytest.raises(WorkbenchError, match="or a <weld> or <connect> of body1"),
+            pytest.raises(WorkbenchError, match="by a <weld> or <connect> of body1"),
         ):
             read_description(write(tmp_path, equality, free=FREE))
 

@@ -201,7 +201,7 @@ def _free_bodies(
             path,
             free,
             "move freely: give a file with the drone alone, or tie its load "
-            "to it by a <spatial> tendon, or a <weld> or <connect> of body1 and body2",
+            "to it by a <weld> or <connect> of body1 and body2, or by a <spatial> tendon",
         )
     geoms = len(root.findall("worldbody/geom"))
     others = [shortened_text(top.element.get("name", "")) for top in tops if top not in free]
