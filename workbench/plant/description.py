@@ -48,7 +48,7 @@ from workbench.plant.rotor_sources.sidecar import (
 from workbench.plant.rotors import Rotor
 from workbench.plant.sensor_reader import read_sensors
 from workbench.plant.sensors import Sensor
-from workbench.plant.servo_sources.classic_plugins import classic_servos
+from workbench.plant.servo_sources.classic_plugins import has_classic_servos
 from workbench.plant.servo_sources.plugins import joint_plugin_class
 from workbench.plant.servos import with_servos
 from workbench.plant.tilt import Tilt
@@ -246,7 +246,7 @@ def _note_plugins(model: Model, remarks: Remarks) -> None:
         each
         for each in model.plugins
         if not (_is_read(each) or is_battery_plugin(each) or joint_plugin_class(each))
-        and not any(True for _ in classic_servos(each, Remarks()))
+        and not has_classic_servos(each)
     ]
     dialects = rotor_dialects() if unread else ()
     for plugin in unread:

@@ -17,9 +17,22 @@ from workbench.scenario.scenario import Scenario, VehicleConfig
 LOOPS = load_controller().loops
 
 
+SHARES: list[float] = []
+"""Of the judgement, in the order in which they were reported."""
+
+
 @pytest.fixture(scope="module")
 def found():
-    return judge()
+    SHARES.clear()
+    return judge(progress=SHARES.append)
+
+
+def test_the_share_done_grows_within_each_step(found):
+    """The flown steps take most of the time, with joints minutes."""
+    assert sorted(SHARES) == SHARES
+    for step in range(len(found.steps)):
+        inside = [each for each in SHARES if step / 5 < each < (step + 1) / 5]
+        assert len(inside) > 3
 
 
 @pytest.mark.slow

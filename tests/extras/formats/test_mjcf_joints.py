@@ -91,6 +91,20 @@ def test_joints_have_their_numbers(tmp_path):
     assert (found[2].mimic.multiplier, found[2].mimic.offset) == (-0.5, 0.1)
 
 
+def test_powers_of_damping_and_stiffness_are_said(tmp_path):
+    """MuJoCo 4.0 has polynomials; the first number alone acts, as before."""
+    path = write(tmp_path)
+    text = path.read_text().replace('stiffness="5"', 'stiffness="5 2 0" damping=""')
+    path.write_text(text.replace('damping=".1" range', 'damping=".1 .2 .3" range'))
+    found = read_description(path)
+    first, (slider,) = found.model.joints[0].freedoms[0], found.model.joints[1].freedoms
+    assert (first.damping, slider.stiffness, slider.damping) == (0.1, 5.0, 0.0)
+    said = {each.element: each.text for each in found.remarks}
+    assert said["damping of joint 'first'"] == "'.1 .2 .3': the first number acts alone"
+    assert said["stiffness of joint 'slider'"] == "'5 2 0': the first number acts alone"
+    assert "damping of joint 'slider'" not in said
+
+
 def test_a_joint_may_follow_any_of_several_joints_of_a_body(tmp_path):
     path = write(tmp_path, FOLLOWS.replace('joint2="first"', 'joint2="second"'))
     description = read_description(path)

@@ -396,6 +396,12 @@ def test_an_element_of_inertial_and_inertia_is_looked_at(noted):
     assert elements == ["element <foo> of <inertial>", "element <bar> of <inertia>"]
 
 
+def test_that_a_drone_is_not_static_is_said(noted):
+    (remark,) = noted("<static>true</static>")
+    assert remark.element == "element <static> of <model>"
+    assert remark.text == "a drone and what it carries fly; not used (line 4)"
+
+
 def test_the_same_is_noted_once_with_its_number(noted):
     (remark,) = noted(link("<foo/>\n<foo/>\n<foo><foo/></foo>"))
     assert remark.text == "not in the SDF schema; left out (3 times, first in line 5)"
@@ -415,7 +421,6 @@ def test_gazebos_frame_of_a_sensor_is_taken(noted, tag):
     [
         "<plugin filename='f' name='n'><anything><at/></anything></plugin>",
         "<gz:system_priority>1</gz:system_priority>",
-        link("<drake:rotor_inertia>1</drake:rotor_inertia>"),
         link("<velocity_decay /><gravity>1</gravity><enable_wind>false</enable_wind>"),
         link("<velocity_decay><linear>0.0</linear></velocity_decay><kinematic/>"),
         link("<self_collide>1</self_collide>"),

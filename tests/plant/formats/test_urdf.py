@@ -227,7 +227,7 @@ def test_a_misspelt_word_is_named_with_its_place(inner, said):
     [
         '<gazebo reference="a"><sensor><at/></sensor><material>Gazebo/Red</material></gazebo>',
         '<properties arm="1"/>',
-        '<link name="a"><drake:geometry/></link>',
+        '<link name="a"><other:geometry/></link>',
         '<joint name="j"><limit effort="1"/><dynamics damping="0.0"/></joint>',
     ],
 )

@@ -94,8 +94,15 @@ def judge(
     if at_hover:
         flier = step_flier(setup, flights=len(PAPER_STEPS))
         for index, (axis, amplitude) in enumerate(PAPER_STEPS):
-            say(index / (len(PAPER_STEPS) + 1))
-            steps.append(step_pair(steering, axis, amplitude, scenario=setup, flier=flier))
+
+            def say_step(share: float, index: int = index) -> None:
+                say((index + share) / (len(PAPER_STEPS) + 1))
+
+            say_step(0.0)
+            pair = step_pair(
+                steering, axis, amplitude, scenario=setup, flier=flier, progress=say_step
+            )
+            steps.append(pair)
     loops = judge_loops(steering, holding)
     unstable = growing_loops(steering) or (growing_loops(holding) if holding else ())
     slowest = slowest_rate(point=point, study=study)

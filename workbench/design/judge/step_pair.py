@@ -1,7 +1,7 @@
 """A step by the linear model and in flight."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -69,6 +69,7 @@ def step_pair(
     scenario: Scenario | Setup,
     settings: Mapping[str, float] | None = None,
     flier: "Flier | None" = None,
+    progress: Callable[[float], None] | None = None,
 ) -> StepPair:
     """Return a step of a sampled model in hover, and the flown one.
 
@@ -79,6 +80,7 @@ def step_pair(
         scenario: as for `fly_step`.
         settings: as for `fly_step`.
         flier: as for `fly_step`.
+        progress: as for `fly_step`.
 
     Raises:
         WorkbenchError: as `fly_step`.
@@ -95,6 +97,7 @@ def step_pair(
             settings=settings,
             flier=flier,
             decay=decay,
+            progress=progress,
         )
     except FlightBrokenError as error:
         broken = str(error)

@@ -14,6 +14,7 @@ from workbench.extras.formats.mjcf_compiler import Compiler
 from workbench.extras.formats.mjcf_defaults import Defaults
 from workbench.extras.formats.mjcf_document import MjcfDocument, read_mjcf_document
 from workbench.extras.formats.mjcf_elements import elements, elements_of, padded_numbers
+from workbench.extras.formats.mjcf_held_loads import HeldLoad, held_loads, pose_of_link
 from workbench.extras.formats.mjcf_meshes import Meshes
 from workbench.extras.formats.mjcf_motors import SitePoses, joint_servos, read_actuators
 from workbench.extras.formats.mjcf_pose import pose_of
@@ -70,9 +71,10 @@ def read_mjcf(path: Path, root: Element, finder: PackageFinder, remarks: Remarks
         for world in elements(root, "worldbody")
         for each in _bodies(world, "", RigidTransform(), compiler)
     ]
-    drone, loads = _free_bodies(document, tops)
+    drone, loads, held = _free_bodies(document, tops)
     flying = (drone, *loads)
-    check_mjcf_attributes(path, root, [each.element for each in flying], remarks)
+    used = [each.element for each in held.values()]
+    check_mjcf_attributes(path, root, [each.element for each in flying], remarks, used)
     bodies, geoms = (
         sum(1 for each in flying for _ in each.element.iter(tag)) for tag in ("body", "geom")
     )
@@ -84,6 +86,13 @@ def read_mjcf(path: Path, root: Element, finder: PackageFinder, remarks: Remarks
     for load in loads:
         X_ML = drone.X_WB.InvertAndCompose(load.X_WB)
         place = len(reader.links)
+        hold = held.get(load.element.get("name", ""))
+        if hold:
+            X_MH = pose_of_link(reader.links, hold.holder)
+            X_ML = hold.X_ML(X_MH, X_ML)
+            reader.add(load.element, X_ML, "", load.childclass)
+            reader.joints.append(hold.joint(reader.links[place].name, X_MH, X_ML))
+            continue
         reader.add(load.element, X_ML, "", load.childclass)
         hung.append(reader.links[place].name)
         reader.joints.append(_free_joint(load.element, base, hung[-1], X_ML))
@@ -108,7 +117,7 @@ def read_mjcf(path: Path, root: Element, finder: PackageFinder, remarks: Remarks
         cables=tuple(read_tendons(document, reader.sites, hung)),
     )
     driven = _driven_joints(document, reader, kinds)
-    mimics = _equal_joints(document, driven, reader.sites, body_roots(model, base))
+    mimics = _equal_joints(document, used, driven, reader.sites, body_roots(model, base))
     joints = tuple(replace(joint, mimic=mimics.get(joint.name)) for joint in driven)
     return replace(model, joints=joints)
 
@@ -158,8 +167,10 @@ class _TopBody(NamedTuple):
     X_WB: RigidTransform
 
 
-def _free_bodies(document: MjcfDocument, tops: list[_TopBody]) -> tuple[_TopBody, list[_TopBody]]:
-    """Return the drone, and the loads that hang on it by tendons; a remark has what is left out.
+def _free_bodies(
+    document: MjcfDocument, tops: list[_TopBody]
+) -> tuple[_TopBody, list[_TopBody], Mapping[str, HeldLoad]]:
+    """Return the drone, its loads, and those that equalities hold; a remark has what is left out.
 
     Of several free bodies the drone is the one with actuators, or the first.
     """
@@ -181,12 +192,16 @@ def _free_bodies(document: MjcfDocument, tops: list[_TopBody]) -> tuple[_TopBody
     drone = (powered or free)[0]
     loads = [top for top in free if top is not drone]
     ends = tendon_sites(root)
-    if any(not _names(load.element, "site") & ends for load in loads):
+    held = held_loads(document, drone.element, [load.element for load in loads])
+    if any(
+        not (_names(load.element, "site") & ends or load.element.get("name") in held)
+        for load in loads
+    ):
         raise _several(
             path,
             free,
             "move freely: give a file with the drone alone, or tie its load "
-            "to it by a <spatial> tendon",
+            "to it by a <weld> or <connect> of body1 and body2, or by a <spatial> tendon",
         )
     geoms = len(root.findall("worldbody/geom"))
     others = [shortened_text(top.element.get("name", "")) for top in tops if top not in free]
@@ -198,7 +213,7 @@ def _free_bodies(document: MjcfDocument, tops: list[_TopBody]) -> tuple[_TopBody
     for top in (drone, *loads):
         for joint in _free_joints(top.element, top.childclass, defaults):
             _check_free_joint(path, joint, remarks)
-    return drone, loads
+    return drone, loads, held
 
 
 def _check_free_joint(path: Path, joint: Element, remarks: Remarks) -> None:
@@ -295,6 +310,7 @@ def _driven_joints(
 
 def _equal_joints(
     document: MjcfDocument,
+    used: Sequence[Element],
     joints: Sequence[Joint],
     sites: SitePoses,
     roots: Mapping[str, str],
@@ -303,6 +319,7 @@ def _equal_joints(
 
     Args:
         document: with the equalities.
+        used: equalities that hold loads.
         joints: of the drone and its loads.
         sites: link and pose of the sites.
         roots: for each link, the first of those that fly as one body with it.
@@ -317,7 +334,7 @@ def _equal_joints(
     for element in elements_of(document.root, "equality"):
         name = shortened_text(element.get("name", ""))
         what = f"{element_location(element)}: <{element.tag} {name}>"
-        if element.get("active", "true") == "false":
+        if element.get("active", "true") == "false" or element in used:
             continue
         if element.tag != "joint":
             ends = {

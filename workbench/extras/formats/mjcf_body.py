@@ -244,8 +244,8 @@ class MjcfBodyReader:
         self.references[name] = scale * reference
         lower, upper = joint_range(element, self._compiler)
         damping, friction, stiffness, armature = (
-            attribute_numbers(element, name, "0")[0]
-            for name in ("damping", "frictionloss", "stiffness", "armature")
+            self._first_number(element, name, word)
+            for word in ("damping", "frictionloss", "stiffness", "armature")
         )
         if kind == "ball" and armature:
             text = "armature of a ball joint: taken as 0"
@@ -265,6 +265,15 @@ class MjcfBodyReader:
             name=name,
             effort=max(map(abs, stated_limits(element, "actuatorfrc", self._compiler))),
         )
+
+    def _first_number(self, element: Element, joint: str, word: str) -> float:
+        """Return a number of a joint; further ones, of a polynomial, get a remark."""
+        first, *powers = attribute_numbers(element, word, "0") or (0.0,)
+        if any(powers):
+            text = f"'{shortened_text(element.get(word, ''))}': the first number acts alone"
+            what = f"{word} of joint '{shortened_text(joint)}'"
+            self._remarks.add("ignored", self._path, what, text)
+        return first
 
     def _add_site(self, link: str, site: Element, X_LF: RigidTransform) -> None:
         name = site.get("name", "")

@@ -169,7 +169,11 @@ _REASON_REFUSED = {
 
 
 def check_mjcf_attributes(
-    path: Path, root: Element, flying: Sequence[Element], remarks: Remarks
+    path: Path,
+    root: Element,
+    flying: Sequence[Element],
+    remarks: Remarks,
+    held: Sequence[Element] = (),
 ) -> None:
     """Add remarks on what is not read, and refuse what may decide mass, inertia or thrust.
 
@@ -180,6 +184,7 @@ def check_mjcf_attributes(
         root: of the document, without includes and `<replicate>`.
         flying: the free bodies in it that are read.
         remarks: receives one for each name that is not read.
+        held: the equalities that hold loads, which are read.
 
     Raises:
         WorkbenchError: for an element or attribute that MuJoCo does not have, or whose effect on
@@ -194,7 +199,8 @@ def check_mjcf_attributes(
                 _is_read(section, child, found)
         elif section.tag in ("equality", "tendon"):  # whose <joint>, <site> are not a body's
             for child in elements(section):
-                _is_read(section, child, found)
+                if child not in held:
+                    _is_read(section, child, found)
         else:
             _check_element(section, found)
     for body in flying:

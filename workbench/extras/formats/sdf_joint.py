@@ -1,6 +1,7 @@
 """Joints of SDF."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 from pydrake.math import RigidTransform
@@ -28,7 +29,7 @@ from workbench.plant.formats.joint_limits import (
     limit_number,
 )
 from workbench.plant.formats.sdf_pose import sdf_flag
-from workbench.plant.formats.values import shortened_text
+from workbench.plant.formats.values import attribute_number, shortened_text
 from workbench.plant.model import Freedom, Joint, Mimic
 from workbench.plant.remarks import Remarks
 
@@ -84,8 +85,15 @@ def read_sdf_joint(joint: Node, poses: Poses, remarks: Remarks) -> Joint:
             remarks.add("assumed", joint.file, joint.title, f"it has no <{tag}>; taken as z")
     axes = [joint.child(tag) for tag in tags]
     freedoms = [_freedom(kind, joint, axis, X_MJ, poses) for axis in axes]
-    mimic = axes[0].child("mimic") if axes and axes[0] else None
-    if len(axes) > 1 and any(axis and axis.child("mimic") for axis in axes):
+    armature = _motor_inertia(joint)
+    if armature and len(freedoms) == 1:
+        freedoms = [replace(freedoms[0], armature=armature)]
+    elif armature:
+        text = "it acts in joints of one axis; not used"
+        remarks.add("ignored", joint.file, f"<drake:rotor_inertia> of {joint.title}", text)
+    mimics = [axis.child("mimic") for axis in axes if axis] + [joint.child("drake:mimic")]
+    mimic = next(filter(None, mimics), None)
+    if mimic and len(axes) != 1:
         what = f"element <mimic> of {joint.title}"
         remarks.add("ignored", joint.file, what, "only joints of one axis follow others; not used")
     return Joint(
@@ -97,6 +105,13 @@ def read_sdf_joint(joint: Node, poses: Poses, remarks: Remarks) -> Joint:
         freedoms[0].axis_J if freedoms else (0.0, 0.0, 1.0),
         (_ball(joint, remarks),) if kind == "ball" else tuple(filter(has_range, freedoms)),
         _mimic(mimic) if mimic and len(freedoms) == 1 and has_range(freedoms[0]) else None,
+    )
+
+
+def _motor_inertia(joint: Node) -> float:
+    """Return the reflected inertia of a motor, as in Drake: gear ratio² times rotor inertia."""
+    return sdf_number(joint, "drake:gear_ratio", 1.0) ** 2 * sdf_number(
+        joint, "drake:rotor_inertia", 0.0
     )
 
 
@@ -153,7 +168,16 @@ def _freedom(
 
 
 def _mimic(node: Node) -> Mimic:
-    """Return what an axis follows: multiplier times (position less the reference), and offset."""
+    """Return what an axis follows: multiplier times (position less the reference), and offset.
+
+    In Drake's own `<drake:mimic>` multiplier and offset are attributes.
+    """
+    if node.element.tag == "drake:mimic":
+        return Mimic(
+            node.attribute("joint"),
+            attribute_number(node.element, "multiplier", "1"),
+            attribute_number(node.element, "offset", "0"),
+        )
     multiplier = sdf_number(node, "multiplier", 1.0)
     offset = sdf_number(node, "offset", 0.0) - multiplier * sdf_number(node, "reference", 0.0)
     axis = 1 if node.attribute("axis") == "axis2" else 0

@@ -4,6 +4,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from workbench.extras.formats.sdf_node import FRAME_SEMANTICS_VERSION, Node
+from workbench.plant.formats.drake_elements import unused_drake_element
 from workbench.plant.formats.values import shortened_text
 from workbench.plant.remarks import RemarkKind, Remarks
 
@@ -38,8 +39,12 @@ _SDF_CHILDREN_UNUSED: dict[str, dict[str, str]] = {
         "gripper": "no flight has grippers",
         "model_state": "a scenario says how a flight begins",
         "enable_wind": "a scenario says what wind there is",
+        "static": "a drone and what it carries fly",
     },
-    "include": {"model_state": "a scenario says how a flight begins"},
+    "include": {
+        "model_state": "a scenario says how a flight begins",
+        "static": "a drone and what it carries fly",
+    },
     "link": {
         "velocity_decay": "drag is that of body and rotors",
         "enable_wind": "a scenario says what wind there is",
@@ -55,6 +60,8 @@ _SDF_CHILDREN_UNUSED: dict[str, dict[str, str]] = {
     "joint": {"physics": "limits and springs of joints are those of the workbench"},
 }
 """Children that are valid in SDF and not used here, with the reason."""
+_JOINT_TAGS_OF_DRAKE = ("drake:rotor_inertia", "drake:gear_ratio", "drake:mimic")
+"""Children of a joint that only Drake has, and that act here as there."""
 _EMPTY_VALUES = ("", "0", "false")
 _SENSOR_FRAME_TAGS = ("gz_frame_id", "ignition_frame_id")
 MAX_SDF_REMARKS = 50
@@ -124,9 +131,21 @@ def _unused_element(parent: Node, child: Node) -> _UnusedElement | None:
         text = "its weight acts here, as on every link; not used"
     elif tag in _SDF_CHILDREN_UNUSED.get(over, {}) and _has_content(child):
         text = f"{_SDF_CHILDREN_UNUSED[over][tag]}; not used"
+    elif why := "" if over == "joint" and tag in _JOINT_TAGS_OF_DRAKE else _drake_reason(child):
+        text = f"{why}; not used"
     elif tag in _SDF_CHILDREN[over] or ":" in tag:  # the specification allows custom elements
         return None
     return kind, child.file, what, text
+
+
+def _drake_reason(child: Node) -> str:
+    """Return why an element of Drake is not used, "" for any other."""
+    if child.element.tag == "drake:joint":
+        raise child.fault(
+            f"<drake:joint> '{shortened_text(child.name)}' is Drake's own in SDF, and does not "
+            "fly: use a joint of SDF, or a planar joint in a URDF"
+        )
+    return unused_drake_element(child.element)
 
 
 def _has_content(node: Node) -> bool:

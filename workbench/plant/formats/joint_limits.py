@@ -52,10 +52,14 @@ def joint_limits(lower: float, upper: float) -> tuple[float, float]:
 
 
 def planar_freedoms(normal: tuple[float, float, float]) -> tuple[Freedom, ...]:
-    """Return two translations in the plane across a unit vector, and the turn about it."""
-    first = np.cross(np.eye(3)[np.argmin(np.abs(normal))], normal)
-    first = first / np.linalg.norm(first)
-    second = np.cross(normal, first)
+    """Return two translations in the plane across a unit vector, and the turn about it.
+
+    The translations are those of Drake: x and y, turned by the least rotation of z to the vector.
+    """
+    n, z = np.array(normal), np.array([0.0, 0.0, 1.0])
+    first, second = np.array([1.0, 0.0, 0.0]), np.array([0.0, -1.0, 0.0])  # where n is -z
+    if n[2] > -1.0 + 1e-12:
+        first, second = (each - n @ each / (1.0 + n[2]) * (n + z) for each in (first, -second))
     return (
         Freedom("prismatic", float_triple(first)),
         Freedom("prismatic", float_triple(second)),

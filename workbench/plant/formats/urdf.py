@@ -9,7 +9,6 @@ import numpy as np
 from pydrake.math import RigidTransform
 
 from workbench.common.errors import WorkbenchError
-from workbench.plant.formats.block import XmlBlock
 from workbench.plant.formats.joint_limits import (
     REFUSED_JOINT_KINDS,
     drive_limit,
@@ -19,11 +18,13 @@ from workbench.plant.formats.joint_limits import (
     planar_freedoms,
 )
 from workbench.plant.formats.sdf_pose import sdf_pose
+from workbench.plant.formats.urdf_joint_additions import with_joint_additions
 from workbench.plant.formats.urdf_servo import read_servo
 from workbench.plant.formats.urdf_shapes import read_colours, read_shapes
 from workbench.plant.formats.urdf_words import ROS_DRIVE_TAGS, note_unknown_urdf
 from workbench.plant.formats.values import (
     attribute_number,
+    attribute_numbers,
     attribute_triple,
     listed_names,
     origin,
@@ -109,7 +110,7 @@ def read_urdf(path: Path, robot: Element, finder: PackageFinder, remarks: Remark
             )
             for name, element in zip(links, elements, strict=True)
         ),
-        joints=_with_springs(path, robot, joints, remarks),
+        joints=with_joint_additions(path, robot, joints, remarks),
         frames=(),
         sensors=tuple(_urdf_sensors(path, robot, links, remarks)),
         plugins=tuple(
@@ -269,43 +270,17 @@ def _urdf_joint(
     )
 
 
-def _with_springs(
-    path: Path, robot: Element, joints: list[Joint], remarks: Remarks
-) -> tuple[Joint, ...]:
-    """Return joints with the springs in their `<gazebo>` blocks."""
-    for block in _children_with_tag(robot, "gazebo"):
-        name = block.get("reference", "")
-        tags = XmlBlock(f"<gazebo> block of '{shortened_text(name)}'", block)
-        if not tags.has("springStiffness"):
-            continue
-        stiffness = tags.non_negative("springStiffness", 0.0)
-        rest = tags.number("springReference", 0.0)
-        sprung = {
-            joint.name: replace(
-                joint, freedoms=(replace(joint.freedoms[0], stiffness=stiffness, rest=rest),)
-            )
-            for joint in joints
-            if joint.name == name and len(joint.freedoms) == 1 and joint.kind != "ball"
-        }
-        if not sprung:
-            text = "it acts in joints that turn or slide along one axis"
-            what = f"<springStiffness> of '{shortened_text(name)}'"
-            remarks.add("ignored", path, what, text)
-        joints = [sprung.get(joint.name, joint) for joint in joints]
-    return tuple(joints)
-
-
 def _urdf_freedoms(
     joint: Element, kind: str, axis_J: tuple[float, float, float]
 ) -> tuple[Freedom, ...]:
     """Return the freedoms of a joint; a planar joint has its axis across the plane."""
     dynamics = joint.find("dynamics")
+    if kind == "planar":
+        return _planar_freedoms(dynamics, axis_J)
     damping, friction, stiffness, rest, armature = (
         attribute_number(dynamics, name, "0") if isinstance(dynamics, Element) else 0.0
         for name in ("damping", "friction", "stiffness", "rest", "armature")
     )
-    if kind == "planar":
-        return tuple(replace(each, damping=damping) for each in planar_freedoms(axis_J))
     if kind not in (*_LIMITED_JOINT_KINDS, "universal", "ball"):
         return ()
     lower, upper = -math.inf, math.inf
@@ -340,6 +315,23 @@ def _urdf_freedoms(
         axes = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)
         return tuple(replace(found, axis_J=axis) for axis in axes if has_range(found))
     return (found,) if has_range(found) else ()
+
+
+def _planar_freedoms(dynamics: object, axis_J: tuple[float, float, float]) -> tuple[Freedom, ...]:
+    """Return the freedoms of a planar joint, with one damping for all, or three as in Drake."""
+    dampings: tuple[float, ...] = (0.0,)
+    if isinstance(dynamics, Element):
+        dampings = attribute_numbers(dynamics, "damping", "0")
+        if len(dampings) not in (1, 3):
+            raise WorkbenchError(
+                f"{element_location(dynamics)}: <dynamics damping> of a planar joint: give it one "
+                "number, or three, of the two translations and the turn"
+            )
+    freedoms = planar_freedoms(axis_J)
+    dampings = dampings * (3 // len(dampings))
+    return tuple(
+        replace(each, damping=damping) for each, damping in zip(freedoms, dampings, strict=True)
+    )
 
 
 def _urdf_sensors(

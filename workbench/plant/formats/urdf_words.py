@@ -5,6 +5,7 @@ from collections.abc import Iterator
 from difflib import get_close_matches
 from pathlib import Path
 
+from workbench.plant.formats.drake_elements import unused_drake_element
 from workbench.plant.formats.values import is_zero_text, shortened_text
 from workbench.plant.formats.xml import Element
 from workbench.plant.remarks import Remarks
@@ -31,6 +32,9 @@ _URDF_ATTRIBUTES = {
     "parent": "link xyz",
     "child": "link xyz",
     "cable": "name length stiffness damping",
+    "limit": "lower upper effort velocity",
+    "dynamics": "damping friction stiffness rest armature",
+    "mimic": "joint multiplier offset",
 }
 _GAZEBO_CHILDREN = [
     "material",
@@ -48,6 +52,7 @@ _UNUSED_OF_JOINTS = {
 }
 """Children of any joint that do not act, with the reason."""
 _SINGLE_AXIS_JOINT_KINDS = ("revolute", "continuous", "prismatic")
+_DRAKE_TAGS_READ = ("drake:joint", "drake:rotor_inertia", "drake:gear_ratio")
 ROS_DRIVE_TAGS = ("transmission", "ros2_control")
 """Elements that say how ROS drives joints."""
 _MAX_URDF_REMARKS = 50
@@ -57,8 +62,11 @@ _MAX_URDF_REMARKS = 50
 def note_unknown_urdf(path: Path, robot: Element, remarks: Remarks) -> None:
     """Add remarks on elements and attributes unknown in URDF, one for each place and name.
 
-    Elements of URDF, Gazebo and ROS that are not used here get remarks, too. The contents of blocks
-    of Gazebo and ROS, and names with a prefix, are skipped.
+    Elements of URDF, Gazebo, ROS and Drake that are not used here get remarks, too. The contents of
+    blocks of Gazebo and ROS, and names with another prefix, are skipped.
+
+    Raises:
+        WorkbenchError: with file and line, for a force or constraint of Drake.
     """
     found: Counter[tuple[str, str]] = Counter()
     _count_unknown(robot, "the robot", found)
@@ -84,6 +92,13 @@ def _unused(robot: Element) -> Counter[tuple[str, str]]:
         if child.tag in ("joint", "drake:joint"):
             for what, why in _unused_of_joint(child):
                 found[f"{what} of joint '{shortened_text(child.get('name', ''))}'", why] += 1
+    for element in robot.iter():
+        if isinstance(element, Element) and element.tag not in _DRAKE_TAGS_READ:
+            why = unused_drake_element(element)
+            if why:
+                found[f"element <{shortened_text(element.tag)}>", why] += 1
+            if element.tag == "limit" and "drake:acceleration" in element.attrib:
+                found["attribute drake:acceleration of <limit>", "no joint has such a limit"] += 1
     return found
 
 

@@ -27,6 +27,11 @@ _GIMBAL_SERVOS = {
 _GIMBAL_NOTE = "Gazebo holds the camera level by its IMU; here its joints are held"
 
 
+def has_classic_servos(plugin: Element) -> bool:
+    """Return whether a plugin of Gazebo Classic names joints that it drives."""
+    return any(True for _ in _channels(plugin))
+
+
 def classic_servos(plugin: Element, remarks: Remarks) -> Iterator[DeclaredServo]:
     """Yield the servos of a plugin of Gazebo Classic, none for any other plugin.
 
@@ -34,12 +39,23 @@ def classic_servos(plugin: Element, remarks: Remarks) -> Iterator[DeclaredServo]
         plugin: of any class.
         remarks: receives remarks on servos without valid numbers, which are not used.
     """
+    for tags, joint, usual, notes in _channels(plugin):
+        yield from _servo(tags, joint, usual, notes, remarks)
+
+
+_Notes = tuple[tuple[str, str], ...]
+
+
+def _channels(plugin: Element) -> Iterator[tuple[XmlBlock, str, Servo, _Notes]]:
+    """Yield what has the gains of a joint, its name, the servo without gains, and notes on it."""
     file = plugin.get("filename", "")
     if _MAVLINK_FILE in file:
         for channel in _elements(plugin, "control_channels/channel"):
             tags = XmlBlock("MAVLink interface", channel)
-            if tags.text("joint_control_type") in ("position", "position_kinematic"):
-                yield from _servo(tags, tags.text("joint_name"), Servo(), remarks)
+            joint = tags.text("joint_name")
+            kind = tags.text("joint_control_type")
+            if joint and kind in ("position", "position_kinematic"):
+                yield tags, joint, Servo(), ()
     elif _GIMBAL_FILE in file:
         tags = XmlBlock("gimbal controller", plugin)
         channels = {
@@ -48,29 +64,31 @@ def classic_servos(plugin: Element, remarks: Remarks) -> Iterator[DeclaredServo]
         }
         for tag, (joint, usual) in _GIMBAL_SERVOS.items():
             channel = XmlBlock(tags.what, channels.get(tag, plugin), tag in channels)
-            for each in _servo(channel, tags.text(tag) or joint, usual, remarks):
-                yield each._replace(notes=(*each.notes, (tags.what, _GIMBAL_NOTE)))
+            yield channel, tags.text(tag) or joint, usual, ((tags.what, _GIMBAL_NOTE),)
     elif _MOTOR_FILE in file and (plugin.findtext("motorType") or "").strip() == "position":
         tags = XmlBlock("motor model", plugin)
-        yield from _servo(tags, tags.text("jointName"), Servo(), remarks)
+        joint = tags.text("jointName")
+        if joint:
+            yield tags, joint, Servo(), ()
 
 
 def _elements(plugin: Element, path: str) -> list[Element]:
     return [each for each in plugin.findall(path) if isinstance(each, Element)]
 
 
-def _servo(tags: XmlBlock, joint: str, usual: Servo, remarks: Remarks) -> Iterator[DeclaredServo]:
-    """Yield the servo of a joint that is named.
+def _servo(
+    tags: XmlBlock, joint: str, usual: Servo, notes: _Notes, remarks: Remarks
+) -> Iterator[DeclaredServo]:
+    """Yield the servo of a joint, none with invalid numbers.
 
     Args:
         tags: the element with its `<joint_control_pid>`.
-        joint: its name, "" for none.
+        joint: its name.
         usual: the servo without gains in the file.
+        notes: on the servo.
         remarks: receives a remark on an invalid number.
     """
-    if not joint:
-        return
-    servo, gains, notes = usual, tags.block("joint_control_pid"), ()
+    servo, gains = usual, tags.block("joint_control_pid")
     what = f"servo of '{shortened_text(joint)}'"
     if gains.there:
         try:
@@ -87,5 +105,5 @@ def _servo(tags: XmlBlock, joint: str, usual: Servo, remarks: Remarks) -> Iterat
             remarks.add("ignored", tags.file, what, f"{text}; not used")
             return
         if integral:
-            notes = ((what, f"its integral gain of {integral:g} is not used"),)
+            notes = ((what, f"its integral gain of {integral:g} is not used"), *notes)
     yield DeclaredServo(joint, 0, servo, tags.file, tags.what, notes)
