@@ -5,8 +5,9 @@
 
 VENV ?= .venv
 BIN := $(VENV)/bin
-# Three on two cores, as live flights wait for the clock. A worker that has crashed, or was ended because
-# a test hung, is not started anew: xdist would have it run the same test again, up to eight times
+# Three on two cores, as live flights, servers and browsers wait for the clock. A worker that has crashed,
+# or was ended because a test hung, is not started anew: xdist would have it run the same test again, up
+# to eight times
 WORKERS ?= 3
 # Plugins are named, not found: pytest rewrites the asserts of every package that brings a plugin, which
 # would compile all modules of the workbench a second time
@@ -55,7 +56,6 @@ quick: $(VENV)/collected
 $(VENV)/collected:
 	@$(PYTEST) -n 0 --collect-only -qq -m "not slow" > /dev/null 2>&1; touch $@
 
-test-slow: WORKERS = 2
 test-slow: setup ## the slow tests: soaks, wheels, clusters, browsers, documents that fly
 	@$(SET_UP) slow
 	$(PYTEST) -m slow --durations 30

@@ -8,9 +8,8 @@ import pytest
 
 from workbench.commands.cli import main
 from workbench.common.errors import FlightBrokenError
-from workbench.common.resources import find_scenario, list_scenarios, list_worlds
+from workbench.common.resources import list_scenarios, list_worlds
 from workbench.logs.flight_reader import read_flight
-from workbench.scenario.scenario_file import load_scenario
 from workbench.session.session import Session
 
 SHIPPED = [
@@ -123,38 +122,6 @@ def test_who_turns_over_is_told_so(run, write, out):
     said = run("fly", path, "--output", out, "--no-plots", "--json")
     assert 0.0 < said.json["turned_over"] < 0.1
     assert "the drone turned over at 0.0 s" in said.err
-
-
-@pytest.mark.slow
-def test_full_speed_is_eight_metres_a_second_in_all_directions(run, out):
-    said = run("fly", "full-speed", "--output", out, "--no-plots", "--json")
-    log = columns(out / "full-speed.csv")
-    speed = np.hypot(log["v_W.x [m/s]"], log["v_W.y [m/s]"])
-    for end in (8.0, 20.0, 33.0):
-        assert speed[log["t [s]"] == end] == pytest.approx(8.0, rel=0.01)
-    assert np.ptp(log["p_W.z [m]"]) <= 0.3
-    assert speed[-1] == pytest.approx(0.0, abs=0.02)
-    assert said.json["final_mode"] == "hovering"
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", ["figure-eight", "paper-steps", "square"])
-def test_shipped_scenarios_end_hovering(name):
-    session = Session(load_scenario(find_scenario(name)))
-    session.run()
-    end = session.snapshot()
-    assert end.mode.label == "hovering"
-    assert end.v_WB == pytest.approx([0.0, 0.0, 0.0], abs=0.02)
-
-
-@pytest.mark.slow
-def test_the_square_ends_where_it_began():
-    session = Session(load_scenario(find_scenario("square")))
-    session.run()
-    assert session.snapshot().p_WB == pytest.approx([0.0, 0.0, 1.5], abs=0.02)
-    corners = session.recording().p_WB
-    for corner in ([4.0, 0.0, 1.5], [4.0, 4.0, 1.5], [0.0, 4.0, 1.5]):
-        assert np.linalg.norm(corners - corner, axis=1).min() < 0.02
 
 
 def test_a_bad_scenario_is_named_with_its_line(case, refused, write, out):

@@ -1145,9 +1145,24 @@ SCENARIOS = [
     "name",
     SCENARIOS,
 )
-def test_no_shipped_scenario_raises_an_alarm(name):
+def test_no_shipped_scenario_raises_an_alarm_and_four_end_at_rest(name):
+    """The square passes its corners; full speed is 8 m/s in all directions, at one height."""
     scenario = load_scenario(models_dir() / "scenarios" / f"{name}.yaml")
-    assert watched(Session(scenario), scenario.duration) == []
+    session = Session(scenario)
+    assert watched(session, scenario.duration) == []
+    end, flown = session.snapshot(), session.recording()
+    if name in ("figure-eight", "full-speed", "paper-steps", "square"):
+        assert end.mode.label == "hovering"
+        assert end.v_WB == pytest.approx([0.0, 0.0, 0.0], abs=0.02)
+    if name == "square":
+        assert end.p_WB == pytest.approx([0.0, 0.0, 1.5], abs=0.02)
+        for corner in ([4.0, 0.0, 1.5], [4.0, 4.0, 1.5], [0.0, 4.0, 1.5]):
+            assert np.linalg.norm(flown.p_WB - corner, axis=1).min() < 0.02
+    if name == "full-speed":
+        speed = np.hypot(flown.v_WB[:, 0], flown.v_WB[:, 1])
+        for time in (8.0, 20.0, 33.0):
+            assert speed[flown.time == time] == pytest.approx(8.0, rel=0.01)
+        assert np.ptp(flown.p_WB[:, 2]) <= 0.3
 
 
 @pytest.mark.slow
