@@ -6,6 +6,7 @@ What must come of each stands in docs/protocol.md; the limits are those of hello
 import importlib.util
 import math
 import struct
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -82,51 +83,51 @@ VALUES = {
 }
 
 
-@pytest.mark.parametrize("sign", [1.0, -1.0], ids=["+", "-"])
-@pytest.mark.parametrize("name", VALUES)
-@pytest.mark.parametrize("field", range(4), ids=FIELDS)
-def test_a_number_is_refused_scaled_or_flown(served, holder, field, name, sign):
-    make, code = VALUES[name]
-    limit = limits(holder)[field]
-    before = served.session.snapshot().reference[:4]
-    age, done = served.age(), len(served.script)
-    numbers = [0.0] * 4
-    numbers[field] = sign * make(limit)
-    seq = holder.command(*numbers[:3], yaw_rate=numbers[3])
-    served.fly(CONTROL)
-    assert holder.nacks(seq) == ([code] if code else [])
-    flown = served.session.snapshot().reference[:4]
-    if code in ("", "scaled"):
-        expected = list(numbers)
-        if code:
-            expected[field] = math.copysign(limit, sign)
-        assert list(flown) == pytest.approx(expected, rel=1e-12, abs=0.0)
-        assert served.age() == CONTROL  # it came into force with the update that began the period
-    else:
-        assert flown == before
-        assert served.age() == age + CONTROL
-        assert len(served.script) == done
+def test_a_number_is_refused_scaled_or_flown(served, holder, case):
+    for field, name, sign in product(range(4), VALUES, (1.0, -1.0)):
+        with case(FIELDS[field], name, sign):
+            make, code = VALUES[name]
+            limit = limits(holder)[field]
+            before = served.session.snapshot().reference[:4]
+            age, done = served.age(), len(served.script)
+            numbers = [0.0] * 4
+            numbers[field] = sign * make(limit)
+            seq = holder.command(*numbers[:3], yaw_rate=numbers[3])
+            served.fly(CONTROL)
+            assert holder.nacks(seq) == ([code] if code else [])
+            flown = served.session.snapshot().reference[:4]
+            if code in ("", "scaled"):
+                expected = list(numbers)
+                if code:
+                    expected[field] = math.copysign(limit, sign)
+                assert list(flown) == pytest.approx(expected, rel=1e-12, abs=0.0)
+                # it came into force with the update that began the period
+                assert served.age() == CONTROL
+            else:
+                assert flown == before
+                assert served.age() == age + CONTROL
+                assert len(served.script) == done
 
 
-@pytest.mark.parametrize("name", ["NaN", "infinite"])
-@pytest.mark.parametrize("field", range(4), ids=FIELDS)
-def test_an_axis_that_is_not_used_must_be_finite_too(served, holder, field, name):
-    numbers = [0.0] * 4
-    numbers[field] = VALUES[name][0](0.0)
-    seq = holder.command(*numbers[:3], yaw_rate=numbers[3], axes=15 & ~(1 << field))
-    served.fly(CONTROL)
-    assert holder.nacks(seq) == ["not_finite"]
+def test_an_axis_that_is_not_used_must_be_finite_too(served, holder, case):
+    for field, name in product(range(4), ("NaN", "infinite")):
+        with case(FIELDS[field], name):
+            numbers = [0.0] * 4
+            numbers[field] = VALUES[name][0](0.0)
+            seq = holder.command(*numbers[:3], yaw_rate=numbers[3], axes=15 & ~(1 << field))
+            served.fly(CONTROL)
+            assert holder.nacks(seq) == ["not_finite"]
 
 
-@pytest.mark.parametrize("name", ["largest", "1e30", "above twice"])
-@pytest.mark.parametrize("field", range(4), ids=FIELDS)
-def test_an_axis_that_is_not_used_may_be_large(served, holder, field, name):
-    numbers = [0.0] * 4
-    numbers[field] = VALUES[name][0](limits(holder)[field])
-    seq = holder.command(*numbers[:3], yaw_rate=numbers[3], axes=15 & ~(1 << field))
-    served.fly(CONTROL)
-    assert holder.nacks(seq) == []
-    assert served.session.snapshot().reference[:4] == (0.0, 0.0, 0.0, 0.0)
+def test_an_axis_that_is_not_used_may_be_large(served, holder, case):
+    for field, name in product(range(4), ("largest", "1e30", "above twice")):
+        with case(FIELDS[field], name):
+            numbers = [0.0] * 4
+            numbers[field] = VALUES[name][0](limits(holder)[field])
+            seq = holder.command(*numbers[:3], yaw_rate=numbers[3], axes=15 & ~(1 << field))
+            served.fly(CONTROL)
+            assert holder.nacks(seq) == []
+            assert served.session.snapshot().reference[:4] == (0.0, 0.0, 0.0, 0.0)
 
 
 def test_a_vector_over_the_limit_keeps_its_direction(served, holder):
@@ -141,33 +142,36 @@ def test_a_vector_over_the_limit_keeps_its_direction(served, holder):
     assert flown == pytest.approx(expected, rel=1e-6)
 
 
-@pytest.mark.parametrize("axes", [0, 16, 31, 2**31, 2**32 - 1])
-def test_axes_that_are_none_are_refused(served, holder, axes):
-    age = served.age()
-    seq = holder.command(1.0, 0.0, 0.0, axes=axes)
-    served.fly(CONTROL)
-    assert holder.nacks(seq) == ["no_axes"]
-    assert served.age() == age + CONTROL
+def test_axes_that_are_none_are_refused(served, holder, case):
+    for axes in (0, 16, 31, 2**31, 2**32 - 1):
+        with case(axes):
+            age = served.age()
+            seq = holder.command(1.0, 0.0, 0.0, axes=axes)
+            served.fly(CONTROL)
+            assert holder.nacks(seq) == ["no_axes"]
+            assert served.age() == age + CONTROL
 
 
-@pytest.mark.parametrize("axes", range(1, 16))
-def test_axes_that_are_not_set_are_flown_as_zero(served, holder, axes):
-    numbers = (0.5, -0.25, 0.125, 0.0625)
-    holder.command(*numbers[:3], yaw_rate=numbers[3], axes=axes)
-    served.fly(CONTROL)
-    expected = tuple(number * (axes >> bit & 1) for bit, number in enumerate(numbers))
-    assert served.session.snapshot().reference[:4] == expected
+def test_axes_that_are_not_set_are_flown_as_zero(served, holder, case):
+    for axes in range(1, 16):
+        with case(axes):
+            numbers = (0.5, -0.25, 0.125, 0.0625)
+            holder.command(*numbers[:3], yaw_rate=numbers[3], axes=axes)
+            served.fly(CONTROL)
+            expected = tuple(number * (axes >> bit & 1) for bit, number in enumerate(numbers))
+            assert served.session.snapshot().reference[:4] == expected
 
 
-@pytest.mark.parametrize("change", [None, 1, -1, 2**31])
-def test_only_the_lease_itself_commands(served, holder, change):
+def test_only_the_lease_itself_commands(served, holder, case):
     """0, its neighbours, and one in which a bit is another one."""
-    lease = 0 if change is None else (holder.lease + change) % 2**32
-    age, done = served.age(), len(served.script)
-    seq = holder.command(1.0, 0.0, 0.0, lease=lease)
-    served.fly(CONTROL)
-    assert holder.nacks(seq) == ["not_holder"]
-    assert (served.age(), len(served.script)) == (age + CONTROL, done)
+    for change in (None, 1, -1, 2**31):
+        with case(change):
+            lease = 0 if change is None else (holder.lease + change) % 2**32
+            age, done = served.age(), len(served.script)
+            seq = holder.command(1.0, 0.0, 0.0, lease=lease)
+            served.fly(CONTROL)
+            assert holder.nacks(seq) == ["not_holder"]
+            assert (served.age(), len(served.script)) == (age + CONTROL, done)
 
 
 def test_the_lease_of_another_connection_is_of_no_use(served, holder):
@@ -200,13 +204,14 @@ def test_a_command_acts_on_a_state_of_the_last_second(served, holder, age_ns, co
     assert served.session.snapshot().reference[0] == (0.0 if code else 0.5)
 
 
-@pytest.mark.parametrize("t_ns", [-1, 0, -(2**63), 2**63 - 1])
-def test_a_time_that_is_none_is_stale(served, holder, t_ns):
-    age = served.age()
-    seq = holder.command(0.5, 0.0, 0.0, t_ns=t_ns)
-    served.fly(CONTROL)
-    assert holder.nacks(seq) == ["stale"]
-    assert served.age() == age + CONTROL
+def test_a_time_that_is_none_is_stale(served, holder, case):
+    for t_ns in (-1, 0, -(2**63), 2**63 - 1):
+        with case(t_ns):
+            age = served.age()
+            seq = holder.command(0.5, 0.0, 0.0, t_ns=t_ns)
+            served.fly(CONTROL)
+            assert holder.nacks(seq) == ["stale"]
+            assert served.age() == age + CONTROL
 
 
 @pytest.mark.parametrize("value", [-0.0, 0.0])

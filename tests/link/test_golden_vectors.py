@@ -127,24 +127,28 @@ OUR_RECORDS = {
 OUR_FIELDS = {"names": "get", "values": "set"}
 
 
-@pytest.mark.parametrize("vector", read("operations"), ids=lambda each: each["text"][:60])
-def test_an_operation(vector):
-    payload = data(vector["hex"])
-    if vector["error"]:
-        with pytest.raises((WireError, DeniedError)) as refused:
-            read_operation(payload)
-        assert refused.value.code == vector["error"]
-        assert isinstance(refused.value, WireError) == (vector["error"] == "json")
-        return
-    record, values = vector["operation"]
-    found = read_operation(payload)
-    assert type(found).__name__ == OUR_RECORDS.get(record, record)
-    values = {OUR_FIELDS.get(name, name): value for name, value in values.items()}
-    shown = {name: list(v) if isinstance(v, tuple) else v for name, v in as_json(found).items()}
-    answers = {name: v for name, v in shown.items() if name not in values}  # what only those have
-    assert not any(answers.values())
-    assert shown == values | answers
-    assert read_operation(write_operation(found)) == found
+def test_an_operation(case):
+    for vector in read("operations"):
+        with case(vector["text"][:60]):
+            payload = data(vector["hex"])
+            if vector["error"]:
+                with pytest.raises((WireError, DeniedError)) as refused:
+                    read_operation(payload)
+                assert refused.value.code == vector["error"]
+                assert isinstance(refused.value, WireError) == (vector["error"] == "json")
+                continue
+            record, values = vector["operation"]
+            found = read_operation(payload)
+            assert type(found).__name__ == OUR_RECORDS.get(record, record)
+            values = {OUR_FIELDS.get(name, name): value for name, value in values.items()}
+            shown = {
+                name: list(v) if isinstance(v, tuple) else v for name, v in as_json(found).items()
+            }
+            # what only those have
+            answers = {name: v for name, v in shown.items() if name not in values}
+            assert not any(answers.values())
+            assert shown == values | answers
+            assert read_operation(write_operation(found)) == found
 
 
 def as_json(record):

@@ -119,8 +119,12 @@ def lines(text: str) -> list[str]:
 
 @pytest.fixture
 def symbols(monkeypatch):
-    """The names of a file: xacro's, and some properties."""
     monkeypatch.setattr(xacro, "filestack", ["a.xacro"])
+    return made_symbols()
+
+
+def made_symbols():
+    """The names of a file: xacro's, and some properties."""
     table = xacro.Table(xacro.create_global_symbols())
     space, inner = xacro.NameSpace(), xacro.NameSpace()
     inner["r"] = "2"
@@ -147,19 +151,27 @@ def outcome(of, text: str, symbols) -> tuple[type, str]:
     return type(value), repr(value)
 
 
-@pytest.mark.parametrize("text", lines(SAME))
-def test_a_value_is_that_of_xacro(symbols, text):
-    expected = outcome(xacro.safe_eval, text, symbols)
-    assert outcome(evaluate, text, symbols) == expected
+def test_a_value_is_that_of_xacro(monkeypatch, case):
+    monkeypatch.setattr(xacro, "filestack", ["a.xacro"])
+    for text in lines(SAME):
+        with case(text):
+            symbols = made_symbols()
+            expected = outcome(xacro.safe_eval, text, symbols)
+            assert outcome(evaluate, text, symbols) == expected
 
 
-@pytest.mark.parametrize("text", lines(REFUSED))
-def test_nothing_but_data_is_reached(symbols, text):
+def test_nothing_but_data_is_reached(monkeypatch, case):
     """With the two functions as the child replaces them."""
-    symbols.root["python"]["type"] = type_of
-    dict.pop(symbols.root["python"], "vars")
-    with pytest.raises((AttributeError, NameError, SyntaxError, TypeError, xacro.XacroException)):
-        evaluate(text, symbols)
+    monkeypatch.setattr(xacro, "filestack", ["a.xacro"])
+    for text in lines(REFUSED):
+        with case(text):
+            symbols = made_symbols()
+            symbols.root["python"]["type"] = type_of
+            dict.pop(symbols.root["python"], "vars")
+            with pytest.raises(
+                (AttributeError, NameError, SyntaxError, TypeError, xacro.XacroException)
+            ):
+                evaluate(text, symbols)
 
 
 def test_a_list_of_mappings_of_yaml_is_walked_as_in_xacro(symbols):
