@@ -348,3 +348,12 @@ def test_each_quantity_is_read_of_its_own_part_of_a_flight(case):
     for name, value in expected.items():
         with case(name):
             assert parse_schedule(f"{name}=0,1,4").value(**flight) == value
+
+
+def test_the_nearest_set_is_the_one_with_the_largest_weight(case):
+    schedule = parse_schedule("height=1,3,10")
+    for value, number in ((-5.0, 0), (1.9, 0), (2.1, 1), (6.4, 1), (6.6, 2), (99.0, 2)):
+        with case(value):
+            assert schedule.nearest(value) == number
+            weights = [schedule.between([float(k == n) for k in range(3)], value) for n in range(3)]
+            assert weights[number] == max(weights)
