@@ -340,3 +340,20 @@ def test_tuning_at_a_speed_changes_the_set_that_flies_there():
     )
     (pitch,) = [each for each in judge_loops(model) if each.loop == "pitch"]
     assert pitch.actuator.phase_margin >= np.radians(45.0)
+
+
+def test_each_quantity_is_read_of_its_own_part_of_a_flight(case):
+    flight = {"height": 3.0, "velocity": (2.0, -1.0, 2.0), "payload": 0.25, "voltage": 0.8}
+    expected = {"height": 3.0, "speed": 3.0, "payload": 0.25, "voltage": 0.8}
+    for name, value in expected.items():
+        with case(name):
+            assert parse_schedule(f"{name}=0,1,4").value(**flight) == value
+
+
+def test_the_nearest_set_is_the_one_with_the_largest_weight(case):
+    schedule = parse_schedule("height=1,3,10")
+    for value, number in ((-5.0, 0), (1.9, 0), (2.1, 1), (6.4, 1), (6.6, 2), (99.0, 2)):
+        with case(value):
+            assert schedule.nearest(value) == number
+            weights = [schedule.between([float(k == n) for k in range(3)], value) for n in range(3)]
+            assert weights[number] == max(weights)

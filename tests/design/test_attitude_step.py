@@ -80,6 +80,9 @@ def test_a_drone_follows_a_setpoint_of_roll_and_speeds_up_as_gravity_says():
     roll = flown.response[np.searchsorted(flown.time, 0.35)]
     assert a_y == pytest.approx(-9.81 * math.tan(roll), rel=0.05)  # to the right, and y is left
     assert flown.coupling.pitch < 1e-3
+    for name in ("roll", "roll_rate"):  # both turn about x, so roll is what is commanded
+        coupling = attitude_step._coupling(find_attitude_axis(name), flown.after)
+        assert coupling == flown.coupling and coupling.roll == 0.0
     assert flown.metrics.steady_state_error < 2.0
 
 
@@ -187,3 +190,16 @@ def test_a_setpoint_and_a_measured_loop_exclude_each_other():
         session.attitude(roll=0.05)
     with pytest.raises(WorkbenchError, match="pitch_rate is .nan"):
         session.attitude(pitch_rate=math.nan)
+
+
+def test_a_step_without_a_duration_may_be_flown(case):
+    """A rate ends where it has tilted the drone as far as it may, an attitude does not turn it."""
+    for row in ATTITUDE_ROWS:
+        for size in (0.2, -0.5, 1.0, 2.0):
+            with case((row.name, size)):
+                duration = attitude_step.usual_duration(row, size, 0.5)
+                if row.is_rate:
+                    assert duration == pytest.approx(min(0.75, 0.5 / abs(size)))
+                    row.check_tilt(size, duration, 0.5)
+                else:
+                    assert duration == 1.5

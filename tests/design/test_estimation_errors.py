@@ -14,7 +14,13 @@ from pydrake.math import RotationMatrix
 from scipy.stats import chi2, kstest
 
 from workbench.common.resources import find_model
-from workbench.design.estimation_errors import estimate_errors, judge_estimate, nees
+from workbench.design.estimation_errors import (
+    estimate_errors,
+    judge_estimate,
+    nees,
+    over_truth,
+)
+from workbench.estimation.run import EstimateHistory
 from workbench.plant.loading import load_vehicle
 from workbench.plant.sensors import Imu
 from workbench.session.recording import Recording
@@ -124,3 +130,19 @@ def test_what_an_estimator_does_not_know_is_not_judged(recording):
     on_truth = dataclasses.replace(recording, estimate=np.empty((2000, 0)))
     assert judge_estimate(on_truth) is None
     assert nees(on_truth) is None
+
+
+def test_between_two_states_the_truth_turns_and_moves_evenly():
+    """A third of a quarter turn about x, and only where the truth is known."""
+    half = math.sqrt(0.5)
+    states = np.array([[1.0, 0.0, 0.0, 0.0, *range(9)], [half, half, 0.0, 0.0, *range(3, 12)]])
+    time = np.array([0.9, 1.0, 2.0, 4.0, 4.1])
+    names = ("estimate", "biases", "deviations", "covariance", "innovations")
+    history = EstimateHistory(time, **{name: np.zeros((5, 1)) for name in names})
+    found = over_truth(history, np.array([1.0, 4.0]), states, (0.0, 0.0, 0.0))
+    assert found.time.tolist() == [1.0, 2.0, 4.0]
+    turns = [0.0, math.radians(30.0), math.radians(90.0)]
+    expected = [[math.cos(0.5 * turn), math.sin(0.5 * turn), 0.0, 0.0] for turn in turns]
+    assert found.q_WB == pytest.approx(np.array(expected), abs=1e-12)
+    moved = np.hstack([found.p_WB, found.w_WB, found.v_WB])
+    assert moved == pytest.approx(np.arange(9) + np.array([[0.0], [1.0], [3.0]]))

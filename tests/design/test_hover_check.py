@@ -3,6 +3,7 @@
 import dataclasses
 import math
 from functools import partial
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -131,3 +132,16 @@ def test_the_figure_shows_hover_and_steps_with_their_limits(report, bad_report, 
             legend = axes.get_legend()
             if legend:
                 assert not legend.get_window_extent().overlaps(axes.get_window_extent())
+
+
+def test_tilt_is_from_the_attitude_in_which_a_hover_begins(monkeypatch):
+    """A drone that hovers leaning does not tilt; the angle between two axes, by arccos."""
+    angles = np.array([0.1, 0.1, 0.25, 0.02])
+    z_axis_W = np.column_stack([np.sin(angles), np.zeros(4), np.cos(angles)])
+    hover = SimpleNamespace(z_axis_W=z_axis_W, p_WB=np.zeros((4, 3)))
+    flown = SimpleNamespace(recording=hover, exchange={}, ended="")
+    monkeypatch.setattr(hover_check, "USUAL_STEPS", ())
+    monkeypatch.setattr(hover_check, "_fly_hover", lambda setup, progress: flown)
+    tilt = check_hover().tilt
+    assert tilt[2:] == pytest.approx(np.arccos((z_axis_W @ z_axis_W[0])[2:]), rel=1e-9)
+    assert tilt == pytest.approx([0.0, 0.0, 0.15, 0.08], abs=1e-12)

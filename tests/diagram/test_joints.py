@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from pydrake.math import RigidTransform, RollPitchYaw
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource
@@ -559,3 +560,43 @@ def test_a_chain_of_light_links_swings_for_its_law_and_flies(tmp_path):
     session.tick(0.125)
     assert np.isfinite(session.state()).all()
     assert 0.0 < session.state()[10] < 1.0
+
+
+def test_rotors_on_links_with_axes_of_their_own_make_the_wrench_that_the_law_knows(tmp_path):
+    """In hover they carry the weight at the centre of mass, however the frames of links are turned.
+
+    The link of two rotors is rolled by 90 degrees and yawed, their axis is its y.
+    """
+    origin = '<origin xyz="0.1 0.05 -0.05" rpy="-1.5707963267948966 0 0.8"/>'
+    limits = '<limit lower="0" upper="1" effort="1" velocity="1"/>'
+    hinge = joint("hinge", "revolute", "base", "arm", axis=(1, 0, 0), more=limits)
+    parts = link("arm", 0.3) + hinge.replace('<origin xyz="0 0 0"/>', origin)
+    path = Path(drone(tmp_path, parts))
+    beside = path.with_name("jointed.rotors.yaml")
+    text = beside.read_text()
+    X_BL = RigidTransform(RollPitchYaw(-0.5 * math.pi, 0.0, 0.8), [0.1, 0.05, -0.05])
+    for number, y in ((0, ARM), (1, -ARM)):
+        place = X_BL.inverse() @ np.array([ARM, y, 0.0])
+        axis = X_BL.rotation().inverse() @ np.array([0.0, 0.0, 1.0])
+        text = text.replace(
+            f"name: r{number}, position: [{ARM}, {y}, 0.0]",
+            f"name: r{number}, link: arm, axis: {axis.tolist()}, position: {place.tolist()}",
+        )
+    beside.write_text(text)
+    scenario = Scenario(vehicle=VehicleConfig(model=str(path)))
+    session = Session(scenario)
+    airframe, root = session._bench.airframe, session._live.root
+    plant, context = airframe.plant, airframe.plant.GetMyContextFromRoot(root)
+    rotors = airframe.rotors
+    assert len(rotors.bodies) == 2
+    forces = rotors.GetOutputPort("spatial_forces").Eval(rotors.GetMyContextFromRoot(root))
+    centre = plant.CalcCenterOfMassPositionInWorld(context)
+    force, moment = np.zeros(3), np.zeros(3)
+    for each in forces:
+        X_WL = plant.EvalBodyPoseInWorld(context, plant.get_body(each.body_index))
+        arm = X_WL @ each.p_BoBq_B - centre
+        force += each.F_Bq_W.translational()
+        moment += each.F_Bq_W.rotational() + np.cross(arm, each.F_Bq_W.translational())
+    weight = plant.CalcTotalMass(context) * GRAVITY
+    assert force == pytest.approx([0.0, 0.0, weight], abs=1e-6 * weight)
+    assert moment == pytest.approx(np.zeros(3), abs=1e-6 * weight)

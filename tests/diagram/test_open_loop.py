@@ -1,6 +1,7 @@
 """The airframe under a table: physics by hand."""
 
 import dataclasses
+import math
 
 import numpy as np
 import pytest
@@ -9,6 +10,8 @@ from pydrake.systems.analysis import Simulator
 from workbench.diagram.core import ROTOR_COMMANDS, make_open_loop
 from workbench.plant.placing import body_state
 from workbench.plant.worlds.reading import read_world
+from workbench.scenario.scenario import Scenario, ScenarioStart
+from workbench.session.open_loop import fly_open_loop
 from workbench.systems.rotor_playback import RotorCommands
 
 HEIGHT = 10.0
@@ -54,3 +57,17 @@ def test_a_world_stands_in_its_way(setup, vehicle, tmp_path):
     simulator.AdvanceTo(2.0)
     height = state_of(recorder, simulator)[6]
     assert height == pytest.approx(1.0 + vehicle.ground_clearance, abs=2e-3)
+
+
+def test_a_table_acts_from_the_first_instant_on(tmp_path):
+    """Also where it does not begin with hover: its rotors already turn as its first row says."""
+    table = tmp_path / "table.csv"
+    table.write_text("0, 2, 3, 4, 5\n0.03125, 3, 3, 3, 3\n")
+    start = ScenarioStart(position=[0.0, 0.0, 10.0])
+    flown = fly_open_loop(Scenario(start=start, duration=1 / 16), table)
+    first = [math.sqrt(thrust / 8.54858e-06) for thrust in (2.0, 3.0, 4.0, 5.0)]
+    assert flown.time[0] == 0.0
+    assert flown.rotor_speeds[0] == pytest.approx(first, rel=1e-6)
+    assert flown.commanded_speeds[flown.time < 1 / 32] == pytest.approx(
+        np.tile(first, (4, 1)), rel=1e-6
+    )

@@ -1,7 +1,9 @@
 """Servos drive joints: against closed forms, by hand, and on two published descriptions."""
 
+import dataclasses
 import math
 from pathlib import Path
+from types import SimpleNamespace
 
 import control
 import numpy as np
@@ -15,6 +17,10 @@ from tests.jointed import SPHERE, drone, joint, link
 from workbench.common.errors import WorkbenchError
 from workbench.design.linear.study import LinearStudy
 from workbench.design.rollout.engine import RolloutEngine
+from workbench.diagram.servos import commanded_joints
+from workbench.plant.servo import Servo
+from workbench.plant.tilt import Tilt
+from workbench.plant.vehicle import VehicleServo
 from workbench.scenario.scenario import (
     Action,
     FigureEight,
@@ -304,3 +310,15 @@ def test_a_published_tilt_rotor_trims_and_turns_by_its_tilts():
     session.tick(3.0)
     assert session.state()[9] == pytest.approx(0.3, abs=0.03)
     assert np.abs(session.state()[4:7] - [0.0, 0.0, 1.5]).max() < 0.05
+
+
+def test_a_law_commands_its_servos_behind_those_that_tilt_rotors(tmp_path):
+    """Allocation has the first places behind the rotors, whatever the order of the vehicle."""
+    plain = make_setup(panned(tmp_path, position_plugin(0.05, 0.005))).vehicle
+    vehicle = dataclasses.replace(
+        plain,
+        servos=tuple(VehicleServo(name, False, Servo()) for name in ("pan", "tail", "roll")),
+        tilts=(Tilt("tail", -1.0, 1.0, ()),),
+    )
+    law = SimpleNamespace(file="law.py", servos=("roll", "pan"))
+    assert commanded_joints(vehicle, law) == ["tail", "roll", "pan"]

@@ -12,12 +12,15 @@ from pydrake.geometry import Meshcat, Role
 from pydrake.systems.analysis import Simulator
 
 from workbench.common.resources import find_world
+from workbench.control.flight_mode import in_the_air
 from workbench.control.guidance import Guidance, Reference
 from workbench.diagram.workbench import make_workbench
+from workbench.link.topics import TopicDirection
 from workbench.plant.variation import Variation
 from workbench.plant.worlds.reading import read_world
 from workbench.scenario.scenario import Action, Rates, Scenario, ScenarioStart, VehicleConfig
 from workbench.session.session import Session
+from workbench.systems.bridge import Bridge
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 SVG = "{http://www.w3.org/2000/svg}"
@@ -242,3 +245,27 @@ def test_the_documentation_shows_the_diagram_that_flies():
     assert (shown, shown_edges) == (boxes, edges), (
         "the diagram has changed: draw docs/diagram.svg as docs/architecture.md says"
     )
+
+
+def test_obstacles_are_measured_a_step_before_they_are_read():
+    """A drone that flies towards a wall sees it where it was a step ago, not a period ago."""
+    start = ScenarioStart(position=[0.0, 1.0, 1.5], velocity=[0.0, 1.0, 0.0])
+    session = Session(Scenario(world="room", start=start))
+    first = session.snapshot().clearance
+    session.tick(1 / 16)
+    clearance, position = session.snapshot().clearance, session.state()[4:7]
+    moved = float((position - [0.0, 1.0, 1.5]) @ first.direction)
+    assert first.distance - clearance.distance == pytest.approx(moved, abs=3e-3)
+
+
+def test_its_systems_have_the_limits_and_the_height_of_the_drone():
+    settings = {"max_speed": 6.0, "max_climb_rate": 2.5, "max_yaw_rate": 0.7}
+    standing = Scenario(start=ScenarioStart(mode="off"))
+    session = Session(standing, settings, bridge=Bridge())
+    command = next(topic for topic in session.topics if topic.direction is TopicDirection.BOTH)
+    high = {each.name: each.high for each in command.fields}
+    assert [high[name] for name in ("v_x", "v_y", "v_z", "yaw_rate")] == [6.0, 6.0, 2.5, 0.7]
+    # a drone that stands is not in the air, so that it cannot go around
+    z = float(session.state()[6])
+    assert not in_the_air(z, session._bench.modes._standing_height)
+    assert in_the_air(z + 0.5, session._bench.modes._standing_height)

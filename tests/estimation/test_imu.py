@@ -1,5 +1,8 @@
 """The IMU beside differences of a motion, and what it gives in a flight that tumbles."""
 
+import dataclasses
+import math
+
 import numpy as np
 import pytest
 from pydrake.systems.analysis import Simulator
@@ -11,7 +14,7 @@ from workbench.control.controller_file import load_controller
 from workbench.diagram.airframe import add_airframe
 from workbench.dynamics.air.settings import calm_air
 from workbench.estimation.gyro import GyroSettings
-from workbench.estimation.imu import ideal_imu_sample
+from workbench.estimation.imu import ideal_imu_sample, imu_noise, mean_force
 from workbench.plant.faults import Fault
 from workbench.plant.loading import make_vehicle
 from workbench.plant.sensors import Imu, Noise
@@ -199,3 +202,31 @@ def test_what_fails_stands_still_or_is_louder_and_comes_back(case, description, 
         loud = added(description, vehicle, imu, 512, faults=((0, Fault.NOISY),))
         assert np.abs(usual).min() > 0.0
         assert loud == pytest.approx(10 * usual, abs=1e-9)
+
+
+def test_a_mean_force_is_the_change_of_velocity_against_gravity_between_the_attitudes():
+    """Half-way between two rolls, for a change along each axis; at rest it is 1 g up."""
+    period, change = 0.01, np.array([0.03, -0.02, 0.05])
+    rolls = (0.2, 0.5)
+    q = [[math.cos(0.5 * roll), math.sin(0.5 * roll), 0.0, 0.0] for roll in rolls]
+    found = mean_force([*q[0], 1.0, 2.0, 3.0], [*q[1], *([1.0, 2.0, 3.0] + change)], period)
+    cos, sin = math.cos(0.35), math.sin(0.35)
+    R_BW = np.array([[1.0, 0.0, 0.0], [0.0, cos, sin], [0.0, -sin, cos]])
+    assert found == pytest.approx(R_BW @ (change / period + [0.0, 0.0, 9.81]), rel=1e-3)
+    level = [1.0, 0.0, 0.0, 0.0, 4.0, 5.0, 6.0]
+    assert mean_force(level, level, period) == pytest.approx((0.0, 0.0, 9.81), rel=1e-3)
+
+
+def test_the_noise_of_a_described_rate_has_its_density_at_that_of_physics(vehicle, case):
+    """White noise: the deviation grows with the root of the rate; offset and bias stay."""
+    (sensor,) = vehicle.body_imus
+    for rate in (100.0, 1024.0):
+        noise = Noise(mean=0.1, stddev=0.02, bias_mean=0.3, bias_stddev=0.4)
+        described = dataclasses.replace(
+            sensor, rate=rate, angular_velocity=(noise,) * 3, linear_acceleration=(noise,) * 3
+        )
+        found = imu_noise(described, STEP, 1 / 128)
+        with case(rate):
+            assert found.deviation == pytest.approx([0.02 * math.sqrt(1024.0 / rate)] * 6)
+            assert found.mean == pytest.approx([0.4] * 6)
+            assert found.spread == (0.4,) * 6

@@ -3,6 +3,7 @@
 import dataclasses
 import math
 
+import numpy as np
 import pytest
 
 from workbench.common.resources import find_model
@@ -35,3 +36,15 @@ def test_rotors_without_a_coefficient_leave_the_body(vehicle):
     rates = drag_rates(dataclasses.replace(vehicle, rotors=tuple(bare)))
     assert (rates.across, rates.yaw) == (0.0, 0.0)
     assert rates.squared > 0.0
+
+
+def test_rates_do_not_depend_on_where_a_body_has_its_origin(vehicle):
+    aside = np.array([0.05, -0.03, 0.02])
+    moved = dataclasses.replace(
+        vehicle,
+        rotors=tuple(
+            dataclasses.replace(rotor, p_BR=tuple(rotor.p_BR + aside)) for rotor in vehicle.rotors
+        ),
+        p_BoBcm_B=tuple(vehicle.p_BoBcm_B + aside),
+    )
+    assert drag_rates(moved) == pytest.approx(drag_rates(vehicle), rel=1e-9)

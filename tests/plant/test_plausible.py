@@ -8,6 +8,7 @@ import pytest
 
 from tests.installed import FORMATS
 from workbench.common.errors import WorkbenchError
+from workbench.plant import ranges
 from workbench.plant.description import read_description
 from workbench.plant.loading import make_vehicle
 from workbench.plant.plausible import implausible_values
@@ -129,3 +130,21 @@ def test_a_slip_of_a_unit_is_doubted(dh_vehicle, spoil, said):
 def test_a_doubt_names_what_and_what_is_usual(dh_vehicle):
     said = implausible_values(longer(dh_vehicle, 1000.0))[0]
     assert "is 253 m from the centre of mass; a 1.9 kg multirotor has arms of about 0.2 m" in said
+
+
+SI_BY_UNIT = {"g": 1e-3, "oz": 0.028349523125, "lb": 0.45359237, "kg": 1.0}
+SI_BY_UNIT |= {"mm": 1e-3, "cm": 1e-2, "in": 0.0254, "mV": 1e-3, "mohm": 1e-3, "ms": 1e-3}
+SI_BY_UNIT |= {"A h": 3600.0, "mA h": 3.6, "mAh": 3.6}
+"""By definition: the pound and the inch of 1959, and what a prefix says."""
+
+
+def test_units_that_are_written_by_mistake_have_the_values_of_their_definitions(case):
+    compared = 0
+    for name, each in vars(ranges).items():
+        for unit, factor in each.others.items() if isinstance(each, ranges.Range) else ():
+            with case((name, unit)):
+                weight = 9.80665 if each.unit == "N" else 1.0  # of a mass
+                expected = weight * SI_BY_UNIT[unit] / SI_BY_UNIT.get(each.unit, 1.0)
+                assert factor == pytest.approx(expected, rel=2e-3)
+                compared += 1
+    assert compared >= 20

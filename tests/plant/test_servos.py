@@ -1,5 +1,6 @@
 """Servos of joints, as published files state them."""
 
+import cmath
 import math
 
 import pytest
@@ -9,6 +10,7 @@ from workbench.common.errors import WorkbenchError
 from workbench.parameters.servo_parameters import servo_parameters
 from workbench.plant.description import read_description
 from workbench.plant.loading import make_vehicle
+from workbench.plant.servo import Servo
 
 LIMIT = '<limit lower="-0.5" upper="1.5" effort="{}" velocity="{}"/>'
 
@@ -277,3 +279,21 @@ def test_three_rotors_fly_with_a_tilt_for_yaw(tmp_path):
     beside.write_text(beside.read_text().replace("servos: [{joint: tilt}]", ""))
     with pytest.raises(WorkbenchError, match="3 rotors are declared, a multirotor has four"):
         make_vehicle(read_description(path))
+
+
+def test_the_lag_of_a_servo_is_its_delay_in_a_slow_motion():
+    """The slope of the phase at zero frequency: of spring and damper, low-pass and delay."""
+    servo = Servo(stiffness=2.0, damping=0.5, time_constant=0.1, delay=0.03)
+    s = 1e-4j
+    follows = 2.0 / (0.5 * s + 2.0) / (0.1 * s + 1.0) * cmath.exp(-0.03 * s)
+    assert servo.lag == pytest.approx(-cmath.phase(follows) / 1e-4, rel=1e-6)
+
+
+def test_a_servo_of_a_shifted_position_is_shifted_with_all_of_its_positions():
+    servo = Servo(lower=-0.5, upper=1.5, start=0.2)
+    there = servo.shifted(0.3)
+    for setpoint in (-1.0, servo.start, 2.0):
+        assert there.within(setpoint + 0.3) == pytest.approx(servo.within(setpoint) + 0.3)
+    assert there.start == pytest.approx(servo.start + 0.3)
+    rate = Servo("velocity", lower=-0.5, upper=1.5, start=0.2)
+    assert rate.shifted(0.3) == rate

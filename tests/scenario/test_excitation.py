@@ -1,13 +1,14 @@
 """Excitations against closed forms by hand."""
 
 import dataclasses
+import itertools
 import math
 
 import numpy as np
 import pytest
 
 from workbench.common.errors import WorkbenchError
-from workbench.scenario.excitation import Excitation, Shape
+from workbench.scenario.excitation import ActiveExcitation, Excitation, Shape
 
 STEP = Excitation("x", Shape.STEP, 1.5, 2.0)
 DOUBLET = Excitation("y", Shape.DOUBLET, -1.0, 3.0)
@@ -99,3 +100,29 @@ def test_what_cannot_be_flown_is_refused(case):
 def test_what_can_be_flown_passes():
     for each in (STEP, DOUBLET, SQUARE, CHIRP):
         each.check(1.5)
+
+
+def test_the_longest_level_is_the_longest_time_of_one_sign(case):
+    """Of a chirp, whose frequency rises, half a wave at the beginning's is a bound."""
+    for shape in Shape:
+        for period in (0.5, 20.0):
+            excitation = Excitation("x", shape, -0.4, period)
+            step = excitation.round_time / 1000.0
+            signs = [np.sign(excitation.command(k * step)) for k in range(1000)]
+            longest = (
+                max(len(list(run)) for sign, run in itertools.groupby(signs) if sign != 0.0) * step
+            )
+            with case(shape, period):
+                if shape is Shape.CHIRP:
+                    assert longest <= excitation.longest_level + 2.0 * step
+                else:
+                    assert excitation.longest_level == pytest.approx(longest, abs=2.0 * step)
+
+
+def test_rounds_count_once_they_are_over():
+    flown = ActiveExcitation(Excitation("x", Shape.STEP, 1.0, 1.0, repeats=True), 0.0, 0)
+    counts = []
+    for number, returning in ((0, False), (1, False), (1, True), (2, False), (2, True)):
+        now = dataclasses.replace(flown, round=number, returning=returning)
+        counts.append(now.rounds_flown)
+    assert counts == [0, 0, 1, 1, 2]

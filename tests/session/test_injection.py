@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from workbench.common.errors import WorkbenchError
-from workbench.scenario.scenario import Action, Injection, Scenario
+from workbench.scenario.scenario import Action, Injection, Rates, Scenario
+from workbench.session.injected import ActiveInjection
 from workbench.session.session import Session
 
 ASKED = Injection("acceleration_z", 1.0, 6.0, 30.0, 3)
@@ -87,3 +88,17 @@ def test_what_cannot_be_injected_is_refused(case):
             with pytest.raises(WorkbenchError, match=said):
                 Session(scenario(Action(injection=injection)))
     assert session.injecting is None
+
+
+def test_a_part_that_runs_more_rarely_gets_its_values_where_it_runs(case):
+    """The first is at or after the step that is asked for, the others whole periods later."""
+    rates = Rates()
+    for divider in (1, 2, 5):
+        for first in (0, 1, 79, 80, 81):
+            injection = ActiveInjection(
+                Injection("acceleration_x", 0.1, 2.0, 10.0), 0, first, rates, divider
+            )
+            every = divider * rates.control_steps
+            with case(divider, first):
+                assert injection.next_step % every == 0
+                assert first <= injection.next_step < first + every

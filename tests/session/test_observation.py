@@ -12,6 +12,7 @@ from pydrake.math import RotationMatrix
 from scipy.spatial.transform import Rotation
 
 from workbench.commands.printing import to_json
+from workbench.control.mode import ModeRequest
 from workbench.plant.faults import Fault
 from workbench.scenario.scenario import Action, Scenario, ScenarioStart, SensorsConfig
 from workbench.session.session import Session
@@ -193,3 +194,17 @@ def test_a_quaternion_is_of_unit_length(now):
     assert math.hypot(*now.q_WB) == pytest.approx(1.0, abs=1e-15)
     R_WB = RotationMatrix(Quaternion(now.q_WB)).matrix()
     assert pytest.approx(np.eye(3), abs=1e-14) == R_WB @ R_WB.T
+
+
+def test_a_free_way_down_ends_where_the_drone_stands_and_a_request_waits_until_it_is_read():
+    session = Session(Scenario(start=ScenarioStart(position=[0.0, 0.0, 3.0])))
+    height = 3.0 - session.vehicle.ground_clearance
+    for direction, way in (((0.0, 0.0, -1.0), height), ((0.8, 0.0, -0.6), height / 0.6)):
+        assert session.free_way(direction, 50.0) == (pytest.approx(way), "the ground")
+    assert session.free_way((0.0, 0.0, -1.0), 1.0) == (1.0, "")
+    assert session.free_way((0.6, 0.0, 0.8), 50.0) == (50.0, "")
+    assert session.waiting_request is ModeRequest.NONE
+    session.request("land")
+    assert session.waiting_request is ModeRequest.LAND
+    session.tick(3 / 16)  # the mode is updated every eighth of a second
+    assert session.waiting_request is ModeRequest.NONE

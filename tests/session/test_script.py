@@ -3,7 +3,7 @@
 import math
 
 from workbench.scenario.scenario import Action, Rates, Scenario
-from workbench.session.script import Script
+from workbench.session.script import Script, repeat_scenario
 from workbench.session.session import Session
 
 PERIOD = 1 / 128
@@ -101,3 +101,25 @@ def test_a_hold_a_landing_and_a_stop_end_the_script_of_a_session(case):
             session.reset()
             session.do(action)
             assert (session.next_action is None) == ends
+
+
+def test_a_flight_is_repeated_without_what_its_pilot_ended(case):
+    """Of an update the pilot's actions come first, so what the script has there is ended, too."""
+    rates = Rates(physics_step=PERIOD / 8, control_period=PERIOD)
+    planned = [
+        Action(at=0.0, set={"wind_x": 1.0}),
+        Action(at=0.99, yaw_rate=0.1),
+        Action(at=1.0, yaw_rate=0.2),
+        Action(at=1.01, yaw_rate=0.3),
+    ]
+    scenario = Scenario(script=planned, rates=rates, duration=2.0)
+    for ended, left in ((2.0, [0.1, 0.2, 0.3]), (1.0, [0.1]), (0.0, [])):
+        stop = Action(at=ended, request="hold", end_script=True)
+        repeated = repeat_scenario(scenario, {"mass": 1.0}, [stop], 2.0).script
+        with case(ended):
+            turns = [action.yaw_rate for action in repeated if action.yaw_rate is not None]
+            assert turns == left
+            # what flew from the beginning on is set, although the script was ended at 0
+            sets = [action.set for action in repeated if action.set]
+            assert sets == [{"mass": 1.0}, {"wind_x": 1.0}]
+            assert [action.at for action in repeated if action.request] == [ended]

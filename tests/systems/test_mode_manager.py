@@ -165,3 +165,23 @@ def test_walls_are_renewed_between_updates_of_the_mode_and_nothing_else():
     assert before.wall_1_offset == pytest.approx(P[0] + 3.0 - 0.5)
     assert after.wall_1_offset == pytest.approx(P[0] + 0.1 + 2.0 - 0.5)
     assert after == before._replace(wall_1_offset=after.wall_1_offset)
+
+
+def test_walls_below_a_landing_do_not_count_between_updates_of_the_mode_either():
+    settings = SETTINGS._replace(obstacle_brake=1.0, stop_distance=0.5)
+    manager = ModeManager(
+        period=PERIOD, settings=settings, standing_height=0.1, wall_period=PERIOD / 4
+    )
+    simulator = Simulator(manager)
+    context = simulator.get_mutable_context()
+    for name, value in (("reference", list(REFERENCE)), ("request", [0.0] * 3), ("charge", [0.9])):
+        manager.GetInputPort(name).FixValue(context, value)
+    manager.GetInputPort("state").FixValue(context, STATE)
+    ahead, below = [1.0, 0.0, 0.0, 3.0], [0.0, 0.0, -1.0, 1.0]
+    manager.GetInputPort("walls").FixValue(context, [*below, *ahead, 0.0, 0.0, 0.0, math.inf])
+    manager.set_mode(context, initial_state(FlightMode.LANDING, P), P)
+    for share in (0.1, 0.6):  # after an update of the mode, and after two of the walls alone
+        simulator.AdvanceTo(share * PERIOD)
+        guide = Guidance(*outputs(manager, context)[1])
+        assert (guide.wall_1_z, guide.wall_1_offset) == (0.0, 0.0)
+        assert guide.wall_2_offset == pytest.approx(P[0] + 3.0 - 0.5)

@@ -5,7 +5,8 @@ import pytest
 from scipy import stats
 
 from workbench.dynamics.air.normals import counted_draws
-from workbench.systems.noise import CountedNoise
+from workbench.plant.sensors import Noise
+from workbench.systems.noise import CountedNoise, drawn_sensor_bias, sample_draws
 
 
 def drawn(seed, size=9, samples=4000, period=0.01):
@@ -39,3 +40,15 @@ def test_they_are_those_of_compiled_flights(size):
         for number in range(samples):
             counted_draws(seed, number, expected[number])
     assert drawn(seed, size, samples) == pytest.approx(expected, rel=0.0, abs=1e-15)
+
+
+def test_the_bias_of_a_sensor_is_no_number_of_its_samples():
+    """Otherwise it would vanish from the first sample, or double there."""
+    noise = Noise(bias_mean=2.0, bias_stddev=3.0)
+    seeds = range(400)
+    biases = np.array([drawn_sensor_bias(noise, seed) for seed in seeds])
+    assert stats.kstest((biases - 2.0) / 3.0, "norm").pvalue > 0.01
+    for number in (0, 1, 2):
+        samples = np.array([sample_draws(seed, number).standard_normal(4) for seed in seeds])
+        apart = np.corrcoef(biases, samples.T)[0, 1:]
+        assert np.abs(apart).max() < 5.0 / np.sqrt(len(seeds))

@@ -9,7 +9,12 @@ from pydrake.trajectories import PiecewisePolynomial
 
 from workbench.control.guidance import Reference
 from workbench.systems.pilot import PilotCommand, PilotSystem
-from workbench.systems.reference import REFERENCE_VALUES, add_reference, figure_eight
+from workbench.systems.reference import (
+    REFERENCE_VALUES,
+    add_reference,
+    figure_eight,
+    path_acceleration,
+)
 
 PATHS = {
     "default": {"center": [0.0, 0.0, 1.5], "length": 4.0, "width": 2.0, "period": 10.0, "laps": 2},
@@ -106,3 +111,12 @@ def test_pilot_and_path_are_added():
     assert found == pytest.approx(
         np.arange(10.0, 18.0) + 0.5 * np.arange(1.0, REFERENCE_VALUES + 1.0)
     )
+
+
+def test_the_acceleration_along_a_path_is_the_second_derivative_of_its_places():
+    path = figure_eight([0.0, 0.0, 5.0], 8.0, 4.0, 6.0, 1)
+    acceleration, step = path_acceleration(path), 1 / 32
+    for time in (1.0, 2.5, 4.0, 7.0):
+        before, now, after = (path.value(time + k * step)[4:7, 0] for k in (-1, 0, 1))
+        expected = (before - 2.0 * now + after) / step**2
+        assert acceleration.value(time)[:, 0] == pytest.approx(expected, abs=0.1)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from pydrake.autodiffutils import AutoDiffXd
 
-from workbench.design.judge.sensitivity import CubicCurve
+from workbench.design.judge.sensitivity import CubicCurve, carried_metrics
 
 A, B = 1.3, 4.0
 
@@ -78,3 +78,21 @@ def test_the_highest_of_a_curve_that_only_rises_is_its_end():
     peak, when = rising.highest()
     assert (peak.value(), when.value()) == (2.0, 1.0)
     assert peak.derivatives() == pytest.approx([1.0])
+
+
+def test_a_response_settles_where_it_leaves_either_side_of_the_band_for_the_last_time(case):
+    """A sampled oscillation that ends above the steady state, and one that ends below it."""
+    time = np.linspace(0.0, 6.0, 1201)
+    for sign in (1.0, -1.0):
+        for phase in (0.0, 0.7):
+            wave = np.exp(-time) * np.cos(4.0 * time + phase)
+            slope = -np.exp(-time) * (np.cos(4.0 * time + phase) + 4.0 * np.sin(4.0 * time + phase))
+            curve = CubicCurve(
+                time,
+                np.array([AutoDiffXd(sign * (1.0 - each)) for each in wave]),
+                np.array([AutoDiffXd(-sign * each) for each in slope]),
+            )
+            outside = np.abs((1.0 - wave) / (1.0 - wave[-1]) - 1.0) > 0.02
+            with case(sign, phase):
+                found = carried_metrics(curve, sign)["settling_time"].value()
+                assert found == pytest.approx(time[np.flatnonzero(outside)[-1]], abs=0.006)

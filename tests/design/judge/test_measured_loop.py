@@ -1,5 +1,6 @@
 """Measured loops against a simulation by scipy, statistics, and the linear model in flight."""
 
+import dataclasses
 import math
 
 import numpy as np
@@ -7,8 +8,11 @@ import pytest
 from scipy.signal import lfilter
 
 from workbench.common.errors import WorkbenchError
-from workbench.design.judge.loop_measurement import fly_measurement
-from workbench.design.judge.measured_loop import MIN_COHERENCE, measured_loop
+from workbench.design.judge.loop_measurement import Measurement, fly_measurement, loop_injection
+from workbench.design.judge.margins import UNSTABLE_LOOP_MARGINS
+from workbench.design.judge.measured_loop import MIN_COHERENCE, MeasuredLoop, measured_loop
+from workbench.design.linear.study import LinearStudy
+from workbench.plant.thrust_frame import thrust_frame
 from workbench.scenario.multisine import multisine
 from workbench.scenario.scenario import Injection, Scenario
 from workbench.session.injected import InjectedSignal
@@ -106,3 +110,49 @@ def test_what_cannot_be_measured_is_refused(case):
     ):
         with case(said), pytest.raises(WorkbenchError, match=said):
             fly_measurement(**arguments)
+
+
+def test_the_worst_difference_counts_where_the_measurement_is_coherent_and_within_the_bandwidth():
+    frequency = np.array([1.0, 2.0, 3.0, 30.0])
+    ratio = np.array([1.1, 0.8 * np.exp(-0.2j), 5.0, 7.0])
+    coherence = np.array([1.0, MIN_COHERENCE, 0.9 * MIN_COHERENCE, 1.0])
+    model = np.array([2.0j, 1.0 + 1.0j, 3.0, 0.1])
+    measured = MeasuredLoop("p", frequency, ratio * model, coherence, np.zeros(4), 7)
+    margins = dataclasses.replace(UNSTABLE_LOOP_MARGINS, bandwidth=10.0)
+    found = Measurement("drone", "roll", "actuator", ASKED, measured, model, margins)
+    assert found.worst() == pytest.approx((-20.0 * math.log10(0.8), 0.2))
+    silent = dataclasses.replace(measured, coherence=np.zeros(4))
+    assert dataclasses.replace(found, measured=silent).worst() is None
+
+
+def test_an_injection_uses_up_one_of_its_limits_and_no_other(case):
+    """RMS of the sampled model by its matrices; a command is a thrust before the rotors' lag."""
+    study = LinearStudy(Scenario())
+    frame, lag = thrust_frame(study.setup.vehicle), study.setup.vehicle.rotor_lag
+    most = np.array([rotor.max_thrust for rotor in frame.rotors])
+    room = np.minimum(most - frame.hover_thrusts, frame.hover_thrusts - frame.idle_thrusts)
+    limits = {f"thrust_{k + 1}": 0.1 * each for k, each in enumerate(room)}
+    limits |= {"roll": math.radians(6.0), "pitch": math.radians(6.0)}
+    limits |= {"v_x": 0.7, "v_y": 0.7, "v_z": 0.7}
+    limits |= {"roll_error": 0.03, "pitch_error": 0.03}
+    binding = set()
+    model = study.sampled()
+    for loop in map(study.controller.loop, ("velocity_z", "roll", "yaw_rate")):
+        found = loop_injection(model, loop, study.setup.vehicle)
+        wave = multisine(found.lowest, found.highest, model.period)
+        system = model.state_space([found.point], list(limits))
+        sizes = found.size * np.abs(np.fft.rfft(wave.values))[wave.lines] / len(wave.values)
+        response = np.array(
+            [
+                system.C @ np.linalg.solve(z * np.eye(len(system.A)) - system.A, system.B)
+                + system.D
+                for z in np.exp(1j * wave.frequency * model.period)
+            ]
+        )[:, :, 0]
+        response[:, : len(most)] *= (1.0 + 1j * lag * wave.frequency)[:, None]
+        rms = np.sqrt(2.0 * (np.abs(response * sizes[:, None]) ** 2).sum(axis=0))
+        used = rms / list(limits.values())
+        with case(loop.name):
+            assert used.max() == pytest.approx(1.0, rel=1e-6)
+        binding.add(list(limits)[int(used.argmax())])
+    assert any(name.startswith("thrust") for name in binding), binding

@@ -4,7 +4,7 @@ import control
 import numpy as np
 import pytest
 
-from workbench.design.judge.modes import least_damping, modes, named_poles
+from workbench.design.judge.modes import least_damping, modes, modes_of, named_poles
 
 
 @pytest.mark.parametrize("period", [0.0, 0.01])
@@ -78,3 +78,12 @@ def test_modes_in_which_joints_move_alike_have_the_name_of_one():
     together = np.abs(np.abs(poles) - np.sqrt(k)) < 1e-6
     assert together.sum() == 2 and np.abs(poles[~together]) == pytest.approx(np.sqrt(k + 4.0 * e))
     assert set(names) <= set(legs)
+
+
+def test_a_mode_is_gone_where_its_envelope_is_a_twentieth():
+    (mode,) = modes_of(np.array([-0.4 + 3.0j, -0.4 - 3.0j]), 0.0)
+    after = -np.log(0.05) / 0.4  # e^-3 is a twentieth
+    assert mode.gone_after(1.01 * after)
+    assert not mode.gone_after(0.99 * after)
+    (growing,) = modes_of(np.array([0.4]), 0.0)
+    assert not growing.gone_after(1e6)

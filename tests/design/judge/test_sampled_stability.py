@@ -2,11 +2,13 @@
 
 import copy
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from workbench.controllers import pd
+from workbench.design.judge import sampled_stability
 from workbench.design.judge.sampled_stability import HOVER_POINT, rate_sample, slowest_rate
 from workbench.design.linear.operating_point import OperatingPoint
 from workbench.design.linear.study import LinearStudy
@@ -68,3 +70,21 @@ def test_a_law_with_a_period_of_its_own_is_judged_at_the_one_asked_for(tmp_path)
     study = LinearStudy(Scenario(controller=str(law)))
     assert study.setup.rates.control_period == 1 / 512
     assert [rate_sample(study, steps).period for steps in (2, 8)] == [2 / 1024, 8 / 1024]
+
+
+def test_the_phase_margin_of_a_rate_is_that_of_the_weakest_loop_wherever_it_is_cut(monkeypatch):
+    study = LinearStudy()
+
+    def judged(*margins):
+        loops = [
+            SimpleNamespace(
+                actuator=SimpleNamespace(phase_margin=one),
+                error=SimpleNamespace(phase_margin=other),
+            )
+            for one, other in margins
+        ]
+        monkeypatch.setattr(sampled_stability, "judge_loops", lambda model: loops)
+        return rate_sample(study, 8).phase_margin
+
+    assert judged((0.6, 0.7), (0.9, 0.8)) == 0.6
+    assert judged((1.0, 0.9), (0.9, 0.5)) == 0.5

@@ -3,16 +3,22 @@
 import math
 
 import pytest
+from pydrake.common.eigen_geometry import Quaternion
+from pydrake.math import RollPitchYaw
 
 from workbench.common.errors import WorkbenchError
 from workbench.control.controller_file import load_controller
 from workbench.design.judge.sensitivity import (
     SENSITIVITY_METRICS,
     SENSITIVITY_STEP_S,
+    _body_and_rotors,
+    _hover_state,
     step_sensitivity,
 )
 from workbench.design.step_metrics import STEP_NUMBERS
 from workbench.design.step_response import fly_step
+from workbench.diagram.core import make_flight_core
+from workbench.setup import make_setup
 
 DURATION = 2.0
 
@@ -84,3 +90,22 @@ def test_what_is_rounding_counts_as_nothing():
 def test_what_is_no_step_is_refused(axis, amplitude, duration, word):
     with pytest.raises(WorkbenchError, match=word):
         step_sensitivity(axis, amplitude, duration=duration)
+
+
+def test_the_flight_begins_in_the_hover_that_is_asked_for():
+    setup = make_setup()
+    core, vehicle = make_flight_core(setup), setup.vehicle
+    state = _hover_state(core, vehicle, 0.6)
+    own, first = _body_and_rotors(core, vehicle)
+    attitude = RollPitchYaw(Quaternion(state[own[:4]])).vector()
+    assert attitude == pytest.approx([0.0, 0.0, 0.6], abs=1e-9)
+    lift = sum(
+        rotor.motor_constant * speed**2
+        for rotor, speed in zip(vehicle.rotors, state[first:], strict=False)
+    )
+    assert lift == pytest.approx(vehicle.mass * 9.81, rel=1e-3)
+
+
+def test_a_payload_that_the_law_does_not_know_is_refused():
+    with pytest.raises(WorkbenchError, match="set known_payload_mass to payload_mass, 0.2 kg"):
+        step_sensitivity("x", 1.0, settings={"payload_mass": 0.2})

@@ -37,3 +37,12 @@ def test_a_text_names_a_point_and_back(text, point):
 def test_what_is_no_point_is_said(text, said):
     with pytest.raises(WorkbenchError, match=said.replace("(", r"\(")):
         parse_point(text)
+
+
+def test_each_name_is_the_axis_that_it_says(case):
+    for place, axis in enumerate("xyz"):
+        three = tuple(2.5 * (each == place) for each in range(3))
+        with case(axis):
+            assert parse_point(f"v{axis}=2.5") == OperatingPoint(velocity=three)
+            assert parse_point(f"a{axis}=2.5") == OperatingPoint(acceleration=three)
+    assert parse_point("hold=0") == OperatingPoint()
