@@ -7,11 +7,13 @@ import numpy as np
 from workbench.design.steady_drift import HOVER_LOOK_S, steady_time
 from workbench.design.step_response import STEP_EDGE_S
 from workbench.scenario.axes import AXIS_NAMES
-from workbench.scenario.scenario import Action
+from workbench.scenario.scenario import Action, Scenario
 
 
 class KnownFlight:
     """A flight whose velocity or rate along each axis is a function of time."""
+
+    scenario = Scenario()
 
     def __init__(self, motions):
         self.time, self.motions = 0.0, motions

@@ -3,14 +3,18 @@
 import math
 from array import array
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
-from pydrake.systems.framework import Context
 
 from workbench.control.controller import Controller
 from workbench.scenario.multisine import Multisine, multisine
 from workbench.scenario.scenario import Injection, Rates
-from workbench.systems.flight_computer import FlightComputer
+
+if TYPE_CHECKING:
+    from pydrake.systems.framework import Context
+
+    from workbench.systems.flight_computer import FlightComputer
 
 
 @dataclass(frozen=True)
@@ -101,7 +105,7 @@ class ActiveInjection:
         came = np.frombuffer(self.came)[count : (1 + whole) * count] if whole else np.empty(0)
         return InjectedSignal(self.injection, self.multisine, came.reshape(whole, count).copy())
 
-    def act(self, step: int, computer: FlightComputer, context: Context) -> None:
+    def act(self, step: int, computer: "FlightComputer", context: "Context") -> None:
         """Add the value of an update that is due at a step, or end the injection after the last.
 
         Args:
