@@ -680,6 +680,7 @@ def test_an_excitation_that_repeats_in_wind_does_not_wander_off(excitation):
     assert np.abs(yaw - yaw[0]).max() < abs(excitation.amplitude) * excitation.period + 0.3
 
 
+@pytest.mark.slow
 def test_in_wind_a_step_goes_from_the_drift_as_that_of_fly_step_does():
     windy = fly_step("x", 1.0, duration=2.0, settings={"wind_x": WIND})
     bench = Bench(Scenario(script=[Action(at=0.0, set={"wind_x": WIND})]))
@@ -702,10 +703,16 @@ def test_in_wind_a_step_goes_from_the_drift_as_that_of_fly_step_does():
 @pytest.mark.parametrize(
     ("excitation", "air", "why"),
     [
-        (dataclasses.replace(SQUARE, axis="x"), {"wind_x": 6.0}, "fly a step or a doublet"),
+        pytest.param(
+            *(dataclasses.replace(SQUARE, axis="x"), {"wind_x": 6.0}, "fly a step or a doublet"),
+            marks=pytest.mark.slow,
+        ),
         (ONE_STEP, {"wind_x": 6.0, "turbulence": 15.4}, "the air is turbulent"),
-        (ONE_STEP, {}, ""),
-        (ONE_STEP, {"gust_x": 5.0, "gust_start": 0.5, "gust_duration": 0.5}, ""),
+        pytest.param(ONE_STEP, {}, "", marks=pytest.mark.slow),
+        pytest.param(
+            *(ONE_STEP, {"gust_x": 5.0, "gust_start": 0.5, "gust_duration": 0.5}, ""),
+            marks=pytest.mark.slow,
+        ),
     ],
 )
 def test_a_round_says_why_the_air_leaves_it_without_numbers(excitation, air, why):

@@ -303,6 +303,7 @@ def test_a_candidate_that_has_not_settled_is_no_best():
     assert "no candidate settles within 0.5 s" in why_no_best(short, "peak_rotor_use")
 
 
+@pytest.mark.slow
 def test_in_wind_every_way_of_a_sweep_begins_where_the_step_command_does():
     """The drift of `pd` is no error of its step."""
     case = SweepCase("x", 1.0, 2.0)
