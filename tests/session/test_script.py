@@ -2,6 +2,9 @@
 
 import math
 
+import pytest
+
+from workbench.common.errors import FlightBrokenError, WorkbenchError
 from workbench.scenario.scenario import Action, Rates, Scenario
 from workbench.session.script import Script
 from workbench.session.session import Session
@@ -101,3 +104,25 @@ def test_a_hold_a_landing_and_a_stop_end_the_script_of_a_session(case):
             session.reset()
             session.do(action)
             assert (session.next_action is None) == ends
+
+
+def test_a_refusal_in_flight_says_which_action_of_the_script_it_is_and_what_to_change():
+    script = [
+        Action(at=0.25, go_to=[1.0, 0.0, -3.0]),  # the second in time, and first in the file
+        Action(at=0.125, velocity=[0.1, 0.0, 0.0]),
+    ]
+    session = Session(Scenario(title="Below ground", script=script))
+    session.tick(0.2)
+    with pytest.raises(WorkbenchError) as refusal:
+        session.tick(0.2)
+    said = str(refusal.value)
+    assert "script.0 of the scenario 'Below ground', at 0.25 s" in said
+    assert "cannot go to a height of -3 m" in said
+    assert said.endswith("change that action or remove it, as a reset flies the same script")
+
+
+def test_a_broken_flight_is_not_blamed_on_the_script():
+    plan = script(0.25)
+    assert times(plan, 300) == [0.25]
+    with pytest.raises(FlightBrokenError, match=r"^the program ended$"), plan.refusals(""):
+        raise FlightBrokenError("the program ended")

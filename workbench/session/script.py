@@ -3,7 +3,10 @@
 import dataclasses
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 
+from workbench.common.errors import FlightBrokenError, WorkbenchError
+from workbench.common.plain_text import plain_name
 from workbench.dynamics.air.settings import gust_settings, push_settings
 from workbench.scenario.scenario import Action, Rates, Scenario
 
@@ -32,7 +35,9 @@ class Script:
     """
 
     def __init__(self, actions: Iterable[Action], rates: Rates) -> None:
-        self._actions = sorted(actions, key=lambda action: action.at)
+        ordered = sorted(enumerate(actions), key=lambda each: each[1].at)
+        self._places = [place for place, _ in ordered]
+        self._actions = [action for _, action in ordered]
         self._rates = rates
         self.done, self.ended = 0, False
 
@@ -53,6 +58,21 @@ class Script:
         while self.next_step <= step:
             self.done += 1
             yield self._actions[self.done - 1]
+
+    @contextmanager
+    def refusals(self, title: str) -> Iterator[None]:
+        """Have a refusal of the last returned action say which one of a scenario's script it is."""
+        try:
+            yield
+        except FlightBrokenError:
+            raise
+        except WorkbenchError as error:
+            action, place = self._actions[self.done - 1], self._places[self.done - 1]
+            scenario = f"the scenario '{plain_name(title)}'" if title else "the scenario"
+            raise WorkbenchError(
+                f"script.{place} of {scenario}, at {action.at:g} s: {error}; change that action or "
+                "remove it, as a reset flies the same script"
+            ) from error
 
     @property
     def first_values(self) -> dict[str, float]:
