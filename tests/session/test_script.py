@@ -5,7 +5,7 @@ import math
 import pytest
 
 from workbench.common.errors import FlightBrokenError, WorkbenchError
-from workbench.scenario.scenario import Action, Rates, Scenario
+from workbench.scenario.scenario import Action, Rates, Scenario, ScenarioStart
 from workbench.session.script import Script
 from workbench.session.session import Session
 
@@ -126,3 +126,36 @@ def test_a_broken_flight_is_not_blamed_on_the_script():
     assert times(plan, 300) == [0.25]
     with pytest.raises(FlightBrokenError, match=r"^the program ended$"), plan.refusals(""):
         raise FlightBrokenError("the program ended")
+
+
+def test_an_order_that_a_drone_which_is_off_does_not_follow_is_noted_once(case, caplog):
+    low = Action(0.25, request="take_off", height=1.0)
+    for orders, said in (
+        (
+            [Action(0.25, go_to=[1.0, 0.0, 1.0]), Action(0.5, velocity=[0.5, 0.0, 0.0])],
+            "script.0 of the scenario, at 0.25 s: the drone is off and does not follow go_to "
+            "before a take_off",
+        ),
+        (
+            [Action(0.25, velocity=[0.5, 0.0, 0.0], yaw_rate=0.1)],
+            "script.0 of the scenario, at 0.25 s: the drone is off and does not follow velocity "
+            "and yaw_rate before a take_off",
+        ),
+        (
+            [Action(0.25, request="land")],
+            "script.0 of the scenario, at 0.25 s: the drone is off and does not follow land",
+        ),
+        ([low, Action(0.25, velocity=[0.5, 0.0, 0.0])], ""),  # the mode reads both later
+        ([low, Action(0.5, velocity=[0.5, 0.0, 0.0])], ""),  # armed, and about to take off
+        ([Action(0.25, velocity=[0.0, 0.0, 0.0]), Action(0.25, set={"kp_roll": 60.0})], ""),
+    ):
+        with case(said, len(orders)):
+            caplog.clear()
+            session = Session(Scenario(start=ScenarioStart(mode="off"), script=orders))
+            caplog.clear()  # remarks on the vehicle
+            session.tick(0.6)
+            assert [each.getMessage() for each in caplog.records] == [said] * bool(said)
+    hovering = Session(Scenario(script=[Action(0.25, velocity=[0.5, 0.0, 0.0])]))
+    caplog.clear()
+    hovering.tick(0.3)
+    assert not caplog.records

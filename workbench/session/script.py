@@ -1,12 +1,16 @@
 """The script of a scenario, step by step."""
 
 import dataclasses
+import logging
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 
+import numpy as np
+
 from workbench.common.errors import FlightBrokenError, WorkbenchError
 from workbench.common.plain_text import plain_name
+from workbench.control.mode import FlightMode, ModeRequest
 from workbench.dynamics.air.settings import gust_settings, push_settings
 from workbench.scenario.scenario import Action, Rates, Scenario
 
@@ -40,6 +44,7 @@ class Script:
         self._actions = [action for _, action in ordered]
         self._rates = rates
         self.done, self.ended = 0, False
+        self._noted = False
 
     @property
     def next_step(self) -> int | float:
@@ -67,12 +72,40 @@ class Script:
         except FlightBrokenError:
             raise
         except WorkbenchError as error:
-            action, place = self._actions[self.done - 1], self._places[self.done - 1]
-            scenario = f"the scenario '{plain_name(title)}'" if title else "the scenario"
             raise WorkbenchError(
-                f"script.{place} of {scenario}, at {action.at:g} s: {error}; change that action or "
-                "remove it, as a reset flies the same script"
+                f"{self._place(title)}: {error}; change that action or remove it, as a reset flies "
+                "the same script"
             ) from error
+
+    def note_mode(self, title: str, mode: FlightMode, waiting: ModeRequest) -> None:
+        """Log, once a flight, that the last returned action has no effect because the drone is off.
+
+        Args:
+            title: of the scenario.
+            mode: the flight mode.
+            waiting: what is requested of it, see `ObservedFlight.waiting_request`.
+        """
+        if self._noted or mode is not FlightMode.OFF or waiting is ModeRequest.TAKE_OFF:
+            return
+        action = self._actions[self.done - 1]
+        moves = [
+            name
+            for name in ("velocity", "yaw_rate", "go_to")
+            if np.any(getattr(action, name) or 0.0)
+        ]
+        if moves or action.request == "land":
+            self._noted = True
+            said = " and ".join(moves or ["land"])
+            later = " before a take_off" if moves else ""
+            logging.getLogger("workbench").warning(
+                "%s: the drone is off and does not follow %s%s", self._place(title), said, later
+            )
+
+    def _place(self, title: str) -> str:
+        """Return where the last returned action stands in the script of a scenario."""
+        action, place = self._actions[self.done - 1], self._places[self.done - 1]
+        scenario = f"the scenario '{plain_name(title)}'" if title else "the scenario"
+        return f"script.{place} of {scenario}, at {action.at:g} s"
 
     @property
     def first_values(self) -> dict[str, float]:
@@ -92,6 +125,7 @@ class Script:
     def rewind(self, done: int = 0, *, ended: bool = False) -> None:
         """Start again, at the beginning or after this number of actions, or stay ended."""
         self.done, self.ended = done, ended
+        self._noted = False
 
     def end(self) -> None:
         """Return no more actions until the script starts again."""

@@ -302,6 +302,7 @@ class Session(ObservedFlight, PilotOrders[None]):
                     if action.controller is not None:
                         self._take_over(action.controller)
                     self.do(dataclasses.replace(action, controller=None, end_script=False))
+                self._script.note_mode(self.scenario.title, self.mode, self.waiting_request)
             step = int(min(target, self._script.next_step, self._inject()))
             self._live.integration.advance(step)
             self._steps = step
