@@ -149,6 +149,32 @@ def test_the_controller_that_the_script_let_take_over_flies_on(tmp_path):
     assert abs(pd.velocity - as_flown.velocity).max() > 1e-4
 
 
+def test_orders_for_the_law_that_flew_before_are_over():
+    script = [
+        Action(at=0.1, set={"kp_pitch": 300.0}),
+        Action(at=0.2, controller="lqi"),
+        Action(at=0.9, velocity=[0.5, 0.0, 0.0]),
+    ]
+    flight = Session(Scenario(script=script))
+    flight.tick(0.6)
+    late, forker = flight.checkpoint(), Forker(flight.flown_scenario)
+    flight.tick(0.6)
+    (branch,) = forker.fly(late, [Branch("as flown", {})], 0.6)
+    assert_is(branch, flight.recording())
+    assert branch.velocity[-1, 0] > 0.01
+
+
+def test_a_forker_continues_a_checkpoint_of_before_too():
+    scenario = Scenario(script=[Action(at=0.3, velocity=[1.0, 0.0, 0.0])])
+    flight, forker = Session(scenario), Forker(scenario)
+    flight.tick(0.125)
+    before = flight.checkpoint()
+    flight.tick(0.375)
+    forker.fly(flight.checkpoint(), [Branch("late", {})], 0.25)
+    (early,) = forker.fly(before, [Branch("early", {})], 0.375)
+    assert_is(early, flight.recording())
+
+
 def test_a_controller_that_cannot_fly_is_told_before_anything_is_flown(
     forker, checkpoint, tmp_path
 ):

@@ -1215,6 +1215,20 @@ def test_alarms_are_told_once_with_what_to_do_and_stand_in_the_log(walled, case)
         ),
         (hover, Action(request="stop"), 1.5, "fell with its rotors off, and hit", "STOP switches"),
         (
+            hover,
+            Action(set={"battery_duration": 1.0}),
+            4.0,
+            "fell with its rotors off (battery empty), and hit",
+            "Reset to fly again; land before the battery is empty",
+        ),
+        (
+            Scenario(estimator="ekf", sensors=SensorsConfig(use=["imu", "gps", "magnetometer"])),
+            Action(set={"imu_fault": 3.0}),
+            3.0,
+            "fell with its rotors off (IMU failed), and hit",
+            "Repair the IMU, then reset",
+        ),
+        (
             dataclasses.replace(hover, controller="pd"),
             Action(set={"rotor_1": 0.0}),
             2.0,

@@ -2,7 +2,10 @@
 
 import math
 
-from workbench.scenario.scenario import Action, Rates, Scenario
+import pytest
+
+from workbench.common.errors import FlightBrokenError, WorkbenchError
+from workbench.scenario.scenario import Action, Rates, Scenario, ScenarioStart
 from workbench.session.script import Script, repeat_scenario
 from workbench.session.session import Session
 
@@ -123,3 +126,58 @@ def test_a_flight_is_repeated_without_what_its_pilot_ended(case):
             sets = [action.set for action in repeated if action.set]
             assert sets == [{"mass": 1.0}, {"wind_x": 1.0}]
             assert [action.at for action in repeated if action.request] == [ended]
+
+
+def test_a_refusal_in_flight_says_which_action_of_the_script_it_is_and_what_to_change():
+    script = [
+        Action(at=0.25, go_to=[1.0, 0.0, -3.0]),  # the second in time, and first in the file
+        Action(at=0.125, velocity=[0.1, 0.0, 0.0]),
+    ]
+    session = Session(Scenario(title="Below ground", script=script))
+    session.tick(0.2)
+    with pytest.raises(WorkbenchError) as refusal:
+        session.tick(0.2)
+    said = str(refusal.value)
+    assert "script.0 of the scenario 'Below ground', at 0.25 s" in said
+    assert "cannot go to a height of -3 m" in said
+    assert said.endswith("change that action or remove it, as a reset flies the same script")
+
+
+def test_a_broken_flight_is_not_blamed_on_the_script():
+    plan = script(0.25)
+    assert times(plan, 300) == [0.25]
+    with pytest.raises(FlightBrokenError, match=r"^the program ended$"), plan.refusals(""):
+        raise FlightBrokenError("the program ended")
+
+
+def test_an_order_that_a_drone_which_is_off_does_not_follow_is_noted_once(case, caplog):
+    low = Action(0.25, request="take_off", height=1.0)
+    for orders, said in (
+        (
+            [Action(0.25, go_to=[1.0, 0.0, 1.0]), Action(0.5, velocity=[0.5, 0.0, 0.0])],
+            "script.0 of the scenario, at 0.25 s: the drone is off and does not follow go_to "
+            "before a take_off",
+        ),
+        (
+            [Action(0.25, velocity=[0.5, 0.0, 0.0], yaw_rate=0.1)],
+            "script.0 of the scenario, at 0.25 s: the drone is off and does not follow velocity "
+            "and yaw_rate before a take_off",
+        ),
+        (
+            [Action(0.25, request="land")],
+            "script.0 of the scenario, at 0.25 s: the drone is off and does not follow land",
+        ),
+        ([low, Action(0.25, velocity=[0.5, 0.0, 0.0])], ""),  # the mode reads both later
+        ([low, Action(0.5, velocity=[0.5, 0.0, 0.0])], ""),  # armed, and about to take off
+        ([Action(0.25, velocity=[0.0, 0.0, 0.0]), Action(0.25, set={"kp_roll": 60.0})], ""),
+    ):
+        with case(said, len(orders)):
+            caplog.clear()
+            session = Session(Scenario(start=ScenarioStart(mode="off"), script=orders))
+            caplog.clear()  # remarks on the vehicle
+            session.tick(0.6)
+            assert [each.getMessage() for each in caplog.records] == [said] * bool(said)
+    hovering = Session(Scenario(script=[Action(0.25, velocity=[0.5, 0.0, 0.0])]))
+    caplog.clear()
+    hovering.tick(0.3)
+    assert not caplog.records

@@ -13,7 +13,7 @@ from workbench.control.controller_file import load_controller
 from workbench.design.branches import Branch, FlownBranch
 from workbench.design.lost import find_loss
 from workbench.scenario.axes import AXIS_NAMES
-from workbench.scenario.scenario import Scenario
+from workbench.scenario.scenario import Action, Scenario
 from workbench.scenario.sensors_config import SensorsConfig
 from workbench.session.checkpoint import Checkpoint
 from workbench.session.session import Session
@@ -44,17 +44,14 @@ class Forker:
 
     Args:
         scenario: the scenario of the flights to fork.
-
-    Raises:
-        WorkbenchError: if it cannot be built.
     """
 
     def __init__(self, scenario: Scenario) -> None:
         unseen = SensorsConfig(seed=scenario.sensors.seed)
         self._scenario = dataclasses.replace(scenario, sensors=unseen)
-        first = Session(self._scenario)
-        self._first = first.controller
-        self._sessions = {self._first.digest: (self._first, first)}
+        self._actions = sorted(scenario.script, key=lambda action: action.at)
+        self._sessions: dict[str, tuple[Controller, Session]] = {}
+        self._acted = 0
 
     def fly(
         self,
@@ -76,13 +73,15 @@ class Forker:
 
         Raises:
             WorkbenchError: if a controller cannot be read or built, or a gain is unknown or out of
-                range, before anything is flown, or if the checkpoint is of another flight.
+                range, before anything is flown, if the checkpoint is of another flight, or if the
+                scenario cannot be built.
         """
         if not 0.0 < duration <= MAX_BRANCH_DURATION_S:
             raise WorkbenchError(
                 f"cannot fork a flight for {duration:g} s: give it up to "
                 f"{MAX_BRANCH_DURATION_S:g} s"
             )
+        self._build(checkpoint.acted)
         laws = [self._law(branch, checkpoint) for branch in branches]
         values = [
             law.table.checked(branch.gains) for branch, law in zip(branches, laws, strict=True)
@@ -98,6 +97,21 @@ class Forker:
                 break
             flown.append(_flown_branch(session, branch.name, lost))
         return tuple(flown)
+
+    def _build(self, acted: int) -> None:
+        """Build what continues checkpoints after this number of actions, or after more.
+
+        Those actions are over: only which controllers took over counts. The others may have been
+        for one that the scenario, which is that of a flight in progress, no longer names.
+        """
+        if self._sessions and acted >= self._acted:
+            return
+        over = [Action(each.at, controller=each.controller) for each in self._actions[:acted]]
+        script = [*over, *self._actions[acted:]]
+        self._scenario = dataclasses.replace(self._scenario, script=script)
+        first = Session(self._scenario)
+        self._acted, self._first = acted, first.controller
+        self._sessions = {self._first.digest: (self._first, first)}
 
     def _law(self, branch: Branch, checkpoint: Checkpoint) -> Controller:
         """Return the controller that flies a branch; a new one has a session from now on.
@@ -117,8 +131,8 @@ class Forker:
 
     def _scripted(self, checkpoint: Checkpoint) -> str:
         """Return which controller of the script flew at a checkpoint, "" where none did."""
-        actions = sorted(self._scenario.script, key=lambda action: action.at)[: checkpoint.acted]
-        named = [action.controller for action in reversed(actions) if action.controller]
+        actions = reversed(self._actions[: checkpoint.acted])
+        named = [action.controller for action in actions if action.controller]
         for name in named if checkpoint.source else ():
             if load_controller(name).digest == checkpoint.source:
                 return name

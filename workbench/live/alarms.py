@@ -73,6 +73,13 @@ MIN_UPRIGHT_Z, MAX_TOUCH_DOWN_M_S = 0.8, 4.0
 """A touch-down also needs a drone whose z axis points up by at least this much and that sinks no
 faster than this [m/s]; otherwise it is a crash."""
 
+_FALL_REMEDIES = {
+    Reason.NONE: "Reset to fly again; come down by Land, as STOP switches the rotors off",
+    Reason.BATTERY_EMPTY: "Reset to fly again; land before the battery is empty",
+    Reason.IMU_FAILED: "Repair the IMU, then reset",
+}
+"""What to do after a fall, by what switched the rotors off; NONE is a pilot's STOP."""
+
 
 class Alarms:
     """Watches a flight.
@@ -305,7 +312,7 @@ class Alarms:
                 "fall",
                 f"the drone fell with its rotors off{why}, and hit something at "
                 f"{np.linalg.norm(before[10:13]):.1f} m/s",
-                "Reset to fly again; come down by Land, as STOP switches the rotors off",
+                _FALL_REMEDIES.get(now.reason, "Reset to fly again"),
             )
         elif at_ground and -MAX_TOUCH_DOWN_M_S < before[12] < 0.0 and upright:
             self._alarm(

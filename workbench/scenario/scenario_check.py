@@ -9,7 +9,8 @@ from workbench.common.errors import WorkbenchError, unknown_name
 from workbench.common.parameter import is_servo_parameter
 from workbench.common.yaml_files import Keys, YamlFile, dotted
 from workbench.control.controller import COMMON_PARAMETERS, Controller
-from workbench.control.installed_laws import installed_laws, is_shipped
+from workbench.control.installed_laws import installed_laws, is_shipped, known_laws
+from workbench.control.schedule import split_label
 from workbench.parameters.parameter_table import flight_table
 from workbench.scenario.attitude_axes import find_attitude_axis
 from workbench.scenario.flown_controller import flown_estimator, script_controllers
@@ -211,11 +212,13 @@ def _check_takers_over(scenario: Scenario, file: YamlFile) -> None:
         named = action.controller
         if named is None or named == scenario.controller or is_shipped(named):
             continue
+        law, where = split_label(named)[0], file.where("script", index, "controller")
+        if "." not in law:  # neither a file nor a module
+            raise WorkbenchError(f"{where}{unknown_name('controller', law, known_laws())}")
         if (file.path.parent / named).resolve() != Path(scenario.controller).resolve():
             raise WorkbenchError(
-                f"{file.where('script', index, 'controller')}{named} is Python code that would run "
-                "here: a script may name the flight's own controller, and "
-                f"{', '.join(installed_laws())}"
+                f"{where}{named} is Python code that would run here: a script may name the "
+                f"flight's own controller, and {', '.join(installed_laws())}"
             )
         scenario.script[index] = dataclasses.replace(action, controller=scenario.controller)
 

@@ -5,9 +5,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from numbers import Real
 
-from workbench.common.errors import WorkbenchError
+from workbench.common.errors import WorkbenchError, unknown_name
 from workbench.scenario.scenario import Action, AttitudeSetpoint, Gust, Injection, Push
-from workbench.scenario.scenario_check import MAX_VECTOR_COMPONENT
+from workbench.scenario.scenario_check import MAX_VECTOR_COMPONENT, REQUESTS
 
 _PART_TYPES: dict[str, type] = {
     "request": str,
@@ -30,6 +30,8 @@ def checked_action(action: Action) -> Action:
         part = getattr(action, name)
         if part is not None and not isinstance(part, kind):
             raise WorkbenchError(f"the {name} is {part!r:.60}: give it a {kind.__name__}")
+    if action.request is not None and action.request not in REQUESTS:
+        raise unknown_name("request", action.request, REQUESTS)
     velocity, place, gust, push = action.velocity, action.go_to, action.gust, action.push
     setpoint = action.setpoint
     return replace(
@@ -140,8 +142,8 @@ def check_place(p_WB: Sequence[float], standing: float) -> None:
     """Refuse a position below that of the drone on the ground, at a height of `standing` [m]."""
     if p_WB[2] < standing:
         raise WorkbenchError(
-            f"cannot go to a height of {p_WB[2]:g} m: the drone stands on the ground at "
-            f"{standing:g} m"
+            f"cannot go to a height of {p_WB[2]:g} m: give it {standing:g} m, at which the drone "
+            "stands on the ground, or more"
         )
 
 

@@ -10,7 +10,7 @@ from pydrake.systems.framework import Diagram
 
 from workbench.common.errors import WorkbenchError
 from workbench.control.flight_mode import REASON_INDEX
-from workbench.control.mode import ModeRequest, Reason
+from workbench.control.mode import FlightMode, ModeRequest, Reason
 from workbench.diagram.workbench import Workbench
 from workbench.parameters.parameter_table import ParameterTable, vehicle_parameters
 from workbench.plant.vehicle import Vehicle
@@ -64,6 +64,11 @@ class ObservedFlight:
         modes = self._bench.modes
         state = modes.GetOutputPort("mode").Eval(modes.GetMyContextFromRoot(self._live.root))
         return Reason(int(state[REASON_INDEX]))
+
+    @property
+    def mode(self) -> FlightMode:
+        """The flight mode."""
+        return FlightMode(int(self._bench.recorder.now(self._live.root)["mode"][0]))
 
     @property
     def waiting_request(self) -> ModeRequest:

@@ -1,9 +1,16 @@
 """The script of a scenario, step by step."""
 
 import dataclasses
+import logging
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 
+import numpy as np
+
+from workbench.common.errors import FlightBrokenError, WorkbenchError
+from workbench.common.plain_text import plain_name
+from workbench.control.mode import FlightMode, ModeRequest
 from workbench.dynamics.air.settings import gust_settings, push_settings
 from workbench.scenario.scenario import Action, Rates, Scenario
 
@@ -32,9 +39,12 @@ class Script:
     """
 
     def __init__(self, actions: Iterable[Action], rates: Rates) -> None:
-        self._actions = sorted(actions, key=lambda action: action.at)
+        ordered = sorted(enumerate(actions), key=lambda each: each[1].at)
+        self._places = [place for place, _ in ordered]
+        self._actions = [action for _, action in ordered]
         self._rates = rates
         self.done, self.ended = 0, False
+        self._noted = False
 
     @property
     def next_step(self) -> int | float:
@@ -54,6 +64,49 @@ class Script:
             self.done += 1
             yield self._actions[self.done - 1]
 
+    @contextmanager
+    def refusals(self, title: str) -> Iterator[None]:
+        """Have a refusal of the last returned action say which one of a scenario's script it is."""
+        try:
+            yield
+        except FlightBrokenError:
+            raise
+        except WorkbenchError as error:
+            raise WorkbenchError(
+                f"{self._place(title)}: {error}; change that action or remove it, as a reset flies "
+                "the same script"
+            ) from error
+
+    def note_mode(self, title: str, mode: FlightMode, waiting: ModeRequest) -> None:
+        """Log, once a flight, that the last returned action has no effect because the drone is off.
+
+        Args:
+            title: of the scenario.
+            mode: the flight mode.
+            waiting: what is requested of it, see `ObservedFlight.waiting_request`.
+        """
+        if self._noted or mode is not FlightMode.OFF or waiting is ModeRequest.TAKE_OFF:
+            return
+        action = self._actions[self.done - 1]
+        moves = [
+            name
+            for name in ("velocity", "yaw_rate", "go_to")
+            if np.any(getattr(action, name) or 0.0)
+        ]
+        if moves or action.request == "land":
+            self._noted = True
+            said = " and ".join(moves or ["land"])
+            later = " before a take_off" if moves else ""
+            logging.getLogger("workbench").warning(
+                "%s: the drone is off and does not follow %s%s", self._place(title), said, later
+            )
+
+    def _place(self, title: str) -> str:
+        """Return where the last returned action stands in the script of a scenario."""
+        action, place = self._actions[self.done - 1], self._places[self.done - 1]
+        scenario = f"the scenario '{plain_name(title)}'" if title else "the scenario"
+        return f"script.{place} of {scenario}, at {action.at:g} s"
+
     @property
     def first_values(self) -> dict[str, float]:
         """Values that the first actions set at time 0, before another controller takes over."""
@@ -72,6 +125,7 @@ class Script:
     def rewind(self, done: int = 0, *, ended: bool = False) -> None:
         """Start again, at the beginning or after this number of actions, or stay ended."""
         self.done, self.ended = done, ended
+        self._noted = False
 
     def end(self) -> None:
         """Return no more actions until the script starts again."""

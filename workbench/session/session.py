@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 
 from pydrake.geometry import Meshcat
 
-from workbench.common.errors import WorkbenchError, drake_error_sentences, unknown_name
+from workbench.common.errors import WorkbenchError, drake_error_sentences
 from workbench.control.controller import Controller
 from workbench.control.controller_file import load_controller, with_estimator
 from workbench.control.law_program import LawProgram
@@ -24,7 +24,7 @@ from workbench.diagram.workbench import MESHCAT_PERIOD_S, Workbench, make_workbe
 from workbench.scenario.configured import warn_of_start_contact
 from workbench.scenario.pilot_orders import PilotOrders
 from workbench.scenario.scenario import Action, Injection, Scenario
-from workbench.scenario.scenario_check import REQUESTS, check_injection
+from workbench.scenario.scenario_check import check_injection
 from workbench.session.action_check import (
     check_loops_free,
     check_place,
@@ -171,8 +171,6 @@ class Session(ObservedFlight, PilotOrders[None]):
             live.set(values)
             self._update_limits()
         if action.request is not None:
-            if action.request not in REQUESTS:
-                raise unknown_name("request", action.request, REQUESTS)
             if action.request == "take_off":
                 check_take_off_height(action.height, standing, self.get("max_height"))
             live.request(ModeRequest[action.request.upper()], action.height)
@@ -300,9 +298,11 @@ class Session(ObservedFlight, PilotOrders[None]):
             for action in self._script.due(self._steps):
                 if self._bridge and action.flies:
                     self._bridge.script_flies(self.time)
-                if action.controller is not None:
-                    self._take_over(action.controller)
-                self.do(dataclasses.replace(action, controller=None, end_script=False))
+                with self._script.refusals(self.scenario.title):
+                    if action.controller is not None:
+                        self._take_over(action.controller)
+                    self.do(dataclasses.replace(action, controller=None, end_script=False))
+                self._script.note_mode(self.scenario.title, self.mode, self.waiting_request)
             step = int(min(target, self._script.next_step, self._inject()))
             self._live.integration.advance(step)
             self._steps = step

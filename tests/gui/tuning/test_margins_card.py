@@ -4,6 +4,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from PyQt6.QtCore import Qt
+from PyQt6.QtWidgets import QLabel
 
 from workbench.analysis.queries import Judge, JudgePlantInput
 from workbench.analysis.replies import Judged
@@ -288,3 +289,17 @@ def test_a_margin_looks_the_same_in_a_sentence_a_table_and_a_plot(make_loop):
     assert turn == "phase 52.3°"
     assert size.split(", ")[0] == "12.3\N{NO-BREAK SPACE}rad/s"
     assert "at 12.3\N{NO-BREAK SPACE}rad/s" in row.cells[2].help
+
+
+def test_a_long_refusal_has_two_lines_and_the_whole_of_it_in_the_tool_tip(card, offline, qtbot):
+    short = card.said.height()
+    refusal = "unknown parameter 'kp_pitch': known are " + ", ".join(f"gain_{n}" for n in range(99))
+    card.said.say(refusal)
+    assert card.said.sizeHint().height() == short
+    assert card.said.text() == card.said.toolTip() == card.said.accessibleName() == refusal
+    drawn = QLabel.text(card.said)
+    assert refusal.startswith(drawn[:-1]) and drawn.endswith("…")
+    card.resize(1600, 270)  # there more of it fits
+    assert len(QLabel.text(card.said)) > len(drawn)
+    card.said.say("Weakest: roll")
+    assert QLabel.text(card.said) == "Weakest: roll" and not card.said.toolTip()

@@ -1,9 +1,10 @@
 """Cards of the tuning screen, and parts that they share."""
 
+from bisect import bisect_left
 from collections.abc import Mapping, Sequence
 
-from PyQt6.QtCore import QSignalBlocker, pyqtSignal
-from PyQt6.QtGui import QMouseEvent
+from PyQt6.QtCore import QEvent, QSignalBlocker, Qt, pyqtSignal
+from PyQt6.QtGui import QMouseEvent, QResizeEvent
 from PyQt6.QtWidgets import (
     QComboBox,
     QFrame,
@@ -12,13 +13,17 @@ from PyQt6.QtWidgets import (
     QWidget,
 )
 
-from workbench.common.plain_text import plain_name
+from workbench.common.plain_text import plain_name, plain_text
 from workbench.gui.help import set_card_help
-from workbench.gui.labels import Label, WrappedLabel
+from workbench.gui.labels import Label, WrappedLabel, set_tip
 from workbench.gui.layout import NO_MARGINS, add_action, buddy, grid, hbox, label, menu_button, vbox
 from workbench.gui.style import set_class, with_class
 
 CARD_SPACING_PX = 6
+SENTENCE_LINES = 2
+"""Lines for which a sentence of a card has room."""
+MAX_TEXT_HEIGHT_PX = 9999
+"""Height of the space in which a sentence is measured [px]."""
 CARD_FILL_SHORTCUT, CARD_WINDOW_SHORTCUT = "Shift+F11", "Ctrl+F11"
 """Keys that let a card fill its column, and have a window of its own."""
 
@@ -50,7 +55,7 @@ class TuningCard(QFrame):
         with_class(self, "card")
         self.setAccessibleName(title)
         set_card_help(self, title)
-        self.said = ToneLabel()
+        self.said = CutToneLabel()
         self._fills = self.has_window = False
         places = menu_button("⤢", f"Larger: {title}", self._fill_place_menu)
         with_class(places, "quiet small")
@@ -84,13 +89,59 @@ class ToneLabel(WrappedLabel):
     """A sentence, coloured by its tone, with room for two lines."""
 
     def __init__(self, tone: str = "muted") -> None:
-        super().__init__(lines=2)
+        super().__init__(lines=SENTENCE_LINES)
         self.setProperty("class", tone)
 
     def say(self, text: str, tone: str = "muted") -> None:
         """Show a sentence as muted, good, warning or bad."""
         set_class(self, tone)
         self.setText(text)
+
+
+class CutToneLabel(ToneLabel):
+    """One that never has more than two lines: the tool tip has the whole of a longer sentence."""
+
+    def __init__(self) -> None:
+        self._whole = ""
+        super().__init__()
+
+    def setText(self, text: str | None) -> None:
+        """Show another sentence."""
+        self._whole = plain_text(text or "")
+        self._cut()
+
+    def text(self) -> str:
+        """Return the whole sentence."""
+        return self._whole
+
+    def resizeEvent(self, event: QResizeEvent | None) -> None:
+        """Cut the sentence at another width."""
+        super().resizeEvent(event)
+        self._cut()
+
+    def changeEvent(self, event: QEvent | None) -> None:
+        """Cut the sentence in another font, as that of a style."""
+        super().changeEvent(event)
+        if event is not None and event.type() == QEvent.Type.FontChange:
+            self._cut()
+
+    def _cut(self) -> None:
+        """Show as many characters as fit."""
+        shown = self._whole
+        if not self._fits(shown):
+            fitting = range(len(shown))
+            kept = bisect_left(fitting, True, key=lambda count: not self._fits(shown[:count] + "…"))
+            shown = f"{shown[: max(0, kept - 1)].rstrip()}…"
+        is_cut = shown != self._whole
+        set_tip(self, self._whole if is_cut else "")
+        self.setAccessibleName(self._whole if is_cut else "")
+        if shown != super().text():
+            super().setText(shown)
+
+    def _fits(self, text: str) -> bool:
+        metrics, wraps = self.fontMetrics(), Qt.TextFlag.TextWordWrap
+        height = metrics.boundingRect(0, 0, self.width(), MAX_TEXT_HEIGHT_PX, wraps, text).height()
+        return height <= metrics.size(0, "\n".join(["Ag"] * SENTENCE_LINES)).height()
 
 
 def wrapped_label(tone: str = "muted") -> Label:
