@@ -66,10 +66,12 @@ MJCF_ATTRIBUTES = {
     ),
     "flag": MjcfAttributes(
         "",
-        "autoreset constraint contact damper diagexact energy equality eulerdamp filterparent "
-        "frictionloss fwdinv gravity invdiscrete ipc island limit midphase multiccd nativeccd "
-        "override passive refsafe sensor sensornoise sleep speculative spring warmstart",
-        (("actuation", "enable"), ("clampctrl", "enable")),
+        "autoreset constraint contact diagexact energy equality eulerdamp filterparent "
+        "frictionloss fwdinv invdiscrete ipc island limit midphase multiccd nativeccd override "
+        "passive refsafe sensor sensornoise sleep speculative warmstart",
+        tuple(
+            (name, "enable") for name in ("actuation", "clampctrl", "damper", "gravity", "spring")
+        ),
     ),
     "body": _BODY_ATTRIBUTES,
     "frame": _BODY_ATTRIBUTES,
@@ -157,6 +159,9 @@ _REASON_REFUSED = {
     "mocap": "a body that is moved by motion capture does not fly: leave it out",
     "actuation": "it switches all actuators off: leave it out",
     "clampctrl": "without the limits of controls a rotor has no largest thrust: leave it out",
+    "damper": "dampings would not act: leave it out, or the dampings of joints and tendons",
+    "gravity": "nothing would have a weight: leave it out",
+    "spring": "springs would not act: leave it out, or the stiffnesses of joints and tendons",
     "input": "the workbench knows only the sum of gain times control and bias: leave it out",
     "springdamper": "its spring would depend on all inertia that it moves: give it stiffness and "
     "damping",
