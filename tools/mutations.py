@@ -1012,7 +1012,7 @@ MUTATIONS = (
         "cable: the arm of its other end",
         "workbench/systems/cables.py",
         "((first, arm_A_W, 1.0), (second, arm_B_W, -1.0))",
-        "((first, arms[1], 1.0), (second, arms[1], -1.0))",
+        "((first, arm_B_W, 1.0), (second, arm_B_W, -1.0))",
         ("tests/systems/test_cables.py",),
     ),
     Mutation(
@@ -1498,6 +1498,13 @@ MUTATIONS = (
         "places = [number - 1 for number in order]",
         "places = [number % rotors for number in order]",
         ("tests/extras/flightdata/test_judged_log.py",),
+    ),
+    Mutation(
+        "machine code of two processes: types of records by numba's count",
+        "workbench/common/code_cache.py",
+        "Record.mangling_args = property(_layout_name)",
+        "",
+        ("tests/common/test_code_cache.py",),
     ),
     # what must not depend on a frame, an origin or an order; what is connected; limits
     Mutation(

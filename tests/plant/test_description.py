@@ -230,3 +230,53 @@ def test_a_name_of_any_length_is_a_sentence(quad, write, case):
                 else:
                     assert f"{kind} 'xxx" in fault(path)
                     assert fault(path).endswith("is longer than 1,000 characters: shorten it")
+
+
+INERTIAL = (
+    '<inertial><mass value="{0}"/><inertia ixx="{0}" iyy="{0}" izz="{0}" ixy="0" ixz="0" iyz="0"/>'
+    "</inertial>"
+)
+MOTOR = (
+    '<gazebo><plugin name="m{0}" filename="libgazebo_motor_model.so"><jointName>{1}-{0}</jointName>'
+    "<linkName>{0}</linkName><turningDirection>{2}</turningDirection>"
+    "<maxRotVelocity>1000</maxRotVelocity><motorConstant>8e-06</motorConstant>"
+    "<momentConstant>0.016</momentConstant></plugin></gazebo>"
+)
+
+
+def drone_beside_a_chain(path, carriers):
+    """Write a hull of 1 kg with four rotors, some on a longer chain that nothing connects."""
+    parts = [f'<link name="{name}">{INERTIAL.format(1.0)}</link>' for name in ("hull", "c0")]
+    for name, parent in (("c1", "c0"), ("c2", "c1"), ("c3", "c2"), ("c4", "c3"), ("c5", "c4")):
+        parts.append(f'<link name="{name}">{INERTIAL.format(0.01)}</link>')
+        parts.append(
+            f'<joint name="{parent}-{name}" type="revolute"><parent link="{parent}"/>'
+            f'<child link="{name}"/><axis xyz="0 1 0"/>'
+            '<limit lower="-1" upper="1" effort="1" velocity="1"/></joint>'
+        )
+    for rotor, (x, y), turn in zip(
+        ("r0", "r1", "r2", "r3"),
+        ((1, 1), (-1, 1), (-1, -1), (1, -1)),
+        ("ccw", "cw", "ccw", "cw"),
+        strict=True,
+    ):
+        carrier = carriers.get(rotor, "hull")
+        parts.append(f'<link name="{rotor}">{INERTIAL.format(0.01)}</link>')
+        parts.append(
+            f'<joint name="{carrier}-{rotor}" type="continuous"><parent link="{carrier}"/>'
+            f'<child link="{rotor}"/><origin xyz="{x} {y} 0"/><axis xyz="0 0 1"/></joint>'
+        )
+        parts.append(MOTOR.format(rotor, carrier, turn))
+    path.write_text(f'<robot name="drone">{"".join(parts)}</robot>')
+    return path
+
+
+def test_of_trees_that_nothing_connects_the_drone_is_the_one_with_the_rotors(tmp_path):
+    drone = read_description(drone_beside_a_chain(tmp_path / "two.urdf", {}))
+    assert drone.base_link == "hull"
+    assert sum(link.inertial.mass for link in drone.model.links) == pytest.approx(1.04)
+    left_out = [each.element for each in drone.remarks if "no joint connects it" in each.text]
+    assert left_out == [f"link 'c{number}'" for number in range(6)]
+    both = drone_beside_a_chain(tmp_path / "both.urdf", {"r2": "c0"})
+    with pytest.raises(WorkbenchError, match=r"no joint connects the links 'r\d' and 'r\d', which"):
+        read_description(both)

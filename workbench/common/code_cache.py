@@ -1,7 +1,10 @@
 """numba's cache on disk, in a folder whose name says everything that the code depends on.
 
 numba's own cache looks at one source file, and its keys hash what a closure holds, which may differ
-in each process. This module imports numba, so only `compiled` imports it, at a first call.
+in each process. It names machine code by the arguments' types, and a type of record by a count that
+starts anew in each process: code of two laws, compiled in two processes, then has equal names, and
+a third that loads both calls the one for the other. Here a type of record is named by its layout.
+This module imports numba, so only `compiled` imports it, at a first call.
 """
 
 import hashlib
@@ -17,7 +20,15 @@ from numba.core.compiler import CompileResult
 from numba.core.cpu import CPUContext
 from numba.core.runtime import rtsys
 from numba.core.serialize import dumps
-from numba.core.types import Type
+from numba.core.types import Record, Type
+
+
+def _layout_name(self: Record) -> tuple[str, tuple[object, ...]]:
+    """Return what numba puts into the names of functions for a type of record."""
+    return "Record", (hashlib.sha256(self.name.encode()).hexdigest()[:16],)
+
+
+Record.mangling_args = property(_layout_name)
 
 
 class CodeCache(FunctionCache):

@@ -305,7 +305,7 @@ def _digest(sources: Sequence[str], text: str, options: Mapping[str, Any]) -> st
     settings = sorted(each for each in os.environ.items() if each[0].startswith("NUMBA_"))
     how = sorted((name, str(value)) for name, value in options.items())
     digest = hashlib.sha256(f"{made_by} {settings} {how} {text}".encode())
-    for name in sources:
+    for name in (*sources, "common/code_cache.py"):  # which names the code
         path = PACKAGE_FOLDER / name
         for file in sorted(path.rglob("*.py")) if path.is_dir() else [path]:
             digest.update(file.read_bytes())

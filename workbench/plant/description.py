@@ -53,7 +53,11 @@ from workbench.plant.servo_sources.plugins import joint_plugin_class
 from workbench.plant.servos import with_servos
 from workbench.plant.tilt import Tilt
 from workbench.plant.tilting import with_tilts
-from workbench.plant.tree import find_base_link, flying_tree, without_floating_root
+from workbench.plant.tree import (
+    find_base_link,
+    flying_tree,
+    without_floating_root,
+)
 from workbench.plant.vehicle import BatteryPack
 
 _ADDED_FORMATS = {"sdf": "SDF", "mujoco": "MJCF"}
@@ -164,6 +168,45 @@ def read_description(
     )
 
 
+def _root_of_rotors(model: Model, sidecar: Path | None) -> str:
+    """Return the base link; of trees that no joint connects, that of the tree with the rotors.
+
+    Raises:
+        WorkbenchError: as `find_base_link` and `read_rotors` do, and for rotors on several trees.
+    """
+    root = find_base_link(model)
+    links = {link.name for link in model.links}
+    if _connected_links(model, root) >= links:
+        return root
+    carriers = [each.link for each in read_rotors(model, root, Remarks(), sidecar)]
+    carriers = [link for link in carriers if link in links]
+    if not carriers:
+        return root
+    names = _connected_links(model, carriers[0])
+    if not names.issuperset(carriers):
+        apart = shortened_text(next(link for link in carriers if link not in names))
+        raise WorkbenchError(
+            f"{model.source}: no joint connects the links '{shortened_text(carriers[0])}' and "
+            f"'{apart}', which both carry rotors: connect them, or give the file of one drone"
+        )
+    own = tuple(link for link in model.links if link.name in names)
+    joints = tuple(joint for joint in model.joints if joint.child in names)
+    return find_base_link(dataclasses.replace(model, links=own, joints=joints))
+
+
+def _connected_links(model: Model, link: str) -> set[str]:
+    """Return the names of the links that joints connect with a link, and its own."""
+    names, joints = {link}, [each for each in model.joints if each.parent != "world"]
+    while near := {
+        name
+        for joint in joints
+        for name in (joint.parent, joint.child)
+        if len(names & {joint.parent, joint.child}) == 1 and name not in names
+    }:
+        names |= near
+    return names
+
+
 def _body_of_rotors(model: Model, sidecar: Path | None, remarks: Remarks) -> str:
     """Return the base link: the root, or what is below it on joints, carries all rotors and weighs
     more, as the body of a drone whose camera is described as its root.
@@ -171,7 +214,7 @@ def _body_of_rotors(model: Model, sidecar: Path | None, remarks: Remarks) -> str
     Raises:
         WorkbenchError: as `find_base_link`, `read_rotors` and `flying_tree` do.
     """
-    root = find_base_link(model)
+    root = _root_of_rotors(model, sidecar)
     if not any(joint.moves for joint in model.joints):
         return root
     rotors, unsaid = read_rotors(model, root, Remarks(), sidecar), Remarks()
