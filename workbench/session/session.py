@@ -196,8 +196,8 @@ class Session(ObservedFlight, PilotOrders[None]):
     def fly_controller(self, name_or_path: str | Path) -> None:
         """Let another controller take over in flight, as `begin_from` does; a reset keeps it.
 
-        Recording and sensors continue. No simulated time passes. `scenario` stays
-        that of the present flight until a reset.
+        Recording and sensors continue, these with their faults and noise. No simulated time
+        passes. `scenario` stays that of the present flight until a reset.
 
         Args:
             name_or_path: see `load_controller`; the file is read now.
@@ -343,7 +343,8 @@ class Session(ObservedFlight, PilotOrders[None]):
         """Begin at a checkpoint, or at the start without one."""
         if self._bridge:
             self._bridge.reset()
-        self._begin_telemetry()
+        if self._bridge and self._bench.telemetry:
+            self._bench.telemetry.begin(start_position(self.scenario.start, self.vehicle))
         first = {} if checkpoint else self._script.first_values
         self._live = LiveContext(self._bench, checkpoint, first)
         self._injecting = None
@@ -374,14 +375,11 @@ class Session(ObservedFlight, PilotOrders[None]):
         bench.computer.clear_ended(live.context_of(bench.computer))
         self._earlier = self._flown()
         self._injecting = None
+        if bench.telemetry and self._bench.telemetry:
+            bench.telemetry.continue_from(self._bench.telemetry)
         self._use(bench)
         self._live = live
-        self._begin_telemetry()
         self._update_limits()
-
-    def _begin_telemetry(self) -> None:
-        if self._bridge and self._bench.telemetry:
-            self._bench.telemetry.begin(start_position(self.scenario.start, self.vehicle))
 
     def _update_limits(self) -> None:
         if self._bridge:

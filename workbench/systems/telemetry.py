@@ -292,6 +292,11 @@ class Telemetry(DiscreteSystem):
         self._stamps = dict.fromkeys(self._stamps, math.nan)
         self._last = -math.inf
 
+    def continue_from(self, before: "Telemetry") -> None:
+        """Go on with the flight of another one, whose sensors have published what they measured."""
+        self.begin(before._values.start)
+        self._stamps.update(before._stamps)
+
     def _publish(self, context: Context) -> None:
         now = context.get_time()
         # a change of integrator publishes the present again

@@ -113,8 +113,7 @@ class FaultForm(QWidget):
             self._set(part, part.whole)
 
     def _set(self, part: FailingPart, value: float) -> None:
-        values = {part.parameter: value}
-        self._flight.do(Action(set=values), lambda _: self.follow(values))
+        self._flight.do(Action(set={part.parameter: value}))  # shown once the flight publishes it
 
     def _show(self) -> None:
         part = self._part
