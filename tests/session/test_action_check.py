@@ -17,7 +17,7 @@ def test_a_take_off_is_above_where_the_drone_stands_and_up_to_the_largest_height
         ):
             check_take_off_height(height, 0.136, 30.0)
     check_place([0.0, 0.0, 0.136], 0.136)
-    with pytest.raises(WorkbenchError, match="stands on the ground at 0.136 m"):
+    with pytest.raises(WorkbenchError, match="give it 0.136 m, at which the drone stands on"):
         check_place([9.0, 9.0, 0.13], 0.136)
 
 

@@ -305,8 +305,8 @@ def _digest(sources: Sequence[str], text: str, options: Mapping[str, Any]) -> st
     settings = sorted(each for each in os.environ.items() if each[0].startswith("NUMBA_"))
     how = sorted((name, str(value)) for name, value in options.items())
     digest = hashlib.sha256(f"{made_by} {settings} {how} {text}".encode())
-    for name in (*sources, "common/code_cache.py"):  # which names the code
-        path = PACKAGE_FOLDER / name
+    names_code = Path(__file__).with_name("code_cache.py")
+    for path in (names_code, *(PACKAGE_FOLDER / name for name in sources)):
         for file in sorted(path.rglob("*.py")) if path.is_dir() else [path]:
             digest.update(file.read_bytes())
     return digest.hexdigest()[:16]
