@@ -50,16 +50,37 @@ def drakes_plant(links: str) -> MultibodyPlant:
     return plant
 
 
-def test_the_motor_of_a_transmission_has_the_reflected_inertia_of_drake(tmp_path):
-    drakes = drakes_plant(ARM + ELBOW + MOTOR)
-    expected = drakes.CalcMassMatrix(drakes.CreateDefaultContext())[0, 0]
-    plant, _ = add_plant(
-        DiagramBuilder(), read_description(drone(tmp_path, ARM + ELBOW + MOTOR)), time_step=0.0
-    )
-    place = plant.GetJointByName("elbow").velocity_start()
-    found = plant.CalcMassMatrix(plant.CreateDefaultContext())[place, place]
-    assert found == pytest.approx(expected, rel=1e-12)
-    assert expected > 12**2 * 2e-4
+def test_motors_of_transmissions_have_the_reflected_inertia_of_drake(tmp_path, case):
+    """Drake reads them in the `<actuator>` of a SimpleTransmission."""
+    inertia = '<drake:rotor_inertia value="2e-4"/>'
+    outside = MOTOR.replace(inertia, "").replace("</transmission>", f"{inertia}</transmission>")
+    for motor, acts in (
+        (MOTOR, True),
+        (MOTOR.replace("SimpleTransmission", "DifferentialTransmission"), False),
+        (outside, False),
+    ):
+        drakes = drakes_plant(ARM + ELBOW + motor)
+        expected = drakes.CalcMassMatrix(drakes.CreateDefaultContext())[0, 0]
+        description = read_description(drone(tmp_path, ARM + ELBOW + motor))
+        plant, _ = add_plant(DiagramBuilder(), description, time_step=0.0)
+        place = plant.GetJointByName("elbow").velocity_start()
+        found = plant.CalcMassMatrix(plant.CreateDefaultContext())[place, place]
+        noted = "element <drake:rotor_inertia>" in {each.element for each in description.remarks}
+        with case(motor):
+            assert found == pytest.approx(expected, rel=1e-12)
+            assert (expected > 12**2 * 2e-4, noted) == (acts, not acts)
+
+
+def test_a_motor_adds_to_the_armature_of_its_joint(tmp_path):
+    elbow = ELBOW.replace("</joint>", '<dynamics armature="1e-3"/></joint>')
+    joints = read_description(drone(tmp_path, ARM + elbow + MOTOR)).model.joints
+    (freedom,) = next(each.freedoms for each in joints if each.name == "elbow")
+    assert freedom.armature == pytest.approx(1e-3 + 12**2 * 2e-4)
+
+
+def test_what_plugins_have_of_drake_is_not_refused(tmp_path):
+    block = f'<gazebo><plugin name="p" filename="f">{BUSHING}</plugin></gazebo>'
+    assert read_description(drone(tmp_path, ARM + ELBOW + block)).model.links
 
 
 def test_the_motor_of_a_joint_of_sdf_has_its_reflected_inertia(tmp_path):

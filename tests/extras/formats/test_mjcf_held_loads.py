@@ -68,6 +68,11 @@ CASES = (
         "",
         f'<body pos=".05 .02 -.2" quat=".6 0 0 .8">{BOX}</body>',
     ),
+    (  # by its own corner: 0.6 0 0 0.8 turns x to -0.28 0.96 0
+        f'<weld body1="hull" body2="crate" relpose="{RELPOSE}" anchor=".1 0 0"/>',
+        f'<body pos=".078 -.076 -.2" quat=".6 0 0 .8">{BOX}</body>',
+        "",
+    ),
     (  # the hull as the crate sees it: the inverse of a quarter turn
         '<weld body1="crate" body2="hull" relpose="0 0 .2 .6 0 0 .8"/>',
         f'<body pos="0 0 -.2" quat=".6 0 0 -.8">{BOX}</body>',
@@ -109,16 +114,57 @@ def test_a_load_that_nothing_holds_is_refused(tmp_path, case):
 
 
 def test_a_second_weld_of_a_load_closes_no_loop(tmp_path):
-    """Both ends fly as one body, so it holds what is held; at a connection it is a loop."""
+    """Both ends fly as one body, so it holds what is held; two connections are a loop."""
     second = '<weld name="again" body1="foot" body2="crate"/>'
-    weld, connect = CASES[0][0], CASES[4][0]
+    weld, connect = CASES[0][0], CASES[5][0]
     path = write(tmp_path, weld + second, free=FREE)
     assert len(our_masses(path)) == 6
-    with pytest.raises(WorkbenchError, match="<weld again> between crate, foot closes a loop"):
-        read_description(write(tmp_path, connect + second, free=FREE))
+    third = '<connect body1="foot" body2="crate" anchor="0 0 0"/>'
+    with pytest.raises(WorkbenchError, match="<connect> between crate, foot closes a loop"):
+        read_description(write(tmp_path, connect + third, free=FREE))
 
 
 def test_a_relpose_of_six_numbers_is_refused(tmp_path):
     weld = '<weld body1="hull" body2="crate" relpose="0 0 1 1 0 0"/>'
     with pytest.raises(WorkbenchError, match="<weld relpose>: give it seven numbers"):
         read_description(write(tmp_path, weld, free=FREE))
+
+
+def test_a_hold_with_the_name_of_a_joint_takes_no_joint_away(tmp_path, case):
+    """Names of MuJoCo differ within a kind, and an equality is no joint."""
+    arm = '<body name="arm"><joint name="{}" axis="0 1 0"/><geom size=".02" mass=".1"/></body>'
+    for equality, hinge, freedoms in (
+        ('<weld name="j1" body1="hull" body2="crate"/>', "j1", 7),
+        ('<connect name="j1" body1="hull" body2="crate" anchor="0 0 0"/>', "j1", 10),
+        ('<weld body1="hull" body2="crate"/>', "crate_hold", 7),
+    ):
+        path = write(tmp_path, equality, FREE, below=arm.format(hinge))
+        with case(equality):
+            assert len(our_masses(path)) == freedoms
+
+
+def test_a_hold_that_does_not_act_from_the_beginning_holds_nothing(tmp_path):
+    weld = '<weld body1="hull" body2="crate"{}/>'
+    default = '<default><equality active="false"/></default><worldbody>'
+    path = write(tmp_path, weld.format(' active="true"'), FREE)
+    path.write_text(path.read_text().replace("<worldbody>", default))
+    assert len(our_masses(path)) == 6
+    path.write_text(path.read_text().replace(' active="true"', ""))
+    assert not mujoco.MjModel.from_xml_path(str(path)).eq_active0[0]
+    with pytest.raises(WorkbenchError, match="by a <weld> or <connect> of body1"):
+        read_description(path)
+
+
+def test_what_a_hold_says_and_is_not_read_is_refused(tmp_path, case):
+    for words, said in (
+        ('torquescale="0"', "torquescale>: 0 leaves the attitude free: write a <connect>"),
+        ('site1="s0"', "<weld site1>: not read here: leave it out"),
+    ):
+        path = write(tmp_path, f'<weld body1="hull" body2="crate" {words}/>', FREE)
+        with case(words), pytest.raises(WorkbenchError, match=said):
+            read_description(path)
+
+
+def test_a_weld_comes_before_a_connection_of_the_same_two(tmp_path):
+    weld, connect = CASES[0][0], CASES[5][0]
+    assert len(our_masses(write(tmp_path, connect + weld, FREE))) == 6

@@ -91,7 +91,9 @@ def read_mjcf(path: Path, root: Element, finder: PackageFinder, remarks: Remarks
             X_MH = pose_of_link(reader.links, hold.holder)
             X_ML = hold.X_ML(X_MH, X_ML)
             reader.add(load.element, X_ML, "", load.childclass)
-            reader.joints.append(hold.joint(reader.links[place].name, X_MH, X_ML))
+            load_name = reader.links[place].name
+            joint_name = reader.new_joint_name(hold.element.get("name") or f"{load_name}_hold")
+            reader.joints.append(hold.joint(joint_name, load_name, X_MH, X_ML))
             continue
         reader.add(load.element, X_ML, "", load.childclass)
         hung.append(reader.links[place].name)
@@ -333,8 +335,8 @@ def _equal_joints(
     found = {}
     for element in elements_of(document.root, "equality"):
         name = shortened_text(element.get("name", ""))
-        what = f"{element_location(element)}: <{element.tag} {name}>"
-        if element.get("active", "true") == "false" or element in used:
+        what = f"{element_location(element)}: <{f'{element.tag} {name}'.rstrip()}>"
+        if element in used or not document.defaults.is_active(element):
             continue
         if element.tag != "joint":
             ends = {

@@ -92,6 +92,12 @@ class MjcfBodyReader:
             if "rgba" in asset.attrib:
                 self._colours[asset.get("name", "")] = mjcf_rgba(asset)
 
+    def new_joint_name(self, usual: str) -> str:
+        """Return a name that no other joint has, and keep it: the usual one if possible."""
+        name = free_name(self._joint_names, usual)
+        self._joint_names.add(name)
+        return name
+
     def add(self, body: Element, X_ML: RigidTransform, parent: str, childclass: str) -> None:
         """Add a body.
 
@@ -239,8 +245,7 @@ class MjcfBodyReader:
         p_J = float_triple(X_MJ.InvertAndCompose(X_ML @ self._anchor(element, X_LF)).translation())
         scale = 1.0 if kind == "slide" or self._compiler.radians else math.pi / 180.0
         reference = attribute_number(element, "ref", "0")  # the position as the file has it
-        name = element.get("name") or free_name(self._joint_names, f"{link}_joint")
-        self._joint_names.add(name)
+        name = element.get("name") or self.new_joint_name(f"{link}_joint")
         self.references[name] = scale * reference
         lower, upper = joint_range(element, self._compiler)
         damping, friction, stiffness, armature = (

@@ -88,6 +88,11 @@ class Defaults:
                 raise attribute_fault(child, "class", "give it a name that no other <default> has")
             self._collect(child, inner, known)
 
+    def is_active(self, equality: Element) -> bool:
+        """Return whether a constraint of `<equality>` acts from the beginning."""
+        usual = self._classes.get(equality.get("class", _MAIN_CLASS), {}).get("equality", {})
+        return equality.get("active", usual.get("active", "true")) != "false"
+
     def applied(self, element: Element, childclass: str) -> Element:
         """Return a copy of an element with the default attributes of its class.
 

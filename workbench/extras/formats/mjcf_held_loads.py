@@ -11,12 +11,30 @@ from workbench.common.errors import WorkbenchError
 from workbench.extras.formats.mjcf_document import MjcfDocument
 from workbench.extras.formats.mjcf_elements import elements_of
 from workbench.plant.formats.values import (
+    attribute_number,
     attribute_numbers,
     attribute_triple,
     shortened_text,
 )
 from workbench.plant.formats.xml import Element, element_location
 from workbench.plant.model import Freedom, Joint, Link
+
+_READ_ATTRIBUTES: Mapping[str, Sequence[str]] = {
+    "weld": [
+        "name",
+        "class",
+        "active",
+        "solref",
+        "solimp",
+        "body1",
+        "body2",
+        "relpose",
+        "anchor",
+        "torquescale",
+    ],
+    "connect": ["name", "class", "active", "solref", "solimp", "body1", "body2", "anchor"],
+}
+"""Attributes of what holds a load; how soft it is does not act."""
 
 
 class HeldLoad(NamedTuple):
@@ -42,6 +60,8 @@ class HeldLoad(NamedTuple):
         Raises:
             WorkbenchError: naming the element, for an invalid `relpose`.
         """
+        if self.element.tag != "weld":
+            return X_ML
         stated = attribute_numbers(self.element, "relpose", "0 1 0 0 0 0 0")
         if len(stated) != 7:
             raise WorkbenchError(
@@ -49,27 +69,29 @@ class HeldLoad(NamedTuple):
             )
         quaternion = np.array(stated[3:])
         length = float(np.linalg.norm(quaternion))
-        if self.element.tag != "weld" or length == 0.0:  # as MuJoCo has it
+        if length == 0.0:  # as MuJoCo has it
             return X_ML
-        R = RotationMatrix(Quaternion(quaternion / length))
-        X_12 = RigidTransform(R, np.array(stated[:3]))
+        R_12 = RotationMatrix(Quaternion(quaternion / length))
+        # the anchor of body2 is at the place that relpose gives in body1
+        anchor = np.array(attribute_triple(self.element, "anchor", "0 0 0"))
+        X_12 = RigidTransform(R_12, np.array(stated[:3]) - R_12.multiply(anchor))
         return X_MH @ (X_12 if self.is_second else X_12.inverse())
 
-    def joint(self, name: str, X_MH: RigidTransform, X_ML: RigidTransform) -> Joint:
+    def joint(self, name: str, load: str, X_MH: RigidTransform, X_ML: RigidTransform) -> Joint:
         """Return a fixed joint, or a ball joint at the anchor of a connection.
 
         Args:
-            name: of the load.
+            name: of the joint.
+            load: its name.
             X_MH: pose of the holder.
             X_ML: pose of the load.
         """
-        own = self.element.get("name") or f"{name}_{self.element.tag}"
         if self.element.tag == "weld":
-            return Joint(own, "fixed", self.holder, name, X_ML, (0.0, 0.0, 1.0))
+            return Joint(name, "fixed", self.holder, load, X_ML, (0.0, 0.0, 1.0))
         first = X_MH if self.is_second else X_ML  # the anchor is in the frame of body1
         anchor = first.multiply(np.array(attribute_triple(self.element, "anchor", "")))
         X_MJ = RigidTransform(X_ML.rotation(), anchor)
-        return Joint(own, "ball", self.holder, name, X_MJ, (0.0, 0.0, 1.0), (Freedom("ball"),))
+        return Joint(name, "ball", self.holder, load, X_MJ, (0.0, 0.0, 1.0), (Freedom("ball"),))
 
 
 def held_loads(
@@ -88,17 +110,35 @@ def held_loads(
     own = {each.get("name", "") for each in (drone, *drone.iter("body"))} - {""}
     loads = {each.get("name", "") for each in free} - {""}
     found: dict[str, HeldLoad] = {}
-    for element in elements_of(document.root, "equality", "weld", "connect"):
+    welds, connections = (elements_of(document.root, "equality", tag) for tag in _READ_ATTRIBUTES)
+    for element in (*welds, *connections):  # a weld holds what a connection of the same two leaves
         first, second = element.get("body1", ""), element.get("body2", "")
-        if element.get("active", "true") == "false":
+        if not document.defaults.is_active(element):
             continue
         for load, holder in ((second, first), (first, second)):
             if load in loads and holder in own and load not in found:
+                _refuse_unread(element)
                 found[load] = HeldLoad(element, holder, load == second)
                 text = f"<{element.tag}> holds it to '{shortened_text(holder)}'; nothing drops it"
                 what = f"body '{shortened_text(load)}'"
                 document.remarks.add("assumed", document.path, what, text)
     return found
+
+
+def _refuse_unread(element: Element) -> None:
+    """Refuse attributes of what holds a load that MuJoCo does not have or that free a part of it.
+
+    Raises:
+        WorkbenchError: naming the element and the attribute.
+    """
+    where = f"{element_location(element)}: <{element.tag}"
+    for name in element.attrib:
+        if name not in _READ_ATTRIBUTES[element.tag]:
+            raise WorkbenchError(f"{where} {shortened_text(name)}>: not read here: leave it out")
+    if element.get("torquescale") and attribute_number(element, "torquescale") <= 0.0:
+        raise WorkbenchError(
+            f"{where} torquescale>: 0 leaves the attitude free: write a <connect> for that"
+        )
 
 
 def pose_of_link(links: Sequence[Link], name: str) -> RigidTransform:

@@ -39,7 +39,7 @@ def with_joint_additions(
             own,
             stiffness=numbers.get("stiffness", own.stiffness),
             rest=numbers.get("rest", own.rest),
-            armature=numbers.get("armature", own.armature),
+            armature=own.armature + numbers.get("armature", 0.0),
         )
         found[name] = replace(joint, freedoms=(freedom,))
     return tuple(found.values())
@@ -61,16 +61,26 @@ def _springs(robot: Element) -> list[_Addition]:
     return found
 
 
+def simple_actuators(robot: Element) -> list[tuple[str, Element]]:
+    """Return the motors of the transmissions that Drake reads, each with the name of its joint."""
+    return [
+        (joint.get("name", ""), motor)
+        for drive in robot.findall("transmission")
+        if "SimpleTransmission" in (drive.findtext("type") or drive.get("type", ""))
+        for joint in drive.findall("joint")[:1]
+        for motor in cast("list[Element]", drive.findall("actuator"))
+    ]
+
+
 def _motor_inertias(robot: Element) -> list[_Addition]:
     """Return the reflected inertias of motors, as in Drake: gear ratio² times rotor inertia."""
     found: list[_Addition] = []
-    for drive in robot.findall("transmission"):
-        names = [joint.get("name", "") for joint in drive.findall("joint")]
+    for joint, motor in simple_actuators(robot):
         inertia, ratio = (
             attribute_number(element, "value") if isinstance(element, Element) else usual
             for tag, usual in (("rotor_inertia", 0.0), ("gear_ratio", 1.0))
-            for element in (next(drive.iter(f"drake:{tag}"), None),)
+            for element in (motor.find(f"drake:{tag}"),)
         )
-        if inertia and names:
-            found.append(("drake:rotor_inertia", names[0], {"armature": ratio**2 * inertia}))
+        if inertia:
+            found.append(("drake:rotor_inertia", joint, {"armature": ratio**2 * inertia}))
     return found

@@ -6,6 +6,7 @@ from difflib import get_close_matches
 from pathlib import Path
 
 from workbench.plant.formats.drake_elements import unused_drake_element
+from workbench.plant.formats.urdf_joint_additions import simple_actuators
 from workbench.plant.formats.values import is_zero_text, shortened_text
 from workbench.plant.formats.xml import Element
 from workbench.plant.remarks import Remarks
@@ -52,7 +53,8 @@ _UNUSED_OF_JOINTS = {
 }
 """Children of any joint that do not act, with the reason."""
 _SINGLE_AXIS_JOINT_KINDS = ("revolute", "continuous", "prismatic")
-_DRAKE_TAGS_READ = ("drake:joint", "drake:rotor_inertia", "drake:gear_ratio")
+_TAGS_OF_MOTORS = ("drake:rotor_inertia", "drake:gear_ratio")
+_DRAKE_TAGS_READ = ("drake:joint", *_TAGS_OF_MOTORS)
 ROS_DRIVE_TAGS = ("transmission", "ros2_control")
 """Elements that say how ROS drives joints."""
 _MAX_URDF_REMARKS = 50
@@ -92,8 +94,13 @@ def _unused(robot: Element) -> Counter[tuple[str, str]]:
         if child.tag in ("joint", "drake:joint"):
             for what, why in _unused_of_joint(child):
                 found[f"{what} of joint '{shortened_text(child.get('name', ''))}'", why] += 1
-    for element in robot.iter():
-        if isinstance(element, Element) and element.tag not in _DRAKE_TAGS_READ:
+    motors = [part for _, motor in simple_actuators(robot) for part in motor]
+    own = [child for child in robot if child.tag not in ("gazebo", "ros2_control")]
+    for element in (each for child in own for each in child.iter()):
+        if element.tag in _TAGS_OF_MOTORS and element not in motors:
+            why = "read in the <actuator> of a SimpleTransmission"
+            found[f"element <{element.tag}>", why] += 1
+        elif isinstance(element, Element) and element.tag not in _DRAKE_TAGS_READ:
             why = unused_drake_element(element)
             if why:
                 found[f"element <{shortened_text(element.tag)}>", why] += 1
