@@ -127,6 +127,8 @@ def test_lost_real_time_lasts_only_while_it_is_lost():
     ("updraft", "speed", "why"),
     [
         (20.0, 0.0, "the air rises at 20 m/s"),
+        (0.01, 0.0, "it may stand on something"),
+        (20.0, 0.5, "it has to brake first, and still moves at 0.5 m/s"),
         (0.0, 0.5, "it has to brake first, and still moves at 0.5 m/s"),
         (0.0, 0.0, "it may stand on something"),
     ],
@@ -134,7 +136,7 @@ def test_lost_real_time_lasts_only_while_it_is_lost():
 def test_a_landing_that_does_not_sink_is_told_with_the_reason_until_it_sinks(updraft, speed, why):
     flight, told = MadeFlight(), []
     now, height = flight.snapshot(), 3.0
-    flight.get = {"wind_z": updraft}.__getitem__
+    flight.get = {"wind_z": updraft, "landing_speed": 0.5}.__getitem__
     flight.snapshot = lambda: SimpleNamespace(
         **{**vars(now), "mode": mode, "time": flight.time, "p_WB": (0.0, 0.0, height)}
         | {"v_WB": (speed, 0.0, 0.0)}

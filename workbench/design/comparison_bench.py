@@ -206,7 +206,9 @@ def _measure_vehicles(bench: ComparisonBench) -> None:
         gone = np.isfinite(flown.diverged_at)
         # a drone that is heavier than its controller knows sinks before the edge
         response = flown.response - flown.response[:, :1]
-        known = step_metrics(flown.time, response, amplitude, decay=np.array(settled))
+        decays = np.array(settled)
+        decays[list(flown.unsteady)] = np.inf  # withheld: they have no steady state
+        known = step_metrics(flown.time, response, amplitude, decay=decays)
         lost |= gone
         worst = max(worst, float(known.overshoot[~gone].max(initial=0.0)))
         if wrong := int((amplitude * response[~gone, -1] <= 0.0).sum()):

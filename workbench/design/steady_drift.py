@@ -149,7 +149,7 @@ def steady_time(
     kept: float,
     progress: Callable[[float], None] | None = None,
 ) -> float:
-    """Return the time at which a drone has become steady [s], 0 if it does not.
+    """Return the time at which a drone has become steady [s], 0 if it does not or is lost.
 
     Args:
         session: that flies it, from its start.
@@ -159,6 +159,8 @@ def steady_time(
         kept: .. within this time [s].
         progress: called with the share of the longest time, 0 .. 1.
     """
+    from workbench.design.lost import find_loss
+
     end, place = script[-1].at, AXIS_NAMES.index(axis)
     session.follow(script, end)
     look = look_period(session.scenario.rates.control_period)
@@ -176,7 +178,8 @@ def steady_time(
     try:
         session.tick(STEP_EDGE_S)
         is_steady()
-        if hover_until(session, is_steady, end, look, tell):
+        is_found = hover_until(session, is_steady, end, look, tell)
+        if is_found and not find_loss(session.recording()):  # it may stand on the ground
             return session.time
     except FlightBrokenError:
         pass  # a drone that is lost is not steady

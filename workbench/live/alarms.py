@@ -348,10 +348,10 @@ class Alarms:
         elif now.time - self._sunk_at >= NOT_SUNK_TIME_S:
             updraft, speed = self._session.get("wind_z"), math.hypot(*now.v_WB[:2])
             why = "it may stand on something"
-            if updraft > 0.0:
-                why = f"the air rises at {updraft:.3g} m/s"
-            elif speed > MAX_HOVERING_SPEED:
+            if speed > MAX_HOVERING_SPEED:
                 why = f"it has to brake first, and still moves at {speed:.1f} m/s"
+            elif updraft >= self._session.get("landing_speed"):
+                why = f"the air rises at {updraft:.3g} m/s"
             self._alarm(
                 "landing",
                 f"the drone does not sink, though it has been landing for over "

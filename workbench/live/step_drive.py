@@ -146,6 +146,7 @@ class StepDrive:
     def begin_round(self) -> None:
         """Let it step from the present attitude or drift; from level or rest if that moves."""
         if isinstance(self._row, CommandAxis):
+            self._is_steady &= self.drifts  # the air may have changed since an earlier round
             drift = self._moved() if self._is_steady else 0.0
             self.hover = HoverAttitude(drift if abs(drift) > self._fastest else 0.0)
         if isinstance(self._row, AttitudeAxis):
