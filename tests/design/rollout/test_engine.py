@@ -390,3 +390,14 @@ def test_in_still_air_every_candidate_flies_once(engine, monkeypatch):
     found = engine.measure([{}, {}], "z", 1.0, variations=heavy).metrics
     assert flown == [2]
     assert np.isnan(found.rise_time).tolist() == [False, True]
+
+
+def test_a_stop_before_the_drift_is_found_keeps_what_needs_none(engine):
+    """Candidates after the first that would have flown on are not reported as unsteady."""
+    shares = []
+    how = {"progress": shares.append, "stop": lambda: shares[-1:] == [1.0]}
+    flown = engine.fly(WINDS, "x", 1.0, **how)
+    assert (len(flown), dict(flown.unsteady)) == (1, {})
+    shares.clear()
+    measured = engine.measure(WINDS, "x", 1.0, **how)
+    assert len(measured.diverged_at) == len(measured.metrics.rise_time) == 1

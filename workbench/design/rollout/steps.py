@@ -54,23 +54,26 @@ def fly_steps(
     """
     curves, used, lost_at = planned.curves(VELOCITY_INDICES, threads, progress, stop)
     before, column = np.zeros(len(used)), VELOCITY_INDICES.index(_response_index(axis))
-    unsteady: dict[int, str] = {}
+    unsteady, whole = {}, len(used)
     if not any(velocity):
         how = axis, amplitude, duration, threads, stop
-        again, unsteady = _drifting_steps(planned, curves[:, 0, column], lost_at, *how)
+        again, unsteady, whole = _drifting_steps(planned, curves[:, 0, column], lost_at, *how)
         for places, flights in again:
+            if stop and stop():
+                whole = min(whole, int(places[0]))
+                continue
             flown = flights.curves(VELOCITY_INDICES, threads)
             curves[places], used[places], lost_at[places] = flown
             before[places] = curves[places, 0, column]
     return Rollouts(
         axis=axis,
         time=planned.time,
-        velocity_W=curves[:, :, 3:],
-        angular_velocity_W=curves[:, :, :3],
-        peak_rotor_use=used,
-        diverged_at=lost_at,
-        before=before,
-        unsteady=unsteady,
+        velocity_W=curves[:whole, :, 3:],
+        angular_velocity_W=curves[:whole, :, :3],
+        peak_rotor_use=used[:whole],
+        diverged_at=lost_at[:whole],
+        before=before[:whole],
+        unsteady={place: why for place, why in unsteady.items() if place < whole},
     )
 
 
@@ -102,8 +105,11 @@ def measure_steps(
 
     kept, how = (_response_index(axis),), (axis, amplitude, duration, threads, stop)
     used, lost_at = planned.fly(kept, keep, threads, progress, stop)
-    again, unsteady = _drifting_steps(planned, at_edge[: len(used)], lost_at, *how)
+    again, unsteady, whole = _drifting_steps(planned, at_edge[: len(used)], lost_at, *how)
     for places, flights in again:
+        if stop and stop():
+            whole = min(whole, int(places[0]))
+            continue
         curves, used[places], lost_at[places] = flights.curves(kept, threads)
         responses = curves[:, :, 0] - curves[:, :1, 0]
         found = step_metrics(times, responses, amplitude, decay=decays[places])
@@ -111,8 +117,8 @@ def measure_steps(
     for name in (*FROM_REST_NUMBERS, *STEADY_STATE_NUMBERS, "peak_time"):
         numbers[STEP_NUMBERS.index(name), list(unsteady)] = np.nan
     return MeasuredSteps(
-        metrics=StepMetrics(*numbers[:, : len(used)], peak_rotor_use=used),
-        diverged_at=lost_at,
+        metrics=StepMetrics(*numbers[:, :whole], peak_rotor_use=used[:whole]),
+        diverged_at=lost_at[:whole],
     )
 
 
@@ -122,10 +128,12 @@ class _DriftingSteps(NamedTuple):
     Attributes:
         again: candidates (K) and their flights from the drift, a part for each time of the edge.
         unsteady: why a step has no steady state, by candidate.
+        whole: number of candidates, from the first on, before one that was stopped.
     """
 
     again: list[tuple[np.ndarray, PlannedFlights]]
     unsteady: dict[int, str]
+    whole: int
 
 
 def _drifting_steps(
@@ -164,8 +172,10 @@ def _drifting_steps(
     before, commands = drift_commands(axis, amplitude)
     kept, spread = (_response_index(axis),), AT_REST_SHARE * abs(amplitude)
     for hover in dict.fromkeys((min(FIRST_WINDOWS * window, MAX_HOVER_S), MAX_HOVER_S)):
-        if not left.size or (stop and stop()):
+        if not left.size:
             break
+        if stop and stop():
+            return _DriftingSteps(again, unsteady, int(left[0]))
         end = when.edge + math.floor(hover / look) * every
         schedule = when._replace(end=end, stride=every)
         speeds = planned.again(left, before, before, schedule).curves(kept, threads)[0][:, :, 0]
@@ -180,7 +190,8 @@ def _drifting_steps(
             places = left[found == number]
             again.append((places, planned.again(places, before, commands, schedule)))
         left = left[found < 0]
-    return _DriftingSteps(again, unsteady | dict.fromkeys(left.tolist(), NOT_STEADY))
+    unsteady |= dict.fromkeys(left.tolist(), NOT_STEADY)
+    return _DriftingSteps(again, unsteady, len(air))
 
 
 def _response_index(axis: str) -> int:
