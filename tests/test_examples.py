@@ -15,6 +15,7 @@ PICTURES = FOLDER.parent / "docs" / "examples"
 LONGEST = 60
 """Lines of a script."""
 SLOW = {  # more than 3 s, in real time, or compiled on a new machine
+    "compare_gains",
     "estimate_and_truth",
     "gain_heat_map",
     "landing_gear",

@@ -13,6 +13,7 @@ from workbench.design.linear.study import LinearStudy
 QUICK = ("--lowest", "3", "--periods", "3")
 
 
+@pytest.mark.slow
 def test_json_and_table_have_flight_and_model(run, tmp_path):
     said = run("frequency-response", "velocity_z", *QUICK, "--output", tmp_path, "--json")
     assert said.code == 0, said.err

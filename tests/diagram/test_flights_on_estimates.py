@@ -33,7 +33,9 @@ def away(recording):
 
 
 @ONE_OR_MORE_SEEDS
-@pytest.mark.parametrize("estimator", ["ekf", "complementary"])
+@pytest.mark.parametrize(
+    "estimator", ["ekf", pytest.param("complementary", marks=pytest.mark.slow)]
+)
 def test_with_all_noises_it_holds_its_place(estimator, seeds):
     """0.2 deg are asked for; the worst of 30 seeds had 0.09 deg, so a loss shows before that."""
     for seed in seeds:

@@ -718,7 +718,7 @@ def test_in_wind_a_step_goes_from_the_drift_as_that_of_fly_step_does():
 )
 def test_a_round_says_why_the_air_leaves_it_without_numbers(excitation, air, why):
     bench = Bench(Scenario(script=[Action(at=0.0, set=air)]))
-    bench.fly(8.0)
+    bench.fly(2.0)
     bench.excite(excitation)
     while bench.shown.exciting.round == 0:
         assert not bench.shown.exciting.drifts

@@ -27,6 +27,7 @@ def found():
     return judge(progress=SHARES.append)
 
 
+@pytest.mark.slow
 def test_the_share_done_grows_within_each_step(found):
     """The flown steps take most of the time, with joints minutes."""
     assert sorted(SHARES) == SHARES
@@ -46,12 +47,14 @@ def test_every_loop_is_judged(found):
         assert loop.error.phase_margin > 0.3
 
 
+@pytest.mark.slow
 def test_inner_loops_are_faster_than_outer_ones(found):
     crossover = {loop.loop: loop.error.crossover for loop in found.loops}
     assert crossover["position_x"] < crossover["velocity_x"] < crossover["pitch"]
     assert crossover["position_z"] < crossover["velocity_z"]
 
 
+@pytest.mark.slow
 def test_linear_and_flown_steps_stand_side_by_side(found):
     assert [step.axis for step in found.steps] == ["x", "y", "z", "yaw"]
     for step in found.steps:
