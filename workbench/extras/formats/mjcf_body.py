@@ -232,15 +232,13 @@ class MjcfBodyReader:
         if kind not in _KIND_BY_MJCF_JOINT:
             raise WorkbenchError(
                 f"{element_location(element)}: <joint type='{shortened_text(kind)}'> of a body in "
-                "the drone: use "
-                f"{', '.join(_KIND_BY_MJCF_JOINT)}, or no joint"
+                f"the drone: use {', '.join(_KIND_BY_MJCF_JOINT)}, or no joint"
             )
         axis = X_LF.rotation().multiply(np.array(attribute_triple(element, "axis", "0 0 1")))
         length = float(np.linalg.norm(axis))
         if length < 1e-9:
-            raise WorkbenchError(
-                f"{element_location(element)}: <joint axis> is 0 0 0: give it a direction"
-            )
+            where = element_location(element)
+            raise WorkbenchError(f"{where}: <joint axis> is 0 0 0: give it a direction")
         x, y, z = (float(value) for value in axis / length)
         p_J = float_triple(X_MJ.InvertAndCompose(X_ML @ self._anchor(element, X_LF)).translation())
         scale = 1.0 if kind == "slide" or self._compiler.radians else math.pi / 180.0
