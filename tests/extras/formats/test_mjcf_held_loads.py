@@ -143,6 +143,25 @@ def test_a_hold_with_the_name_of_a_joint_takes_no_joint_away(tmp_path, case):
             assert len(our_masses(path)) == freedoms
 
 
+def test_a_joint_with_the_usual_name_of_another_one_takes_none_away(tmp_path):
+    """Bodies without a joint and loads on tendons have joints of names of their own."""
+    arm = '<body name="arm"><joint name="{}" axis="0 1 0"/><geom size=".02" mass=".1"/></body>'
+    expected, same = masses(write(tmp_path, below=arm.format("foot_weld")))
+    assert same == pytest.approx(expected, abs=1e-9)
+    assert len(same) == 7
+    free = FREE.replace("<freejoint/>", '<freejoint/><site name="e"/>')
+    path = write(tmp_path, free=free, below=arm.format("crate_joint"))
+    cable = '<tendon><spatial range="0 1"><site site="s0"/><site site="e"/></spatial></tendon>'
+    path.write_text(path.read_text().replace("<equality>", f"{cable}<equality>"))
+    assert len(our_masses(path)) == 13
+
+
+def test_two_joints_of_one_name_are_refused(tmp_path):
+    arm = '<body><joint name="j" axis="0 1 0"/><geom size=".02" mass=".1"/></body>'
+    with pytest.raises(WorkbenchError, match="there are two joints named 'j': rename one"):
+        read_description(write(tmp_path, below=arm + arm))
+
+
 def test_a_hold_that_does_not_act_from_the_beginning_holds_nothing(tmp_path):
     weld = '<weld body1="hull" body2="crate"{}/>'
     default = '<default><equality active="false"/></default><worldbody>'

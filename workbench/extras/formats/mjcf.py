@@ -42,6 +42,7 @@ from workbench.plant.model import (
 from workbench.plant.packages import PackageFinder
 from workbench.plant.remarks import Remarks
 from workbench.plant.servo import Servo
+from workbench.plant.worlds.world import first_duplicate
 
 _UNUSED_OF_FREE_JOINTS = ("damping", "frictionloss", "stiffness")
 """Attributes of a free joint that do not act."""
@@ -97,7 +98,9 @@ def read_mjcf(path: Path, root: Element, finder: PackageFinder, remarks: Remarks
             continue
         reader.add(load.element, X_ML, "", load.childclass)
         hung.append(reader.links[place].name)
-        reader.joints.append(_free_joint(load.element, base, hung[-1], X_ML))
+        joint_name = reader.new_joint_name(f"{hung[-1]}_joint")
+        reader.joints.append(_free_joint(load.element, joint_name, base, hung[-1], X_ML))
+    _refuse_twins(path, reader.joints)
     links = reader.links
     refuse_too_many(path, 0, 0, sum(len(link.collisions) for link in links))
     if compiler.settotalmass > 0.0:
@@ -124,11 +127,11 @@ def read_mjcf(path: Path, root: Element, finder: PackageFinder, remarks: Remarks
     return replace(model, joints=joints)
 
 
-def _free_joint(body: Element, base: str, load: str, X_ML: RigidTransform) -> Joint:
-    """Return the joint of a load that flies freely."""
+def _free_joint(body: Element, usual: str, base: str, load: str, X_ML: RigidTransform) -> Joint:
+    """Return the joint of a load that flies freely, with its own name or the usual one."""
     name = next((j.get("name", "") for j in elements(body, "freejoint", "joint")), "")
     return Joint(
-        name or f"{load}_joint",
+        name or usual,
         FREE_JOINT_KIND,
         base,
         load,
@@ -136,6 +139,15 @@ def _free_joint(body: Element, base: str, load: str, X_ML: RigidTransform) -> Jo
         (0.0, 0.0, 1.0),
         FREE_FREEDOMS,
     )
+
+
+def _refuse_twins(path: Path, joints: Sequence[Joint]) -> None:
+    """Reject two joints with one name, as MuJoCo does."""
+    twin = first_duplicate(name for each in joints for name in {each.name, *each.freedom_names})
+    if twin is not None:
+        raise WorkbenchError(
+            f"{path}: there are two joints named '{shortened_text(twin)}': rename one"
+        )
 
 
 def _scaled_to_total_mass(

@@ -121,8 +121,7 @@ class MjcfBodyReader:
         for joint, _ in parts("freejoint") if parent else ():
             raise WorkbenchError(
                 f"{element_location(joint)}: <freejoint> in a body of the drone: MuJoCo has free "
-                "joints only "
-                "directly in bodies of <worldbody>: leave it out"
+                "joints only directly in bodies of <worldbody>: leave it out"
             )
         given = parts("inertial")
         if len(given) > 1:
@@ -197,7 +196,8 @@ class MjcfBodyReader:
     ) -> Joint:
         """Return the joints of a body as one, or a fixed joint if it has none."""
         if not joints:
-            return Joint(f"{link}_weld", "fixed", parent, link, X_ML, (0.0, 0.0, 1.0))
+            name = self.new_joint_name(f"{link}_weld")
+            return Joint(name, "fixed", parent, link, X_ML, (0.0, 0.0, 1.0))
         first = X_ML @ self._anchor(*joints[0])
         freedoms = [self._freedom(link, first, X_ML, *each) for each in joints]
         kinds = [element.get("type", "hinge") for element, _ in joints]
