@@ -122,6 +122,9 @@ def test_a_second_weld_of_a_load_closes_no_loop(tmp_path):
     third = '<connect body1="foot" body2="crate" anchor="0 0 0"/>'
     with pytest.raises(WorkbenchError, match="<connect> between crate, foot closes a loop"):
         read_description(write(tmp_path, connect + third, free=FREE))
+    hinge = connect + '<connect body1="crate" body2="hull" anchor=".1 0 0"/>'
+    with pytest.raises(WorkbenchError, match="crate, hull makes a hinge of another one: give the"):
+        read_description(write(tmp_path, hinge, free=FREE))
 
 
 def test_a_relpose_of_six_numbers_is_refused(tmp_path):

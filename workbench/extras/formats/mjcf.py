@@ -359,9 +359,15 @@ def _equal_joints(
             }
             bodies = {roots.get(end, "") for end in ends}  # "" for the world and what is in it
             if len(bodies) > 1 and bodies & moving:
+                advice = "closes a loop of bodies that move, which does not fly: leave it out"
+                if any(
+                    element.tag == each.tag and ends == {each.get("body1"), each.get("body2")}
+                    for each in used
+                ):
+                    advice = "makes a hinge of another one: give the body a hinge in the tree"
                 raise WorkbenchError(
                     f"{what} between {listed_names([end or 'the world' for end in sorted(ends)])} "
-                    "closes a loop of bodies that move, which does not fly: leave it out"
+                    f"{advice}"
                 )
             continue
         coefficients = padded_numbers(element, "polycoef", "0 1", 5)
