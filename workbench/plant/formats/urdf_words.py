@@ -33,7 +33,7 @@ _URDF_ATTRIBUTES = {
     "parent": "link xyz",
     "child": "link xyz",
     "cable": "name length stiffness damping",
-    "limit": "lower upper effort velocity",
+    "limit": "lower upper effort velocity acceleration jerk",
     "dynamics": "damping friction stiffness rest armature",
     "mimic": "joint multiplier offset",
 }
@@ -52,6 +52,7 @@ _UNUSED_OF_JOINTS = {
     "calibration": "of encoders",
 }
 """Children of any joint that do not act, with the reason."""
+_UNUSED_LIMITS = ("acceleration", "jerk", "drake:acceleration")
 _SINGLE_AXIS_JOINT_KINDS = ("revolute", "continuous", "prismatic")
 _TAGS_OF_MOTORS = ("drake:rotor_inertia", "drake:gear_ratio")
 _DRAKE_TAGS_READ = ("drake:joint", *_TAGS_OF_MOTORS)
@@ -104,8 +105,9 @@ def _unused(robot: Element) -> Counter[tuple[str, str]]:
             why = unused_drake_element(element)
             if why:
                 found[f"element <{shortened_text(element.tag)}>", why] += 1
-            if element.tag == "limit" and "drake:acceleration" in element.attrib:
-                found["attribute drake:acceleration of <limit>", "no joint has such a limit"] += 1
+            for name in _UNUSED_LIMITS if element.tag == "limit" else ():
+                if name in element.attrib:
+                    found[f"attribute {name} of <limit>", "no joint has such a limit"] += 1
     return found
 
 
