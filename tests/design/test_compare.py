@@ -10,6 +10,7 @@ from workbench.control.mode import FlightMode
 from workbench.design import comparison_bench
 from workbench.design.compare import compare_controllers
 from workbench.design.comparison_bench import COMPARED_VEHICLES
+from workbench.design.rollout.rollouts import Rollouts
 from workbench.session.recording import Recording
 from workbench.setup import Setup
 
@@ -127,16 +128,16 @@ def test_the_worst_overshoot_is_that_of_the_vehicles_that_are_not_lost(monkeypat
         def __init__(self, *args, **more) -> None:
             pass
 
-        def fly(self, gains, axis, amplitude, *, duration, variations) -> SimpleNamespace:
+        def fly(self, gains, axis, amplitude, *, duration, variations) -> Rollouts:
             assert len(gains) == 8 and tuple(variations) == COMPARED_VEHICLES
             dampings = [0.7] * 7 + [0.4 if axis == "z" else 0.7]
             steps = np.array([second_order(time, amplitude, each) for each in dampings])
             lost = np.full(8, math.nan)
             if axis == "y":
                 lost[2], steps[2] = 1.0, 1e3
-            return SimpleNamespace(
-                time=time, response=steps - 0.1, diverged_at=lost, unsteady=unsteady
-            )
+            motions = np.repeat((steps - 0.1)[:, :, None], 3, axis=2)
+            none = np.zeros(8)
+            return Rollouts(axis, time, motions, motions, none, lost, none, unsteady)
 
     decay = SimpleNamespace(of=lambda *of: 0.5)
     monkeypatch.setattr(comparison_bench, "RolloutEngine", Engine)

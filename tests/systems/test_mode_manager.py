@@ -143,7 +143,8 @@ def test_the_state_is_that_of_the_pure_functions(flown):
     assert manager.GetOutputPort("guidance").size() == len(Guidance._fields)
 
 
-def test_walls_are_renewed_between_updates_of_the_mode_and_nothing_else():
+def braking() -> tuple[ModeManager, Simulator]:
+    """Return a mode that brakes before walls, which it looks at four times a period."""
     settings = SETTINGS._replace(obstacle_brake=1.0, stop_distance=0.5)
     manager = ModeManager(
         period=PERIOD, settings=settings, standing_height=0.1, wall_period=PERIOD / 4
@@ -153,6 +154,12 @@ def test_walls_are_renewed_between_updates_of_the_mode_and_nothing_else():
     for name, value in (("reference", list(REFERENCE)), ("request", [0.0] * 3), ("charge", [0.9])):
         manager.GetInputPort(name).FixValue(context, value)
     manager.GetInputPort("state").FixValue(context, STATE)
+    return manager, simulator
+
+
+def test_walls_are_renewed_between_updates_of_the_mode_and_nothing_else():
+    manager, simulator = braking()
+    context = simulator.get_mutable_context()
     nothing = [0.0, 0.0, 0.0, math.inf]
     manager.GetInputPort("walls").FixValue(context, [1.0, 0.0, 0.0, 3.0] + 2 * nothing)
     manager.set_mode(context, initial_state(FlightMode.HOVERING, P), P)
@@ -168,15 +175,8 @@ def test_walls_are_renewed_between_updates_of_the_mode_and_nothing_else():
 
 
 def test_walls_below_a_landing_do_not_count_between_updates_of_the_mode_either():
-    settings = SETTINGS._replace(obstacle_brake=1.0, stop_distance=0.5)
-    manager = ModeManager(
-        period=PERIOD, settings=settings, standing_height=0.1, wall_period=PERIOD / 4
-    )
-    simulator = Simulator(manager)
+    manager, simulator = braking()
     context = simulator.get_mutable_context()
-    for name, value in (("reference", list(REFERENCE)), ("request", [0.0] * 3), ("charge", [0.9])):
-        manager.GetInputPort(name).FixValue(context, value)
-    manager.GetInputPort("state").FixValue(context, STATE)
     ahead, below = [1.0, 0.0, 0.0, 3.0], [0.0, 0.0, -1.0, 1.0]
     manager.GetInputPort("walls").FixValue(context, [*below, *ahead, 0.0, 0.0, 0.0, math.inf])
     manager.set_mode(context, initial_state(FlightMode.LANDING, P), P)

@@ -206,9 +206,8 @@ def _measure_vehicles(bench: ComparisonBench) -> None:
         gone = np.isfinite(flown.diverged_at)
         # a drone that is heavier than its controller knows sinks before the edge
         response = flown.response - flown.response[:, :1]
-        decays = np.array(settled)
-        decays[list(flown.unsteady)] = np.inf  # withheld: they have no steady state
-        known = step_metrics(flown.time, response, amplitude, decay=decays)
+        decay_times = flown.decay_times(settled)
+        known = step_metrics(flown.time, response, amplitude, decay=decay_times)
         lost |= gone
         worst = max(worst, float(known.overshoot[~gone].max(initial=0.0)))
         if wrong := int((amplitude * response[~gone, -1] <= 0.0).sum()):

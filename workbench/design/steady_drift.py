@@ -171,14 +171,14 @@ def steady_time(
         seen.append((*now.v_WB, now.w_WB[2])[place])
         return len(seen) == seen.maxlen and max(seen) - min(seen) <= spread
 
-    def tell() -> None:
+    def show_share() -> None:
         if progress:
             progress(min(1.0, session.time / end))
 
     try:
         session.tick(STEP_EDGE_S)
         is_steady()
-        is_found = hover_until(session, is_steady, end, look, tell)
+        is_found = hover_until(session, is_steady, end, look, show_share)
         if is_found and not find_loss(session.recording()):  # it may stand on the ground
             return session.time
     except FlightBrokenError:

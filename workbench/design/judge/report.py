@@ -95,12 +95,12 @@ def judge(
         flier = step_flier(setup, flights=len(PAPER_STEPS))
         for index, (axis, amplitude) in enumerate(PAPER_STEPS):
 
-            def say_step(share: float, index: int = index) -> None:
+            def show_step(share: float, index: int = index) -> None:
                 say((index + share) / (len(PAPER_STEPS) + 1))
 
-            say_step(0.0)
+            show_step(0.0)
             pair = step_pair(
-                steering, axis, amplitude, scenario=setup, flier=flier, progress=say_step
+                steering, axis, amplitude, scenario=setup, flier=flier, progress=show_step
             )
             steps.append(pair)
     loops = judge_loops(steering, holding)

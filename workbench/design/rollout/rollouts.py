@@ -1,6 +1,6 @@
 """Results of flights in compiled code: responses, measured numbers and motions."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -50,6 +50,15 @@ class Rollouts:
         if self.axis == "yaw":
             return self.angular_velocity_W[:, :, 2] - self.before[:, None]
         return self.velocity_W[:, :, AXIS_NAMES.index(self.axis)] - self.before[:, None]
+
+    def decay_times(self, known: Sequence[float] | float = 0.0) -> np.ndarray:
+        """Return the known decay times (N) [s], infinite for steps without a steady state.
+
+        `step_metrics` withholds the numbers of those.
+        """
+        decay = np.full(len(self), known, dtype=float)
+        decay[list(self.unsteady)] = np.inf
+        return decay
 
 
 @dataclass(frozen=True)
@@ -106,12 +115,10 @@ def rollout_metrics(rollouts: Rollouts, amplitude: float) -> StepMetrics:
         rollouts: kept at every control period if the numbers are to equal those of `fly_step`.
         amplitude: of the command, [m/s] or [rad/s]; not zero.
     """
-    decay = np.zeros(len(rollouts))
-    decay[list(rollouts.unsteady)] = np.inf  # withheld: they have no steady state
     return step_metrics(
         rollouts.time,
         rollouts.response,
         amplitude,
-        decay=decay,
+        decay=rollouts.decay_times(),
         peak_rotor_use=rollouts.peak_rotor_use,
     )

@@ -57,14 +57,14 @@ def fly_steps(
     unsteady, whole = {}, len(used)
     if not any(velocity):
         how = axis, amplitude, duration, threads, stop
-        again, unsteady, whole = _drifting_steps(planned, curves[:, 0, column], lost_at, *how)
-        for places, flights in again:
-            if stop and stop():
-                whole = min(whole, int(places[0]))
-                continue
-            flown = flights.curves(VELOCITY_INDICES, threads)
+        drifting = _drifting_steps(planned, curves[:, 0, column], lost_at, *how)
+        unsteady = drifting.unsteady
+
+        def keep(places: np.ndarray, flown: tuple[np.ndarray, np.ndarray, np.ndarray]) -> None:
             curves[places], used[places], lost_at[places] = flown
             before[places] = curves[places, 0, column]
+
+        whole = drifting.fly(VELOCITY_INDICES, keep, threads, stop)
     return Rollouts(
         axis=axis,
         time=planned.time,
@@ -105,17 +105,17 @@ def measure_steps(
 
     kept, how = (_response_index(axis),), (axis, amplitude, duration, threads, stop)
     used, lost_at = planned.fly(kept, keep, threads, progress, stop)
-    again, unsteady, whole = _drifting_steps(planned, at_edge[: len(used)], lost_at, *how)
-    for places, flights in again:
-        if stop and stop():
-            whole = min(whole, int(places[0]))
-            continue
-        curves, used[places], lost_at[places] = flights.curves(kept, threads)
+    drifting = _drifting_steps(planned, at_edge[: len(used)], lost_at, *how)
+
+    def replace(places: np.ndarray, flown: tuple[np.ndarray, np.ndarray, np.ndarray]) -> None:
+        curves, used[places], lost_at[places] = flown
         responses = curves[:, :, 0] - curves[:, :1, 0]
         found = step_metrics(times, responses, amplitude, decay=decays[places])
         numbers[:, places] = [*found.numbers.values()]
+
+    whole = drifting.fly(kept, replace, threads, stop)
     for name in (*FROM_REST_NUMBERS, *STEADY_STATE_NUMBERS, "peak_time"):
-        numbers[STEP_NUMBERS.index(name), list(unsteady)] = np.nan
+        numbers[STEP_NUMBERS.index(name), list(drifting.unsteady)] = np.nan
     return MeasuredSteps(
         metrics=StepMetrics(*numbers[:, :whole], peak_rotor_use=used[:whole]),
         diverged_at=lost_at[:whole],
@@ -134,6 +134,29 @@ class _DriftingSteps(NamedTuple):
     again: list[tuple[np.ndarray, PlannedFlights]]
     unsteady: dict[int, str]
     whole: int
+
+    def fly(
+        self,
+        kept: tuple[int, ...],
+        keep: Callable[[np.ndarray, tuple[np.ndarray, np.ndarray, np.ndarray]], None],
+        threads: int,
+        stop: Callable[[], bool] | None,
+    ) -> int:
+        """Fly those from the drift, and return the number of candidates before one not flown.
+
+        Args:
+            kept: places in the state of what is kept.
+            keep: called with candidates (K) and what `PlannedFlights.curves` returns of them.
+            threads: that fly at a time.
+            stop: asked before each part; when it returns true, no more are flown.
+        """
+        whole = self.whole
+        for places, flights in self.again:
+            if stop and stop():
+                whole = min(whole, int(places[0]))
+            else:
+                keep(places, flights.curves(kept, threads))
+        return whole
 
 
 def _drifting_steps(
